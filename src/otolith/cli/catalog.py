@@ -1,0 +1,40 @@
+"""`otolith list`: what there is by name."""
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from otolith import registry
+from otolith.cli.output import print_json
+from otolith.core.errors import InputError
+from otolith.platforms import catalog, load
+from otolith.scenarios import SCENARIOS
+
+
+def _tables() -> dict[str, dict[str, str]]:
+    entries = {"cueing": registry.CUEING, "plants": registry.PLANTS, "solvers": registry.SOLVERS}
+    described = {kind: {name: e.description for name, e in table.items()} for kind, table in entries.items()}
+    described["platforms"] = {name: load(name).description for name in catalog()}
+    described["scenarios"] = {name: entry.description for name, entry in SCENARIOS.items()}
+    return described
+
+
+def list_(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="cueing, plants, platforms, scenarios or solvers.")],
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
+) -> None:
+    """List cueing algorithms, plants, platforms, scenarios or solvers by name."""
+    tables = _tables()
+    if kind not in tables:
+        raise InputError("KIND", repr(kind), "one of " + ", ".join(sorted(tables)))
+    if json:
+        print_json(tables[kind])
+        return
+    table = Table(box=None, pad_edge=False)
+    table.add_column(kind, no_wrap=True, style="bold")
+    table.add_column("what it is")
+    for name, description in tables[kind].items():
+        table.add_row(name, description)
+    Console().print(table, markup=False)

@@ -1,0 +1,157 @@
+"""Options that `run` and `compare` share, and how they become a design and a scenario."""
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from otolith import files
+from otolith.core.errors import InputError
+from otolith.core.frames import PAIRS, AxisPair
+from otolith.mpc.design import Design
+from otolith.mpc.explicit import ExplicitSettings
+from otolith.mpc.implicit import ImplicitSettings, parse_entry
+from otolith.mpc.model import BrakingRows, parse_braking_rows
+from otolith.mpc.washout import WashoutWeight, constant, preset
+from otolith.mpqp import Progress
+from otolith.scenarios import Scenario, log_scenario, scenario
+
+_AXIS_OF_FORCE = {0: "longitudinal", 1: "lateral"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """What the user chose; every field is one option of the command line."""
+
+    scenario: Annotated[
+        str | None, typer.Argument(metavar="[SCENARIO]", help="A name of 'otolith list scenarios', or a formula.")
+    ] = None
+    log: Annotated[Path | None, typer.Option(help="A recorded drive (CSV) instead of a scenario.")] = None
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY=COLUMN[:UNIT]", help="Where a log keeps a quantity, e.g. ax=LongAcc:g; repeatable."
+        ),
+    ] = None
+    lowpass: Annotated[float | None, typer.Option(metavar="HZ", help="Low-pass a log at this frequency.")] = None
+    causal: Annotated[bool, typer.Option("--causal", help="Filter a log causally, as live [default: zero-phase].")] = (
+        False
+    )
+    scale: Annotated[float, typer.Option(help="Scale the reference by this factor.")] = 1.0
+    literal: Annotated[
+        bool, typer.Option("--literal", help="Steps from 1 s to 4 s as printed, instead of 1 s to 5 s.")
+    ] = False
+    platform: Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")] = "thesis"
+    plant: Annotated[
+        str | None, typer.Option(help="A name of 'otolith list plants' [default: the algorithm's own model].")
+    ] = None
+    dofs: Annotated[str, typer.Option(help="Axis pair to cue: " + " or ".join(PAIRS) + ".")] = "surge-pitch"
+    washout: Annotated[
+        str, typer.Option(help="Washout weights of the implicit MPC: printed, thesis-fit or none.")
+    ] = "thesis-fit"
+    weight: Annotated[
+        list[str] | None,
+        typer.Option(metavar="STATE=W", help="Constant washout weights instead, e.g. position=0.9; repeatable."),
+    ] = None
+    braking: Annotated[
+        str | None,
+        typer.Option(help="Braking rows: position, printed or none [default: implicit position, explicit none]."),
+    ] = None
+    guess_entry: Annotated[str, typer.Option(help="How a guess enters: reference (eq. 3.1) or primal.")] = "reference"
+    law: Annotated[Path | None, typer.Option(help="A stored explicit law, instead of enumerating one.")] = None
+
+    def design(self, console: Console) -> Design:
+        """Turn the options into a design; every wrong value is refused before work starts."""
+        rows = parse_braking_rows(self.braking) if self.braking is not None else None
+        return Design(
+            platform=files.read_platform(self.platform),
+            pair=pair_named(self.dofs),
+            explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
+            implicit=ImplicitSettings(
+                washout=washout_weights(self.washout, self.weight or []), braking=rows or BrakingRows.POSITION
+            ),
+            entry=parse_entry(self.guess_entry),
+            stored_law=files.read_law(self.law) if self.law is not None else None,
+            progress=functools.partial(_tell_progress, console),
+        )
+
+    def reference(self, pair: AxisPair, period: float, console: Console) -> Scenario:
+        """The scenario for the cued pair; a log is resampled to the controller's period [s]."""
+        if self.log is None and self.scenario is not None:
+            if self.lowpass is not None or self.causal or self.column:
+                raise InputError("--lowpass, --causal or --column", "given", "used together with --log")
+            axis = _AXIS_OF_FORCE[pair.translation]
+            return scenario(self.scenario, literal=self.literal, axis=axis, scale=self.scale)
+        if self.log is None or self.scenario is not None:
+            found = "given twice" if self.log is not None else "absent"
+            raise InputError("the reference", found, "either a scenario's name or --log FILE")
+        columns = dict(_assignment("--column", text) for text in self.column or [])
+        log = files.read_log(self.log, columns)
+        for note in log.notes:
+            console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+        return log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal, scale=self.scale)
+
+    def as_settings(self) -> dict[str, Any]:
+        """Plain JSON values for the record of a run: enough to repeat it."""
+        return {
+            name: str(value) if isinstance(value, Path) else value
+            for name, value in asdict(self).items()
+            if value is not None
+        }
+
+
+def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command every field of `Choices` as an option; it receives them as one value, first."""
+    own = [p for p in inspect.signature(command).parameters.values() if p.name != "choices"]
+    shared = [
+        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=f.type)
+        for f in fields(Choices)
+    ]
+
+    @functools.wraps(command)
+    def with_options(**values: Any) -> None:
+        choices = Choices(**{p.name: values.pop(p.name) for p in shared})
+        command(choices, **values)
+
+    parameters = shared + [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
+    with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {p.name: p.annotation for p in parameters}
+    return with_options
+
+
+def pair_named(dofs: str) -> AxisPair:
+    """The axis pair of `--dofs`."""
+    if dofs not in PAIRS:
+        raise InputError("--dofs", repr(dofs), "one axis pair: " + " or ".join(PAIRS))
+    return PAIRS[dofs]
+
+
+def washout_weights(name: str, weights: list[str]) -> tuple[WashoutWeight, ...]:
+    """The preset `name`, or the constant weights "state=value" where any are given."""
+    if not weights:
+        return preset(name)
+    values = {}
+    for text in weights:
+        state, value = _assignment("--weight", text)
+        try:
+            values[state] = float(value)
+        except ValueError:
+            raise InputError(f"--weight {state}", repr(value), "a number") from None
+    return constant(values)
+
+
+def _assignment(option: str, text: str) -> tuple[str, str]:
+    """Split NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise InputError(option, repr(text), "of the form NAME=VALUE")
+    return name.strip(), value.strip()
+
+
+def _tell_progress(console: Console, now: Progress) -> None:
+    console.print(f"explicit law: {now.regions} regions, {now.open} open, {now.seconds:.1f} s", highlight=False)

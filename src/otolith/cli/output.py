@@ -1,0 +1,20 @@
+"""What commands print."""
+
+import json
+import sys
+from typing import Any
+
+
+def print_json(value: object) -> None:
+    """One JSON object on standard output; NaN and infinity would not be JSON and are refused."""
+    sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
+
+
+def sentence(summary: dict[str, Any]) -> str:
+    """One run's key figures in one line."""
+    changes, micro = summary["changes"], summary["step_time_us"]
+    return (
+        f"{summary['cueing']} on {summary['scenario']}: RMSE {summary['rmse']:.4f} m/s², "
+        f"changes {changes['mean']:.2f} mean / {changes['p99']:.0f} p99 / {changes['max']:.0f} max, "
+        f"step {micro['median']:.0f} us median, {summary['violations']} limit violations"
+    )

@@ -1,0 +1,126 @@
+"""`otolith run` and `otolith compare`: close the loop, judge it, write the results."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from otolith import __version__, files, metrics, registry
+from otolith.cli.options import Choices, takes_choices
+from otolith.cli.output import print_json, sentence
+from otolith.mpc.design import Design
+from otolith.report import comparison_figure, cueing_figure, render, render_comparison, save_figure
+from otolith.simulate import Run, simulate
+
+_FOUR_MODELS = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]  # section 3.1
+_DEFAULT_PLANT = "ideal"
+_OWN_PLANT = {"explicit": "ideal-no-lag"}  # the plant that an algorithm's model describes, where not the default
+
+Out = Annotated[Path | None, typer.Option(help="Folder for the results [default: out/SCENARIO-CUEING].")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")]
+
+
+@takes_choices
+def run(
+    choices: Choices,
+    cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")] = "hybrid-all",
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures."""
+    console = Console(stderr=True)
+    (result,) = _simulate_all(choices, [cueing], console)
+    summary = metrics.summarise(result)
+    folder = out or Path("out") / f"{_file_name(result.scenario)}-{cueing}"
+    files.write_run(result, folder / "run.h5")
+    page = render(result, summary)
+    _write(folder, summary, page, cueing_figure(result, result.pairs[0]))
+    _tell(summary if json else None, [summary], folder, console)
+
+
+@takes_choices
+def compare(
+    choices: Choices,
+    cueing: Annotated[
+        list[str] | None, typer.Option(help="An algorithm; repeat to compare [default: the thesis's four].")
+    ] = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Cue one scenario, or a recorded drive, with several algorithms and put their results side by side."""
+    console = Console(stderr=True)
+    runs = _simulate_all(choices, list(dict.fromkeys(cueing or _FOUR_MODELS)), console)
+    summaries = metrics.compare(runs)
+    folder = out or Path("out") / f"{_file_name(runs[0].scenario)}-compared"
+    for result in runs:
+        files.write_run(result, folder / f"{result.cueing}.h5")
+    page = render_comparison(runs, summaries)
+    _write(folder, summaries, page, comparison_figure(runs, runs[0].pairs[0]))
+    _tell(summaries if json else None, list(summaries.values()), folder, console)
+
+
+def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[Run]:
+    """Check everything the user said, then close the loop once per algorithm."""
+    makers = {name: registry.lookup(registry.CUEING, "--cueing", name) for name in names}
+    plants = {name: choices.plant or _OWN_PLANT.get(name, _DEFAULT_PLANT) for name in names}
+    plant_makers = {name: registry.lookup(registry.PLANTS, "--plant", plant) for name, plant in plants.items()}
+    design = choices.design(console)
+    choices.reference(design.pair, design.implicit.period, console)
+    return [
+        _simulate(choices, design, makers[name].load(), (name, plants[name]), plant_makers[name].load(), console)
+        for name in names
+    ]
+
+
+def _simulate(
+    choices: Choices, design: Design, make: Any, names: tuple[str, str], make_plant: Any, console: Console
+) -> Run:
+    cueing = make(design)
+    quiet = Console(quiet=True)  # a log's notes were told once, before
+    scenario = choices.reference(design.pair, cueing.period, quiet)
+    with _progress_bar(console, f"{names[0]} on {scenario.name}") as progress:
+        return simulate(
+            cueing,
+            make_plant(),
+            scenario,
+            platform=design.platform,
+            pairs=(design.pair.name,),
+            names=names,
+            settings={"version": __version__, **choices.as_settings()},
+            progress=progress,
+        )
+
+
+@contextmanager
+def _progress_bar(console: Console, text: str) -> Iterator[Any]:
+    """Show a bar with an estimate on standard error; yields what to call with the fraction done."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(text, total=1.0)
+        yield lambda fraction: bar.update(task, completed=fraction)
+
+
+def _write(folder: Path, summary: dict[str, Any], page: str, figure: Figure) -> None:
+    files.write_json(folder / "summary.json", summary)
+    files.write_text(folder / "report.html", page)
+    for ending in ("pdf", "png"):
+        files.write_figure(folder / f"figure.{ending}", lambda path: save_figure(figure, path))
+
+
+def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Path, console: Console) -> None:
+    if json_value is not None:
+        print_json(json_value)
+    for summary in summaries:
+        console.print(sentence(summary), highlight=False, soft_wrap=True)
+    console.print(f"written to {folder}: report.html, figure.pdf, summary.json", highlight=False, soft_wrap=True)
+
+
+def _file_name(text: str) -> str:
+    """A scenario's name as part of a path: nothing but letters, digits, dot, dash and underscore."""
+    return re.sub(r"[^\w.-]+", "_", text).strip("._") or "scenario"

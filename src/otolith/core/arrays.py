@@ -1,0 +1,36 @@
+"""Array types and the one way to freeze them inside a dataclass."""
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vec = NDArray[np.float64]
+Mat = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+def frozen_array(values: object, *, dtype: Any = np.float64, order: Any = "C") -> NDArray[Any]:
+    """Read-only copy of `values`."""
+    array = np.array(values, dtype=dtype, order=order)
+    array.setflags(write=False)
+    return array
+
+
+def freeze(instance: Any, **shapes: tuple[int, ...]) -> None:
+    """Replace the named array fields of a frozen dataclass by read-only float64 copies of that shape.
+
+    Raises
+    ------
+    ValueError : a field has another shape. This is a programming error, never a user's.
+    """
+    names = {f.name for f in fields(instance)}
+    for name, shape in shapes.items():
+        if name not in names:
+            raise ValueError(f"{type(instance).__name__} has no field {name}")
+        array = frozen_array(getattr(instance, name))
+        if array.shape != shape:
+            raise ValueError(f"{type(instance).__name__}.{name} has shape {array.shape}, expected {shape}")
+        object.__setattr__(instance, name, array)

@@ -1,0 +1,181 @@
+"""Every read and write of runs, laws, platforms, logs and reports.
+
+Files appear whole or not at all: they are written beside their place and renamed into it. What is
+read is checked before it is used: kind, version, checksum.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Final
+
+import h5py
+import numpy as np
+
+from otolith.core.arrays import frozen_array
+from otolith.core.errors import CorruptFile, InputError
+from otolith.mpqp import Law
+from otolith.platforms import Platform, catalog, load, parse_platform
+from otolith.scenarios import Log, parse_log
+from otolith.simulate import Run
+
+RUN_KIND, RUN_VERSION = "otolith-run", 1
+LAW_KIND, LAW_VERSION = "otolith-law", 1
+_RUN_ATTRIBUTES: Final = ("scenario", "cueing", "plant", "period", "plant_period")
+_RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "settings", "status")
+
+
+def read_text(path: Path, what: str) -> str:
+    """Text of a UTF-8 file the user named; `what` it should be goes into the error's sentence."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{what} {path}", f"not UTF-8 at byte {error.start}", "a UTF-8 text file") from error
+    except OSError as error:
+        raise InputError(f"{what} {path}", f"not readable ({error.strerror})", "a readable file") from error
+
+
+def read_platform(name_or_path: str) -> Platform:
+    """A shipped platform by name, or a platform file by its path."""
+    if name_or_path in catalog():
+        return load(name_or_path)
+    path = Path(name_or_path)
+    if path.suffix != ".toml" and not path.exists():
+        raise InputError("platform", repr(name_or_path), f"a .toml file or one of {', '.join(catalog())}")
+    return parse_platform(read_text(path, "platform"), path.name)
+
+
+def read_log(path: Path, columns: Mapping[str, str]) -> Log:
+    """A recorded drive from a CSV file; see `otolith.scenarios.parse_log`."""
+    return parse_log(read_text(path, "log"), path.name, columns=columns)
+
+
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Give a temporary path to write; on success it becomes `path`, on any failure it vanishes."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
+    except OSError as error:
+        raise InputError(f"output {path}", f"not writable ({error.strerror})", "in a writable folder") from error
+    os.close(handle)
+    temporary = Path(name)
+    temporary.chmod(0o644)  # mkstemp makes it private
+    try:
+        yield temporary
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a UTF-8 text file, whole or not at all."""
+    with whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, value: object) -> None:
+    """Write plain JSON values, whole or not at all."""
+    write_text(path, json.dumps(value, indent=2, allow_nan=False) + "\n")
+
+
+def write_figure(path: Path, save: Callable[[Path], None]) -> None:
+    """Let `save` write a figure to a path of the same ending, whole or not at all."""
+    with whole(path) as temporary:
+        save(temporary)
+
+
+def write_run(run: Run, path: Path) -> None:
+    """Store a run as HDF5: one compressed data set per series, attributes for the rest."""
+    with whole(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(kind=RUN_KIND, version=RUN_VERSION)
+        file.attrs.update({name: getattr(run, name) for name in _RUN_ATTRIBUTES})
+        file.attrs["platform"] = run.platform.model_dump_json()
+        file.attrs["pairs"] = json.dumps(run.pairs)
+        file.attrs["settings"] = json.dumps(run.settings)
+        file.create_dataset("status", data=np.array(run.status, dtype="S16"), compression="gzip")
+        for field in fields(run):
+            if field.name not in _RUN_SPECIAL:
+                file.create_dataset(field.name, data=getattr(run, field.name), compression="gzip")
+
+
+def read_run(path: Path) -> Run:
+    """Read a run back, equal to the one written.
+
+    Raises
+    ------
+    CorruptFile : not a run of this version, or damaged.
+    """
+    with _hdf5(path, RUN_KIND, RUN_VERSION) as file:
+        series = {f.name: frozen_array(file[f.name][()], dtype=None) for f in fields(Run) if f.name not in _RUN_SPECIAL}
+        plain = {name: file.attrs[name] for name in ("scenario", "cueing", "plant")}
+        return Run(
+            **plain,
+            **series,
+            period=float(file.attrs["period"]),
+            plant_period=float(file.attrs["plant_period"]),
+            platform=Platform.model_validate_json(file.attrs["platform"]),
+            pairs=tuple(json.loads(file.attrs["pairs"])),
+            settings=json.loads(file.attrs["settings"]),
+            status=tuple(value.decode() for value in file["status"][()]),
+        )
+
+
+def write_law(law: Law, path: Path) -> None:
+    """Store an explicit law as HDF5 with the hashes that bind it to its content and its model."""
+    arrays = law.to_arrays()
+    with whole(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(kind=LAW_KIND, version=LAW_VERSION)
+        file.attrs.update(model=law.problem.digest, sha256=_digest(arrays))
+        for name, array in arrays.items():
+            options = {"compression": "gzip"} if np.ndim(array) else {}
+            file.create_dataset(name, data=array, **options)
+
+
+def read_law(path: Path) -> Law:
+    """Read an explicit law.
+
+    Raises
+    ------
+    CorruptFile : not a law of this version, or its content or model does not match its hash.
+    """
+    with _hdf5(path, LAW_KIND, LAW_VERSION) as file:
+        arrays = {name: file[name][()] for name in file}
+        if _digest(arrays) != file.attrs["sha256"]:
+            raise CorruptFile(f"{path} was altered: its content does not match its SHA-256")
+        law = Law.from_arrays(arrays)
+        if law.problem.digest != file.attrs["model"]:
+            raise CorruptFile(f"{path} was altered: its model does not match its hash")
+        return law
+
+
+def _digest(arrays: Mapping[str, Any]) -> str:
+    sha = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        sha.update(f"{name} {array.dtype.str} {array.shape};".encode())
+        sha.update(array.tobytes())
+    return sha.hexdigest()
+
+
+@contextlib.contextmanager
+def _hdf5(path: Path, kind: str, version: int) -> Iterator[h5py.File]:
+    """Open an HDF5 file of the given kind and version, and turn damage into one sentence."""
+    if not path.exists():
+        raise InputError(f"file {path}", "absent", "an existing file")
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("kind") != kind:
+                raise CorruptFile(f"{path} is not an {kind} file")
+            if file.attrs.get("version") != version:
+                raise CorruptFile(
+                    f"{path} has version {file.attrs.get('version')} of {kind}, this program reads {version}"
+                )
+            yield file
+    except (OSError, KeyError, ValueError, TypeError) as error:  # what h5py and json raise on damage
+        raise CorruptFile(f"{path} is damaged or no {kind} file: {error}") from error

@@ -1,0 +1,82 @@
+"""The two roles, Cueing and Plant, and the values that pass between them.
+
+Everything that decides motion implements `Cueing`; everything that moves implements `Plant`.
+These are the whole contract between algorithms, simulator, real platforms and user interfaces.
+Six-vectors are ordered surge, sway, heave [m], roll, pitch, yaw [rad]; see `otolith.core.frames`.
+"""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from otolith.core.arrays import Vec, freeze
+from otolith.qp import Status
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlatformState:
+    """Where the platform is. Pose in world about the neutral pose; rates are d/dt of the pose."""
+
+    pose: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m ×3, rad ×3]
+    twist: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s ×3, rad/s ×3]
+    acceleration: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s² ×3, rad/s² ×3]
+
+    def __post_init__(self) -> None:
+        freeze(self, pose=(6,), twist=(6,), acceleration=(6,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reference:
+    """What the driver should feel now, in the driver's frame."""
+
+    specific_force: Vec  # (3,) [m/s²], without the standing 1 g
+    angular_rate: Vec = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
+
+    def __post_init__(self) -> None:
+        freeze(self, specific_force=(3,), angular_rate=(3,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """How a command came about, as a value that says whether to trust it."""
+
+    status: Status
+    changes: int = 0  # working-set changes of the active-set solver
+    residual: float = 0.0  # largest violation of the optimality conditions (the certificate)
+    guess_missed: bool = False  # a guess was asked for and could not be had
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """Set-points of the next period, and what to do if no further command comes."""
+
+    acceleration: Vec  # (6,) [m/s² ×3, rad/s² ×3] commanded over the period
+    pose: Vec  # (6,) predicted at the period's end
+    twist: Vec  # (6,) predicted at the period's end
+    plan: Vec  # (K, 6) commanded accelerations of the following periods
+    outcome: Outcome
+
+
+class Cueing(Protocol):
+    """Turns wanted vehicle motion into platform motion, once per period."""
+
+    @property
+    def period(self) -> float:
+        """Time between two calls of `step` [s]; an MPC is discretised for exactly this one."""
+
+    def reset(self, state: PlatformState) -> None:
+        """Forget the past and start from `state`."""
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        """Decide one command; in trouble, return a safe one whose outcome says why."""
+
+
+class Plant(Protocol):
+    """Moves as commanded: an ideal platform, one with actuators, a hexapod, a real one."""
+
+    def reset(self, state: PlatformState) -> None:
+        """Put the platform to `state`."""
+
+    def step(self, command: Command, dt: float) -> PlatformState:
+        """Follow `command` for `dt` seconds and say where the platform is then."""

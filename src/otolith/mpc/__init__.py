@@ -1,0 +1,1 @@
+"""Model predictive cueing: explicit, implicit, and the hybrids of both."""

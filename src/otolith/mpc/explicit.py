@@ -1,0 +1,212 @@
+"""The explicit half: the coarse MPC of section 4.1.1 as a multi-parametric QP, and its law at work.
+
+Notation: x = [ω θ v s], u = [a_rot a_tran], N horizon, T blocking, U = T z the inputs stage by
+stage, y_k = a_tran,k + g θ_k the linearised specific force, parameter ϑ = (x₀, y_ref):
+
+    min_z  Σ_{k<N} (y_k − y_ref)² + ‖R^½ u_k‖²   s.t. states x_1 … x_N and inputs within limits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec, frozen_array
+from otolith.core.errors import InputError
+from otolith.core.frames import GRAVITY, AxisPair
+from otolith.core.lti import condense, zero_order_hold
+from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.mpc.model import (
+    ROT,
+    TILT,
+    TRAN,
+    BrakingRows,
+    Row,
+    acceleration_rows,
+    brake,
+    braking_rows,
+    explicit_dynamics,
+    state_rows,
+)
+from otolith.mpqp import Law, ParametricQp
+from otolith.platforms import Braking, PairLimits
+from otolith.qp import Status
+
+EDGE_TOLERANCE = 1e-7  # how far outside its box, relative to it, a parameter may lie through rounding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplicitSettings:
+    """What the explicit MPC is; the defaults are the law that the thesis's hybrids use."""
+
+    horizon: int = 5  # N
+    period: float = 0.1  # [s]
+    block_from: int | None = 2  # inputs are free before this stage (1 = first) and equal from it on
+    braking: BrakingRows = BrakingRows.NONE
+    control_weight: float = 1e-3  # on a_rot² and a_tran² (eq. 4.5)
+    reference_bound: float = 100.0  # [m/s²] |y_ref| that the law covers: wider than any drive
+
+    def __post_init__(self) -> None:
+        if self.horizon < 1:
+            raise InputError("explicit horizon", self.horizon, "at least 1 step")
+        if not self.period > 0.0:
+            raise InputError("explicit period", self.period, "greater than 0 s")
+        if self.block_from is not None and not 1 <= self.block_from <= self.horizon:
+            raise InputError("block-from", self.block_from, f"from 1 to the horizon of {self.horizon} steps")
+
+    @property
+    def blocking(self) -> Mat:
+        """T (N·2, n) with U = T z: the free inputs, then the last one held to the horizon's end."""
+        free = self.block_from or self.horizon
+        T = np.zeros((self.horizon, free))
+        for k in range(self.horizon):
+            T[k, min(k, free - 1)] = 1.0
+        return np.kron(T, np.eye(2))
+
+
+def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSettings) -> ParametricQp:
+    """Condense the explicit MPC of one axis pair into an mpQP.
+
+    Returns
+    -------
+    ParametricQp : z (n,) the blocked inputs [rad/s², m/s²], ϑ (5,) = [ω, θ, v, s, y_ref] in SI.
+    """
+    N, T = settings.horizon, settings.blocking
+    A, B = zero_order_hold(*explicit_dynamics(), settings.period)
+    Phi, Gamma = condense(A, B, N)
+    Phi = np.concatenate([np.eye(4)[None], Phi])  # (N + 1, 4, 4), x_k = Phi[k] x₀ + Gamma[k] z
+    Gamma = np.concatenate([np.zeros((1, 4, 2 * N)), Gamma]) @ T  # (N + 1, 4, n)
+    u = T.reshape(N, 2, -1)  # u_k = u[k] z
+
+    Y = u[:, TRAN] + GRAVITY * Gamma[:N, TILT]  # (N, n)
+    Y_theta = np.column_stack([GRAVITY * Phi[:N, TILT], -np.ones(N)])  # (N, 5)
+    H = Y.T @ Y + settings.control_weight * np.einsum("kin,kim->nm", u, u)
+
+    G, w, S = _one_sided(_stage_rows(limits, braking, settings.braking), Phi, Gamma, u)
+    G_u, w_u = _input_rows(acceleration_rows(limits), T.shape[1])
+    box = np.array([limits.tilt_rate, limits.tilt[1], limits.velocity, limits.position[1]])
+    low = np.array([-limits.tilt_rate, limits.tilt[0], -limits.velocity, limits.position[0]])
+    return ParametricQp(
+        H=H,
+        f=np.zeros(len(H)),
+        F=Y.T @ Y_theta,
+        G=np.vstack([G, G_u]),
+        w=np.concatenate([w, w_u]),
+        S=np.vstack([S, np.zeros((len(w_u), 5))]),
+        lower=np.append(low, -settings.reference_bound),
+        upper=np.append(box, settings.reference_bound),
+    )
+
+
+def _stage_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> list[tuple[Row, int]]:
+    """Rows with the first stage at which an input can still move them."""
+    states = [(row, 1) for row in state_rows(limits)]  # x_1 … x_N; x_0 is given
+    return states + [(row, 0) for row in braking_rows(limits, braking, kind)]  # (x_k, u_k), k < N
+
+
+def _one_sided(rows: Sequence[tuple[Row, int]], Phi: Mat, Gamma: Mat, u: Mat) -> tuple[Mat, Vec, Mat]:
+    """G z ≤ w + S ϑ for every row, stage and side."""
+    N = len(u)
+    G, w, S = [], [], []
+    for row, first in rows:
+        c, (c_tran, c_rot) = row.coefficients[:4], row.coefficients[4:]
+        for k in range(first, N + first):
+            of_z = c @ Gamma[k] + (c_tran * u[k, TRAN] + c_rot * u[k, ROT] if first == 0 else 0.0)
+            of_x = c @ Phi[k]
+            for side, bound in ((1.0, row.upper), (-1.0, -row.lower)):
+                G.append(side * of_z)
+                w.append(bound)
+                S.append(-side * np.append(of_x, 0.0))
+    return np.array(G), np.array(w), np.array(S)
+
+
+def _input_rows(rows: Sequence[Row], n: int) -> tuple[Mat, Vec]:
+    """Limits on the accelerations, which are the explicit model's inputs: once per free input."""
+    G, w = [], []
+    for row in rows:
+        per_stage = np.array([row.coefficients[5], row.coefficients[4]])  # order of u: a_rot, a_tran
+        for j in range(n // 2):
+            g = np.zeros(n)
+            g[2 * j : 2 * j + 2] = per_stage
+            G += [g, -g]
+            w += [row.upper, -row.lower]
+    return np.array(G), np.array(w)
+
+
+class ExplicitLaw:
+    """The stored law, evaluated by walking from the region of the last query."""
+
+    def __init__(self, law: Law, settings: ExplicitSettings) -> None:
+        self.settings = settings
+        self._law = law
+        self._T = frozen_array(settings.blocking)
+        self._low, self._high = law.problem.lower, law.problem.upper
+        self._edge = EDGE_TOLERANCE * (self._high - self._low)
+        self._theta = np.empty(5)
+        self._region = -1
+
+    def __len__(self) -> int:
+        return len(self._law)
+
+    def reset(self) -> None:
+        """Forget the last region, so that equal runs are equal."""
+        self._region = -1
+
+    def inputs(self, x: Vec, wanted: float) -> Mat | None:
+        """(N, 2) accelerations [a_rot, a_tran] from state x (≥ 4,), or None where no law exists.
+
+        None means that the explicit problem is infeasible there: no input keeps its limits.
+        """
+        theta = self._theta
+        theta[:4], theta[4] = x[:4], wanted
+        inside = np.clip(theta, self._low, self._high)
+        if not np.all(np.abs(inside - theta) <= self._edge):  # so written, a NaN is outside too
+            return None
+        answer = self._law.evaluate(inside, self._region)
+        if not answer.found:
+            return None
+        self._region = answer.region
+        U: Mat = (self._T @ answer.z).reshape(-1, 2)
+        return U
+
+
+class Explicit:
+    """Cueing by the explicit law alone (section 5.2.1)."""
+
+    def __init__(self, pair: AxisPair, limits: PairLimits, law: ExplicitLaw) -> None:
+        self._pair, self._law = pair, law
+        self._bound = np.array([limits.tilt_acceleration, limits.acceleration])  # order of u
+        self._A, self._B = zero_order_hold(*explicit_dynamics(), law.settings.period)
+
+    @property
+    def period(self) -> float:
+        """Time between two decisions [s]."""
+        return self._law.settings.period
+
+    def reset(self, state: PlatformState) -> None:
+        """Start afresh; the law has no memory but the region of its last query."""
+        del state
+        self._law.reset()
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        """Look the law up; where it has no answer, brake to rest over one period."""
+        x = self._state(state)
+        U = self._law.inputs(x, float(reference.specific_force[self._pair.translation]))
+        found = U is not None
+        plan = U if U is not None else np.zeros((self._law.settings.horizon, 2))
+        if not found:
+            plan[0] = brake(x, self.period, self._bound)
+        after = self._A @ x + self._B @ plan[0]
+        in_axes = np.array([self._pair.axes(u[TRAN], u[ROT]) for u in plan])
+        return Command(
+            acceleration=in_axes[0],
+            pose=self._pair.axes(after[3], after[1]),
+            twist=self._pair.axes(after[2], after[0]),
+            plan=in_axes[1:],
+            outcome=Outcome(status=Status.OPTIMAL if found else Status.INFEASIBLE),
+        )
+
+    def _state(self, state: PlatformState) -> Vec:
+        s, theta = self._pair.planar(state.pose)
+        v, omega = self._pair.planar(state.twist)
+        return np.array([omega, theta, v, s])

@@ -1,0 +1,81 @@
+"""How a guess of the controls is made (thesis, section 3.1).
+
+The thesis's four cueing models differ in the guess alone: none, the first control of the previous
+plan held over the horizon, the explicit law's first input held, or all its inputs in equal
+sections. How a guess then enters the implicit MPC is `otolith.mpc.implicit.Entry`.
+"""
+
+from typing import Final, Protocol
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.mpc.explicit import ExplicitLaw
+
+
+class Guess(Protocol):
+    """Makes a guess of the controls over the horizon."""
+
+    wanted: bool  # False when there is none to make, so that a None is no miss
+
+    def reset(self) -> None:
+        """Forget the past."""
+
+    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
+        """Guess (N, 2) [a_rot, a_tran] from state x (6,), force wanted and previous plan (N, 2).
+
+        None where there is none: the implicit MPC then runs without.
+        """
+
+
+class NoGuess:
+    """Model 1: the implicit MPC on its own."""
+
+    wanted: Final = False
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
+        """Make none."""
+        del x, reference, plan
+        return None
+
+
+class HeldPlan:
+    """Model 2, "with control trajectory prediction": the first control of the previous plan, held."""
+
+    wanted: Final = True
+
+    def reset(self) -> None:
+        """Nothing to forget: the plan is the controller's."""
+
+    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
+        """Repeat the plan's first control."""
+        del x, reference
+        return np.broadcast_to(plan[0], plan.shape)
+
+
+class FromExplicit:
+    """Models 3 and 4: the explicit law's first input held, or all of them in equal sections."""
+
+    wanted: Final = True
+
+    def __init__(self, law: ExplicitLaw, *, first_only: bool) -> None:
+        self._law, self._first_only = law, first_only
+
+    def reset(self) -> None:
+        """Forget the region of the last query."""
+        self._law.reset()
+
+    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
+        """Look the law up and stretch its inputs over the finer horizon."""
+        U = self._law.inputs(x, reference)
+        if U is None:
+            return None
+        if self._first_only:
+            return np.broadcast_to(U[0], plan.shape)
+        N, coarse = len(plan), len(U)
+        section = np.minimum(np.arange(N) * coarse // N, coarse - 1)  # 1–10, 11–20, … for 5 and 50
+        stretched: Mat = U[section]
+        return stretched

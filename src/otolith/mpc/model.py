@@ -1,0 +1,123 @@
+"""The planar models of one axis pair, and the rows that keep a platform within its limits.
+
+Notation of the thesis: ω tilt rate, θ tilt, v velocity, s position, a_tran, a_rot accelerations;
+f = a_tran + g sin θ. Explicit model (eq. 4.1): x = [ω θ v s], u = [a_rot a_tran]. Implicit model
+(eq. 4.9): accelerations are states that lag the commands, x = [ω θ v s a_tran a_rot], u as before.
+
+A *row* is a linear form of the model's states (and, in the explicit model, of its inputs) that must
+stay between two bounds at every stage.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
+from otolith.platforms import Braking, PairLimits
+
+STATES: Final = ("tilt_rate", "tilt", "velocity", "position", "acceleration", "tilt_acceleration")
+TILT_RATE, TILT, VELOCITY, POSITION, ACCELERATION, TILT_ACCELERATION = range(6)
+ROT, TRAN = range(2)  # inputs
+
+
+class BrakingRows(StrEnum):
+    """Which braking rows are imposed."""
+
+    POSITION = "position"  # eq. C.2: s + c_v v T + ½ c_u a T², which stops within the reach
+    PRINTED = "printed"  # eqs. 4.7 and 4.8 as printed, without the position: for reproduction only
+    NONE = "none"
+
+
+def parse_braking_rows(name: str) -> BrakingRows:
+    """Read an option's value, or say in one sentence what it may be."""
+    try:
+        return BrakingRows(name)
+    except ValueError:
+        raise InputError("braking", repr(name), "one of " + ", ".join(BrakingRows)) from None
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """lower ≤ coefficients · x ≤ upper with x the six states of the implicit model."""
+
+    name: str
+    coefficients: Vec  # (6,)
+    lower: float
+    upper: float
+
+
+def explicit_dynamics() -> tuple[Mat, Mat]:
+    """Continuous (A (4, 4), B (4, 2)) of eq. 4.1: two double integrators."""
+    A, B = np.zeros((4, 4)), np.zeros((4, 2))
+    A[TILT, TILT_RATE] = A[POSITION, VELOCITY] = 1.0
+    B[TILT_RATE, ROT] = B[VELOCITY, TRAN] = 1.0
+    return A, B
+
+
+def implicit_dynamics(lag: float) -> tuple[Mat, Mat]:
+    """Continuous (A (6, 6), B (6, 2)) of eq. 4.9: accelerations lag their commands by `lag` [s]."""
+    A, B = np.zeros((6, 6)), np.zeros((6, 2))
+    A[TILT, TILT_RATE] = A[POSITION, VELOCITY] = 1.0
+    A[TILT_RATE, TILT_ACCELERATION] = A[VELOCITY, ACCELERATION] = 1.0
+    A[ACCELERATION, ACCELERATION] = A[TILT_ACCELERATION, TILT_ACCELERATION] = -1.0 / lag
+    B[ACCELERATION, TRAN] = B[TILT_ACCELERATION, ROT] = 1.0 / lag
+    return A, B
+
+
+def _unit(state: int) -> Vec:
+    e = np.zeros(6)
+    e[state] = 1.0
+    return e
+
+
+def state_rows(limits: PairLimits) -> list[Row]:
+    """Limits on the four states that both models share (eq. 4.3)."""
+    return [
+        Row("tilt_rate", _unit(TILT_RATE), -limits.tilt_rate, limits.tilt_rate),
+        Row("tilt", _unit(TILT), *limits.tilt),
+        Row("velocity", _unit(VELOCITY), -limits.velocity, limits.velocity),
+        Row("position", _unit(POSITION), *limits.position),
+    ]
+
+
+def acceleration_rows(limits: PairLimits) -> list[Row]:
+    """Limits on the accelerations that the platform has, not on those commanded."""
+    rows = [Row("acceleration", _unit(ACCELERATION), -limits.acceleration, limits.acceleration)]
+    if math.isfinite(limits.tilt_acceleration):
+        bound = limits.tilt_acceleration
+        rows.append(Row("tilt_acceleration", _unit(TILT_ACCELERATION), -bound, bound))
+    return rows
+
+
+def braking_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> list[Row]:
+    """Rows that slow the platform down as it nears its reach (eqs. 4.7, 4.8; with position: C.2).
+
+    On its surface the position row is a stable second-order law s → limit, overdamped enough not
+    to overshoot when c_v² / c_u ≥ 2, so that whoever satisfies it can stop within the reach.
+    """
+    if kind is BrakingRows.NONE:
+        return []
+    own = 1.0 if kind is BrakingRows.POSITION else 0.0
+    T_s, T_tilt = braking.position_s, braking.tilt_s
+    translation = own * _unit(POSITION) + braking.c_v * T_s * _unit(VELOCITY)
+    translation += 0.5 * braking.c_u * T_s**2 * _unit(ACCELERATION)
+    rotation = own * _unit(TILT) + braking.c_w * T_tilt * _unit(TILT_RATE)
+    rotation += 0.5 * braking.c_u * T_tilt**2 * _unit(TILT_ACCELERATION)
+    return [
+        Row("braking_position", translation, *limits.position),
+        Row("braking_tilt", rotation, *limits.tilt),
+    ]
+
+
+def brake(x: Vec, within: float, bounds: Vec) -> Vec:
+    """Accelerations (2,) [a_rot, a_tran] that bring tilt and travel to rest in the time `within` [s].
+
+    Clipped to ±bounds (2,); zero where x is not a number, so that the answer is always finite.
+    """
+    wanted = -np.array([x[TILT_RATE], x[VELOCITY]]) / within
+    command: Vec = np.nan_to_num(np.clip(wanted, -bounds, bounds), nan=0.0)
+    return command

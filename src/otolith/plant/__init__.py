@@ -1,0 +1,5 @@
+"""Platforms that move as commanded."""
+
+from otolith.plant.ideal import Ideal
+
+__all__ = ["Ideal"]

@@ -1,0 +1,67 @@
+"""One line per algorithm: what there is by name, and how it is made.
+
+Choices of the command line, tables in the documentation, legends and conformance tests are all
+read from here. Entries are imported on use, so that an optional dependency costs nothing when absent.
+"""
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Final
+
+from otolith.core.errors import InputError, MissingExtra
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Where an algorithm is made, and one line about it."""
+
+    target: str  # "module:attribute"
+    description: str
+    extra: str = ""  # name of the optional dependency group it needs
+    needs: tuple[str, ...] = ()  # modules of that group
+
+    def load(self) -> Any:
+        """Import and return the target.
+
+        Raises
+        ------
+        MissingExtra : a declared optional dependency is absent; every other import error stands.
+        """
+        module, attribute = self.target.split(":")
+        try:
+            return getattr(import_module(module), attribute)
+        except ModuleNotFoundError as error:
+            if error.name in self.needs:
+                hint = f"pip install 'otolith[{self.extra}]'"
+                raise MissingExtra(f"{attribute} needs {error.name}, which is not installed: {hint}") from error
+            raise
+
+
+# Cueing algorithms: callables Design -> Cueing.
+CUEING: Final = {
+    "explicit": Entry("otolith.mpc.design:explicit", "the explicit law alone, 10 Hz (section 5.2.1)"),
+    "implicit": Entry("otolith.mpc.design:implicit", "implicit MPC without a guess (model 1)"),
+    "implicit-trajectory": Entry(
+        "otolith.mpc.design:implicit_trajectory", "guess: first control of the previous plan (model 2)"
+    ),
+    "hybrid-first": Entry("otolith.mpc.design:hybrid_first", "guess: first input of the explicit law (model 3)"),
+    "hybrid-all": Entry("otolith.mpc.design:hybrid_all", "guess: all inputs of the explicit law (model 4)"),
+}
+
+# Plants: callables () -> Plant.
+PLANTS: Final = {
+    "ideal": Entry("otolith.plant.ideal:Ideal", "accelerations follow with the lag of eq. 4.9, 10 ms"),
+    "ideal-no-lag": Entry("otolith.plant.ideal:without_lag", "accelerations follow at once (eq. 4.1)"),
+}
+
+# QP engines: classes with `solve(qp, start) -> Solution`.
+SOLVERS: Final = {
+    "dense": Entry("otolith.qp.dense:DenseSolver", "condensed, dual active set (daqp), counts its changes"),
+}
+
+
+def lookup(table: dict[str, Entry], kind: str, name: str) -> Entry:
+    """Entry `name` of one of the tables above, or one sentence that lists what there is."""
+    if name not in table:
+        raise InputError(kind, repr(name), "one of " + ", ".join(table))
+    return table[name]

@@ -1,0 +1,147 @@
+"""The closed loop: a cueing algorithm drives a plant along a scenario, and everything is recorded."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from otolith.core.arrays import Bools, Ints, Vec
+from otolith.core.frames import specific_force
+from otolith.interfaces import Cueing, Plant, PlatformState, Reference
+from otolith.platforms import Platform
+from otolith.scenarios import Scenario
+
+# A jump of the reference must fall on the same side for controller, plant and record, whatever the
+# rounding of k·dt: decisions see the value just after an instant, records the value just before.
+EDGE = 1e-9  # [s]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One closed-loop run; time runs along axis 0, with n plant samples and m control steps.
+
+    A plant sample stands at the end of its plant step, t = dt, 2 dt, …; where a signal jumps there,
+    the sample holds the value just before the jump. Control samples stand at the decision.
+    """
+
+    scenario: str
+    cueing: str
+    plant: str
+    platform: Platform
+    pairs: tuple[str, ...]  # names of the axis pairs that were cued, see otolith.core.frames.PAIRS
+    settings: dict[str, Any]  # what the user chose, for the record: plain JSON values
+    period: float  # [s] of the controller
+    plant_period: float  # [s]
+
+    time: Vec  # (n,) [s]
+    reference_force: Vec  # (n, 3) [m/s²] to be felt, driver's frame
+    felt_force: Vec  # (n, 3) [m/s²] felt, driver's frame
+    pose: Vec  # (n, 6) [m ×3, rad ×3]
+    twist: Vec  # (n, 6) [m/s ×3, rad/s ×3]
+    acceleration: Vec  # (n, 6) [m/s² ×3, rad/s² ×3]
+
+    command_time: Vec  # (m,) [s]
+    command: Vec  # (m, 6) commanded accelerations
+    status: tuple[str, ...]  # (m,) values of otolith.interfaces.Status
+    changes: Ints  # (m,) working-set changes
+    residual: Vec  # (m,) certificate of each solution
+    guess_missed: Bools  # (m,)
+    step_time: Vec  # (m,) [s] thread CPU time of each decision
+
+    def at_decisions(self, series: Vec) -> Vec:
+        """Rows of a plant-rate series at the control nodes: one row per period, at its end."""
+        every = round(self.period / self.plant_period)
+        return series[every - 1 :: every]
+
+
+def simulate(
+    cueing: Cueing,
+    plant: Plant,
+    scenario: Scenario,
+    *,
+    platform: Platform,
+    pairs: tuple[str, ...],
+    names: tuple[str, str] = ("", ""),
+    settings: dict[str, Any] | None = None,
+    plant_period: float = 1e-3,
+    clock: Callable[[], float] = time.thread_time,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Run:
+    """Close the loop from the neutral pose at rest and record it.
+
+    Parameters
+    ----------
+    names : of the cueing algorithm and of the plant, for the record.
+    plant_period : [s]; the controller's own period must be a whole multiple of it.
+    clock : [s] measures the time of each decision; never part of the result's dynamics.
+    progress : is told the fraction done, about a hundred times.
+
+    Raises
+    ------
+    ValueError : the two periods do not divide.
+    """
+    every = round(cueing.period / plant_period)
+    if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
+        raise ValueError(f"controller period {cueing.period} s is no multiple of plant period {plant_period} s")
+    m = round(scenario.duration / cueing.period)
+    n = m * every
+
+    command_time = np.arange(m) * cueing.period
+    sample_time = np.arange(1, n + 1) * plant_period
+    wanted_force = scenario.specific_force(command_time + EDGE)  # (m, 3)
+    wanted_rate = scenario.angular_rate(command_time + EDGE)  # (m, 3)
+
+    pose, twist, acceleration = (np.empty((n, 6)) for _ in range(3))
+    command_log = np.empty((m, 6))
+    status: list[str] = []
+    changes = np.zeros(m, dtype=np.int64)
+    residual, step_time = np.zeros(m), np.zeros(m)
+    guess_missed = np.zeros(m, dtype=np.bool_)
+
+    state = PlatformState()
+    cueing.reset(state)
+    plant.reset(state)
+    with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
+        for i in range(m):
+            reference = Reference(specific_force=wanted_force[i], angular_rate=wanted_rate[i])
+            started = clock()
+            command = cueing.step(state, reference)
+            step_time[i] = clock() - started
+            command_log[i] = command.acceleration
+            status.append(command.outcome.status.value)
+            changes[i] = command.outcome.changes
+            residual[i] = command.outcome.residual
+            guess_missed[i] = command.outcome.guess_missed
+            for k in range(i * every, (i + 1) * every):
+                state = plant.step(command, plant_period)
+                pose[k], twist[k], acceleration[k] = state.pose, state.twist, state.acceleration
+            if i % max(1, m // 100) == 0:
+                progress(i / m)
+    progress(1.0)
+
+    return Run(
+        scenario=scenario.name,
+        cueing=names[0],
+        plant=names[1],
+        platform=platform,
+        pairs=pairs,
+        settings=settings or {},
+        period=cueing.period,
+        plant_period=plant_period,
+        time=sample_time,
+        reference_force=scenario.specific_force(sample_time - EDGE),
+        felt_force=specific_force(acceleration[:, :3], pose[:, 3:]),
+        pose=pose,
+        twist=twist,
+        acceleration=acceleration,
+        command_time=command_time,
+        command=command_log,
+        status=tuple(status),
+        changes=changes,
+        residual=residual,
+        guess_missed=guess_missed,
+        step_time=step_time,
+    )
