@@ -85,7 +85,9 @@ def simulate(
     """
     every = round(cueing.period / plant_period)
     if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
-        raise ValueError(f"controller period {cueing.period} s is no multiple of plant period {plant_period} s")
+        raise ValueError(
+            f"controller period {cueing.period} s is no multiple of plant period {plant_period} s"
+        )
     m = round(scenario.duration / cueing.period)
     n = m * every
 

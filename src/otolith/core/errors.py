@@ -1,5 +1,8 @@
 """Every error that Otolith raises on purpose derives from one base and reads as one sentence."""
 
+import difflib
+from collections.abc import Iterable
+
 
 class OtolithError(Exception):
     """Base of all errors of this package; its text is one sentence for the user."""
@@ -26,3 +29,10 @@ class CorruptFile(OtolithError):
 
 class MissingExtra(OtolithError):
     """An optional dependency is absent; the sentence carries the pip command."""
+
+
+def one_of(known: Iterable[str], name: str, *, otherwise: str = "") -> str:
+    """The end of a refusal: "one of …", then `otherwise`, then the known name that `name` resembles."""
+    known = list(known)
+    close = difflib.get_close_matches(name, known, n=1)
+    return f"one of {', '.join(known)}{otherwise}" + (f" (did you mean {close[0]}?)" if close else "")

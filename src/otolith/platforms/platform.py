@@ -1,0 +1,202 @@
+"""A motion platform as its user describes it: reach, speed, acceleration, thresholds, braking law.
+
+The file is TOML; degrees only where a name says `deg`. Everything that leaves this module through
+`Platform.pair_limits` is in SI units and radians.
+"""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from typing import Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from otolith.core.errors import InputError
+from otolith.core.frames import AXES, AxisPair
+from otolith.platforms.bounds import (
+    Acceleration,
+    BrakingTime,
+    Gain,
+    Radius,
+    Speed,
+    Threshold,
+    Tilt,
+    TiltAcceleration,
+    TiltRate,
+    Travel,
+    refuse,
+)
+from otolith.platforms.sentences import sentence, syntax_sentence
+
+INVARIANCE = 2.0  # least c_v²/c_u, see `Braking`
+T = TypeVar("T", "Translation", "Rotation")
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Translation(_Table):
+    """Limits of surge, sway or heave about the neutral pose."""
+
+    position_m: Travel  # (low, high) [m]; one number x means ±x
+    velocity_mps: Speed  # ± [m/s]
+    acceleration_mps2: Acceleration  # ± [m/s²]
+    command_mps2: Acceleration | None = None  # ± [m/s²] on the commanded one; none: as the acceleration
+
+
+class Rotation(_Table):
+    """Limits of roll, pitch or yaw about the neutral pose, in the axes of `otolith.core.frames`."""
+
+    angle_deg: Tilt  # (low, high) [deg]; one number x means ±x
+    rate_degps: TiltRate | None = None  # ± [deg/s] of the machine
+    acceleration_degps2: TiltAcceleration | None = None  # ± [deg/s²] of the machine
+
+
+class TiltCoordination(_Table):
+    """Tilt rates below which tilting is not perceived as rotation; defaults from Table B.5's discussion."""
+
+    pitch_degps: Threshold = 3.0  # [deg/s]
+    roll_degps: Threshold = 2.6  # [deg/s]
+
+
+class Braking(_Table):
+    """The braking law s + c_v v T + c_u a T²/2 within ±s_max (eq. C.2), for travel and for tilt alike.
+
+    With e = s_max − s the active law reads (c_u T²/2) e″ + c_v T e′ + e = 0. It comes to rest without
+    crossing the limit only if it does not oscillate: c_v² ≥ 2 c_u. (The thesis asks for > 1, eq. C.1;
+    between 1 and 2 the limit is overshot.) Defaults: those of the thesis, below eqs. 4.7 and 4.8.
+    """
+
+    c_v: Gain = 1.0
+    c_w: Gain = 1.0  # the c_v of the tilt
+    c_u: Gain = 0.45
+    position_s: BrakingTime = 2.5  # T of the travel [s]
+    tilt_s: BrakingTime = 0.5  # T of the tilt [s]
+
+    @model_validator(mode="after")
+    def _must_not_oscillate(self) -> Self:
+        for name in ("c_v", "c_w"):
+            ratio = getattr(self, name) ** 2 / self.c_u
+            if ratio < INVARIANCE:
+                raise refuse(
+                    f"at least {INVARIANCE:g}, or the braking law oscillates and overshoots the limit",
+                    field=f"{name}^2/c_u",
+                    value=round(ratio, 4),
+                )
+        return self
+
+
+class Workspace(_Table):
+    """What the axes may do together."""
+
+    circle_m: Radius | None = None  # surge² + sway² ≤ circle² [m]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairLimits:
+    """Limits of one axis pair's planar model, in which f = a + g sin(tilt); SI units and radians."""
+
+    position: tuple[float, float]  # (low, high) [m]
+    velocity: float  # ± [m/s]
+    acceleration: float  # ± [m/s²]
+    command: float  # ± [m/s²] on the commanded acceleration
+    tilt: tuple[float, float]  # (low, high) [rad], in the sign of the pair's tilt
+    tilt_rate: float  # ± [rad/s]: the machine's or the perception threshold, whichever is less
+    tilt_acceleration: float  # ± [rad/s²]; inf where the file gives none
+
+
+class Platform(_Table):
+    """A motion platform. Axes that the machine does not have are left out of its file.
+
+    Examples
+    --------
+    >>> from otolith.core.frames import SURGE_PITCH
+    >>> from otolith.platforms import load
+    >>> load("davsi").pair_limits(SURGE_PITCH).velocity
+    0.81
+    """
+
+    name: str = Field(min_length=1, max_length=80)
+    description: str = ""
+    live: bool = False  # whether live operation may use it: only for limits a real machine keeps
+    surge: Translation | None = None
+    sway: Translation | None = None
+    heave: Translation | None = None
+    roll: Rotation | None = None
+    pitch: Rotation | None = None
+    yaw: Rotation | None = None
+    tilt_coordination: TiltCoordination = TiltCoordination()
+    braking: Braking = Braking()
+    workspace: Workspace = Workspace()
+
+    @model_validator(mode="after")
+    def _must_move(self) -> Self:
+        if not self.axes:
+            raise refuse(f"at least one of {', '.join(AXES)}", field="the set of axes", value="empty")
+        return self
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes that the platform has, in the order of `otolith.core.frames.AXES`."""
+        return tuple(axis for axis in AXES if getattr(self, axis) is not None)
+
+    @property
+    def circle(self) -> float | None:
+        """Radius [m] that surge and sway together keep within, where the file gives one."""
+        return self.workspace.circle_m
+
+    def pair_limits(self, pair: AxisPair) -> PairLimits:
+        """Limits of one axis pair, converted to SI units and to the sign of the pair's tilt.
+
+        Raises
+        ------
+        InputError : the platform lacks one of the pair's axes.
+        """
+        line = self._axis(pair, pair.translation, Translation)
+        turn = self._axis(pair, pair.rotation, Rotation)
+        threshold = getattr(self.tilt_coordination, f"{AXES[pair.rotation]}_degps")
+        low, high = sorted(math.radians(pair.sign * angle) for angle in turn.angle_deg)
+        return PairLimits(
+            position=line.position_m,
+            velocity=line.velocity_mps,
+            acceleration=line.acceleration_mps2,
+            command=line.acceleration_mps2 if line.command_mps2 is None else line.command_mps2,
+            tilt=(low, high),
+            tilt_rate=math.radians(threshold if turn.rate_degps is None else min(threshold, turn.rate_degps)),
+            tilt_acceleration=_radians_or_unlimited(turn.acceleration_degps2),
+        )
+
+    def _axis(self, pair: AxisPair, index: int, kind: type[T]) -> T:
+        limits = getattr(self, AXES[index])
+        if not isinstance(limits, kind):
+            raise InputError(
+                f"{AXES[index]} of platform {self.name}", "missing", f"in its file for {pair.name} to be cued"
+            )
+        return limits
+
+
+def _radians_or_unlimited(degrees: float | None) -> float:
+    return math.inf if degrees is None else math.radians(degrees)
+
+
+def parse_platform(text: str, source: str) -> Platform:
+    """Platform from the text of its TOML file.
+
+    Parameters
+    ----------
+    source : name of the file, for the error's sentence.
+
+    Raises
+    ------
+    InputError : no TOML, or a field is unknown, missing, or beyond its bound. Where several fields are
+        wrong, the sentence names one of them.
+    """
+    try:
+        fields = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also of integers and nesting beyond all reason
+        raise syntax_sentence(error, text, source) from None
+    try:
+        return Platform.model_validate(fields)
+    except ValidationError as error:
+        raise sentence(error, Platform, source) from None

@@ -1,0 +1,67 @@
+"""One sentence for the user out of whatever is wrong with a platform file."""
+
+import re
+from typing import Any, Final, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from otolith.core.errors import InputError, one_of
+
+_KINDS: Final = {
+    "string_type": "a text in quotes",
+    "string_too_short": "a text of at least 1 character",
+    "string_too_long": "a text of at most 80 characters",
+    "bool_type": "true or false",
+    "model_type": "a table of fields",
+    "model_attributes_type": "a table of fields",
+}
+
+
+def sentence(error: ValidationError, model: type[BaseModel], source: str) -> InputError:
+    """The most telling one of pydantic's errors: a misspelt name explains the field missing elsewhere."""
+    details = sorted(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
+    return _one(details[0], model, source)
+
+
+def syntax_sentence(error: Exception, text: str, source: str) -> InputError:
+    """What is wrong with TOML's syntax, with the line quoted; `error` is tomllib's."""
+    reason, _, where = str(error).partition(" (at ")
+    lines = text.splitlines() or [""]
+    number = re.match(r"line (\d+)", where)
+    line = int(number.group(1)) if number else len(lines)
+    quoted = _shown(lines[min(line, len(lines)) - 1].strip())
+    return InputError(f"line {line} of {source}", quoted, f"valid TOML ({reason[:1].lower()}{reason[1:]})")
+
+
+def _one(detail: ErrorDetails, model: type[BaseModel], source: str) -> InputError:
+    path = [str(part) for part in detail["loc"]]
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind == "bound":
+        field = ".".join([*path, context["field"]] if context["field"] else path)
+        value = _shown(detail["input"]) if context["value"] is None else context["value"]
+        return InputError(f"{field} in {source}", value, context["bound"])
+    field = f"{'.'.join(path)} in {source}"
+    if kind == "missing":
+        return InputError(field, "missing", "given")
+    if kind == "extra_forbidden":
+        return InputError(field, "unknown", one_of(_fields(model, path[:-1]), path[-1]))
+    return InputError(field, _shown(detail["input"]), _KINDS.get(kind, detail["msg"]))
+
+
+def _fields(model: type[BaseModel], path: list[str]) -> list[str]:
+    """Names that the table at `path` may hold."""
+    for part in path:
+        annotation: Any = model.model_fields[part].annotation
+        choices = get_args(annotation) or (annotation,)
+        model = next(c for c in choices if isinstance(c, type) and issubclass(c, BaseModel))
+    return list(model.model_fields)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, bool):
+        return str(value).lower()
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else f"{text[:40]}…"

@@ -1,0 +1,149 @@
+"""Scenarios by name, and their builders from a line of text, ``sine:amplitude=0.7,frequency=0.2``."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Final
+
+from otolith.core.errors import InputError, one_of
+from otolith.scenarios import signals
+from otolith.scenarios.scenario import Scenario
+from otolith.scenarios.signals import SECTION_6_1_WAVES, STEP_END_LITERAL
+
+Builder = Callable[..., Scenario]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A named scenario: `build(axis=…)` and, where a step has an end, `build(end=…)`."""
+
+    build: Builder
+    description: str  # one line
+    source: str  # where its numbers come from
+
+
+SCENARIOS: Final[Mapping[str, Entry]] = MappingProxyType(
+    {
+        "sine-0.5": Entry(
+            partial(signals.sine, 0.5, 0.1), "sine 0.5 m/s², 0.1 Hz, 10 s", "thesis Table 5.1, section 6.1"
+        ),
+        "sine-1": Entry(partial(signals.sine, 1.0, 0.1), "sine 1 m/s², 0.1 Hz, 10 s", "thesis Table 5.1"),
+        "sine-2": Entry(partial(signals.sine, 2.0, 0.1), "sine 2 m/s², 0.1 Hz, 10 s", "thesis Table 5.1"),
+        "combined": Entry(
+            signals.combined, "four sines, 0.1 to 0.5 Hz, scaled by 0.3, 10 s", "thesis Table 5.1, eq. 5.1"
+        ),
+        "step-0.5": Entry(
+            partial(signals.step, 0.5), "step 0.5 m/s² from 1 s to 5 s, 10 s", "thesis Table C.2"
+        ),
+        "step-1": Entry(partial(signals.step, 1.0), "step 1 m/s² from 1 s to 5 s, 10 s", "thesis Table 5.1"),
+        "step-2": Entry(partial(signals.step, 2.0), "step 2 m/s² from 1 s to 5 s, 10 s", "thesis Table 5.1"),
+        "step-sine-0.5": Entry(
+            partial(signals.step_sine, 0.5, 0.1),
+            "step 0.5 m/s², then sine from 10 s on, 20 s",
+            "thesis Table 5.1",
+        ),
+        "step-sine-1": Entry(
+            partial(signals.step_sine, 1.0, 0.1),
+            "step 1 m/s², then sine from 10 s on, 20 s",
+            "thesis Table 5.1",
+        ),
+        "step-0.1": Entry(
+            partial(signals.step, 0.1), "step 0.1 m/s² from 1 s to 5 s, 10 s", "thesis section 6.1"
+        ),
+        "sine-1-0.01hz": Entry(
+            partial(signals.sine, 1.0, 0.01, duration=60.0),
+            "sine 1 m/s², 0.01 Hz, 60 s",
+            "thesis section 6.1",
+        ),
+        "combined-fast": Entry(
+            partial(signals.combined, SECTION_6_1_WAVES, duration=20.0),
+            "four sines, 0.1 to 1 Hz, scaled by 0.3, 20 s",
+            "thesis section 6.1, eq. 6.1",
+        ),
+    }
+)
+
+FAMILIES: Final[Mapping[str, Entry]] = MappingProxyType(
+    {
+        "sine": Entry(signals.sine, "a sine", "parameters"),
+        "step": Entry(signals.step, "a pulse", "parameters"),
+        "step-sine": Entry(signals.step_sine, "a pulse, then a sine", "parameters"),
+        "combined": Entry(signals.combined, "the four sines of Table 5.1", "parameters"),
+        "multisine": Entry(signals.multisine, "a random sum of sines with a seed", "parameters"),
+        "chirp": Entry(signals.chirp, "a sine of growing frequency", "parameters"),
+    }
+)
+
+
+def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") -> Scenario:
+    """A scenario by its name in `SCENARIOS`, or from text ``family:parameter=value,…`` of `FAMILIES`.
+
+    What the text leaves out keeps its default, see `family_parameters`.
+
+    Parameters
+    ----------
+    literal : steps end at 4 s, as the thesis prints, instead of at 5 s, as reproduces its results.
+    axis : "longitudinal" or "lateral"; a text's own ``axis=…`` goes before it.
+
+    Raises
+    ------
+    InputError : unknown name, family or parameter, or a value that is no number or beyond its bound.
+    """
+    family, colon, text = name.strip().partition(":")
+    parametric = colon or (family in FAMILIES and family not in SCENARIOS)
+    entry = _entry(family, FAMILIES if parametric else SCENARIOS)
+    options: dict[str, Any] = {"axis": axis}
+    stepped = "end" in inspect.signature(entry.build).parameters
+    if literal and stepped:
+        options["end"] = STEP_END_LITERAL
+    options |= _parameters(text, family, entry.build)
+    origin = entry.source + (", step until 4 s as printed" if literal and stepped else "")
+    return replace(entry.build(**options), name=name.strip(), origin=origin)
+
+
+def family_parameters(family: str) -> dict[str, Any]:
+    """Parameters that a text of this family may set, with their defaults, for help texts.
+
+    Raises
+    ------
+    InputError : unknown family.
+    """
+    return _defaults(_entry(family, FAMILIES).build)
+
+
+def _entry(name: str, table: Mapping[str, Entry]) -> Entry:
+    if name in table:
+        return table[name]
+    if table is FAMILIES:
+        raise InputError("scenario family", repr(name), one_of(table, name))
+    otherwise = ", or as sine:amplitude=0.7,frequency=0.2"
+    raise InputError("scenario", repr(name), one_of(table, name, otherwise=otherwise))
+
+
+def _defaults(build: Builder) -> dict[str, Any]:
+    """Those parameters of a builder that fit in a text: numbers and words."""
+    parameters = inspect.signature(build).parameters.values()
+    return {p.name: p.default for p in parameters if isinstance(p.default, int | float | str)}
+
+
+def _parameters(text: str, family: str, build: Builder) -> dict[str, Any]:
+    known = _defaults(build)
+    values: dict[str, Any] = {}
+    for part in filter(None, (piece.strip() for piece in text.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if name not in known:
+            raise InputError(f"parameter of {family}", repr(name), one_of(known, name))
+        if not equals or name in values:
+            raise InputError(f"parameter of {family}", repr(part), f"given once, as {name}={known[name]}")
+        values[name] = _value(name, value, type(known[name]))
+    return values
+
+
+def _value(name: str, text: str, kind: type) -> Any:
+    words = {int: "a whole number", float: "a number", str: "a word"}
+    try:
+        return kind(text)
+    except ValueError:
+        raise InputError(name, repr(text), words[kind]) from None

@@ -1,0 +1,50 @@
+"""A scenario: what the driver should feel, as a function of time."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
+
+MAX_SCALE: Final = 10.0
+
+
+def _still(t: Vec) -> Vec:
+    return np.zeros((len(t), 3))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """Specific force and angular rate to be felt, in the driver's frame, over a stretch of time.
+
+    The signals are functions of time, not samples, so that controller and plant may each ask at
+    their own rate. Where a signal jumps at t, its value at exactly t is the one after the jump.
+    """
+
+    name: str
+    duration: float  # [s]
+    specific_force: Callable[[Vec], Vec]  # (n,) [s] -> (n, 3) [m/s²], without the standing 1 g
+    angular_rate: Callable[[Vec], Vec] = field(default=_still)  # (n,) [s] -> (n, 3) [rad/s]
+    origin: str = ""  # where it comes from: a table of the thesis, a file, a formula
+
+    def scaled(self, factor: float) -> "Scenario":
+        """Equal but for force and rate, which are multiplied by `factor`.
+
+        Raises
+        ------
+        InputError : the factor is not within (0, 10].
+        """
+        if not 0.0 < factor <= MAX_SCALE:
+            raise InputError("scale", factor, f"greater than 0 and at most {MAX_SCALE:g}")
+        if factor == 1.0:
+            return self
+        force, rate = self.specific_force, self.angular_rate
+        return replace(
+            self,
+            specific_force=lambda t: factor * force(t),
+            angular_rate=lambda t: factor * rate(t),
+            origin=f"{self.origin}, scaled by {factor:g}",
+        )

@@ -1,0 +1,133 @@
+"""Numbers out of delimited text, fast where all is well, and with the line named where it is not."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from operator import methodcaller
+
+import numpy as np
+
+from otolith.core.arrays import Mat
+from otolith.core.errors import InputError
+from otolith.scenarios.columns import UNITS, Column, canonical
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The text of a log, split into header and body."""
+
+    source: str
+    delimiter: str | None  # None: any white space
+    names: list[str]  # (c,) of the columns
+    units: list[str]  # (c,) from a row of their own, empty where there is none
+    body: list[str]  # (n,) lines of numbers
+    first_line: int  # number in the file, from 1, of body[0]
+
+
+def split(text: str, source: str) -> Table:
+    """Header and body of a log; lines before the header that are empty or start with # are skipped.
+
+    Delimiter: the first of semicolon, tab, comma and bar that the header holds, else white space.
+
+    Raises
+    ------
+    InputError : the file is empty, has no header, or has rows of another width.
+    """
+    lines = text.removeprefix("\ufeff").splitlines()
+    while lines and not lines[-1].strip():
+        lines.pop()
+    start = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
+    if start is None:
+        raise InputError(source, "empty", "a table with one line of column names and one row per time")
+    header = lines[start]
+    delimiter = next((d for d in ";\t,|" if d in header), None)
+    names = _cells(header, delimiter)
+    if all(_is_number(name) for name in names):
+        raise InputError(f"line {start + 1} of {source}", "numbers", "the names of the columns")
+    body, first_line = lines[start + 1 :], start + 2
+    units = [""] * len(names)
+    if body and _is_unit_row(_cells(body[0], delimiter)):
+        units = [cell.strip(" []()-") for cell in _cells(body[0], delimiter)]
+        body, first_line = body[1:], first_line + 1
+    if delimiter != "," and any("," in line for line in body):
+        body = "\n".join(body).replace(",", ".").split("\n")
+    if any('"' in line for line in body):
+        body = "\n".join(body).replace('"', "").split("\n")
+    table = Table(source, delimiter, names, units, body, first_line)
+    _check_widths(table)
+    return table
+
+
+def numbers(table: Table, columns: Sequence[Column]) -> Mat:
+    """The chosen columns as they stand in the file, without conversion: (n, len(columns)), all finite.
+
+    Raises
+    ------
+    InputError : a cell is empty, text, NaN or infinite.
+    """
+    try:
+        values = np.loadtxt(
+            table.body,
+            delimiter=table.delimiter,
+            usecols=[column.index for column in columns],
+            comments=None,
+            ndmin=2,
+            dtype=np.float64,
+        )
+    except ValueError:
+        raise _bad_cell(table, columns) from None
+    if not np.isfinite(values).all():
+        raise _bad_cell(table, columns)
+    return values
+
+
+def line_of(table: Table, row: int) -> int:
+    """Number in the file, from 1, of a row of the body."""
+    return table.first_line + row
+
+
+def _check_widths(table: Table) -> None:
+    width, source = len(table.names), table.source
+    if len(table.body) < 2:
+        raise InputError(f"number of rows in {source}", len(table.body), "at least 2")
+    if table.delimiter is None:
+        widths = [len(line.split()) for line in table.body]
+    else:
+        widths = [count + 1 for count in map(methodcaller("count", table.delimiter), table.body)]
+    counts = np.array(widths)
+    wrong = np.flatnonzero(counts != width)
+    if all(not table.body[row].strip() for row in wrong[:1]) and len(wrong):
+        raise InputError(f"line {line_of(table, int(wrong[0]))} of {source}", "empty", "a row of numbers")
+    if len(wrong):
+        where = f"number of values in line {line_of(table, int(wrong[0]))} of {source}"
+        raise InputError(where, int(counts[wrong[0]]), f"{width}, as in the header")
+
+
+def _bad_cell(table: Table, columns: Sequence[Column]) -> InputError:
+    for row, line in enumerate(table.body):
+        cells = line.split(table.delimiter)
+        for column in columns:
+            cell = cells[column.index].strip()
+            if not _is_number(cell) or not np.isfinite(float(cell)):
+                where = f"{column.name!r} in line {line_of(table, row)} of {table.source}"
+                return InputError(where, repr(cell) if cell else "empty", "a finite number")
+    return InputError(table.source, "not readable as numbers", "a table of numbers")
+
+
+def _cells(line: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_unit_row(cells: list[str]) -> bool:
+    known = {unit for units in UNITS.values() for unit in units}
+    return any(canonical(cell.strip(" []()")) in known for cell in cells) and not any(map(_is_number, cells))

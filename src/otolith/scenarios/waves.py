@@ -1,0 +1,103 @@
+"""Signals of one axis as functions of time: (n,) [s] -> (n,) [m/s²].
+
+All are right-continuous and zero before their start. They are values: they compare and pickle, so a
+study can send them to its workers.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+
+Wave = Callable[[Vec], Vec]
+
+
+@dataclass(frozen=True, slots=True)
+class Sine:
+    """a sin(2π f (t − start) + phase) from `start` on."""
+
+    amplitude: float  # [m/s²]
+    frequency: float  # [Hz]
+    start: float = 0.0  # [s]
+    phase: float = 0.0  # [rad]
+
+    def __call__(self, t: Vec) -> Vec:
+        """Value [m/s²] at times [s]."""
+        angle = 2.0 * math.pi * self.frequency * (t - self.start) + self.phase
+        return np.where(t >= self.start, self.amplitude * np.sin(angle), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """The amplitude in [start, end), zero elsewhere."""
+
+    amplitude: float  # [m/s²]
+    start: float  # [s]
+    end: float  # [s]
+
+    def __call__(self, t: Vec) -> Vec:
+        """Value [m/s²] at times [s]."""
+        return np.where((t >= self.start) & (t < self.end), self.amplitude, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Chirp:
+    """A sine from `start` on whose frequency grows linearly from `low` to `high`, reached at `end`."""
+
+    amplitude: float  # [m/s²]
+    low: float  # [Hz]
+    high: float  # [Hz]
+    start: float  # [s]
+    end: float  # [s]
+
+    def __call__(self, t: Vec) -> Vec:
+        """Value [m/s²] at times [s]."""
+        tau = t - self.start
+        growth = (self.high - self.low) / (self.end - self.start)  # [Hz/s]
+        cycles = self.low * tau + 0.5 * growth * tau**2
+        return np.where(tau >= 0.0, self.amplitude * np.sin(2.0 * math.pi * cycles), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Faded:
+    """A wave that grows from nothing over `rise` seconds after `start`, by a raised cosine."""
+
+    wave: Wave
+    start: float  # [s]
+    rise: float  # [s]
+
+    def __call__(self, t: Vec) -> Vec:
+        """Value [m/s²] at times [s]."""
+        fraction = np.clip((t - self.start) / self.rise, 0.0, 1.0)
+        return self.wave(t) * 0.5 * (1.0 - np.cos(math.pi * fraction))
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """Several waves at once."""
+
+    waves: tuple[Wave, ...]
+
+    def __call__(self, t: Vec) -> Vec:
+        """Value [m/s²] at times [s]."""
+        total = np.zeros(np.shape(t))
+        for wave in self.waves:
+            total = total + wave(t)
+        return total
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """A wave as specific force along one axis: (n,) [s] -> (n, 3) [m/s²]."""
+
+    index: int  # 0 longitudinal, 1 lateral
+    wave: Wave
+
+    def __call__(self, t: Vec) -> Vec:
+        """Force (n, 3) [m/s²] at times (n,) [s]."""
+        force = np.zeros((len(t), 3))
+        force[:, self.index] = self.wave(np.asarray(t, dtype=np.float64))
+        return force

@@ -1,0 +1,85 @@
+"""Key figures of a run made by hand, against values worked out by hand."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from otolith import metrics
+from otolith.simulate import Run
+
+
+def test_rmse_and_travel_of_constants_are_the_constants(handmade: Run) -> None:
+    np.testing.assert_allclose(metrics.tracking_rmse(handmade), [0.2, 0.0, 0.0])
+    # ∫ (0.1 t)² over samples k/100: 0.1 √(Σ k²/100³) = 0.1 √(338350/1e6)
+    assert metrics.travel_rms(handmade)[0] == pytest.approx(0.1 * np.sqrt(338350 / 1e6))
+
+
+def test_effort_gives_the_distribution_and_counts_what_failed(handmade: Run) -> None:
+    effort = metrics.effort(handmade)
+    assert effort["changes"] == {"mean": 1.0, "median": 0.0, "p99": pytest.approx(7.46), "max": 8.0}
+    assert effort["step_time_us"]["max"] == pytest.approx(10.0)
+    assert effort["status"] == {"optimal": 9, "infeasible": 1}
+    assert effort["residual_max"] == 1e-12
+    assert effort["guesses_missed"] == 1
+
+
+def test_a_run_within_limits_has_no_excess(handmade: Run) -> None:
+    assert all(e.violations == 0 and e.between_nodes == 0.0 for e in metrics.excesses(handmade))
+
+
+@pytest.mark.parametrize(
+    ("series", "axis", "value", "quantity", "excess"),
+    [
+        ("pose", 0, -0.6, "position", 0.1),
+        ("pose", 4, np.deg2rad(31), "tilt", np.deg2rad(1)),
+        ("twist", 0, 7.3, "velocity", 0.1),
+        ("twist", 4, np.deg2rad(-3.5), "tilt_rate", np.deg2rad(0.5)),
+        ("acceleration", 0, 10.0, "acceleration", 0.19),
+        ("pose", 0, np.nan, "position", np.inf),
+    ],
+)
+def test_an_excess_is_found_where_it_is(
+    handmade: Run, series: str, axis: int, value: float, quantity: str, excess: float
+) -> None:
+    damaged = getattr(handmade, series).copy()
+    damaged[[39, 42], axis] = value  # sample 39 is a controller's node (t = 0.4 s), 42 is not
+    found = {e.quantity: e for e in metrics.excesses(replace(handmade, **{series: damaged}))}
+    hit = found.pop(f"surge-pitch {quantity}")
+    assert hit.violations == 1
+    assert hit.at_nodes == pytest.approx(excess)
+    assert all(e.violations == 0 for e in found.values())
+
+
+def test_between_nodes_is_reported_but_no_violation(handmade: Run) -> None:
+    pose = handmade.pose.copy()
+    pose[42, 0] = 0.55
+    (position, *_) = metrics.excesses(replace(handmade, pose=pose))
+    assert (position.violations, position.at_nodes) == (0, 0.0)
+    assert position.between_nodes == pytest.approx(0.05)
+
+
+def test_commands_are_held_to_their_own_limit(handmade: Run) -> None:
+    command = handmade.command.copy()
+    command[3, 0] = 5.5
+    found = {e.quantity: e for e in metrics.excesses(replace(handmade, command=command))}
+    assert found["surge-pitch command"].violations == 1
+
+
+def test_the_summary_is_plain_json_with_the_promised_keys(handmade: Run) -> None:
+    summary = json.loads(json.dumps(metrics.summarise(handmade), allow_nan=False))
+    assert summary["rmse"] == pytest.approx(0.2)
+    assert summary["rmse_per_pair"] == {"surge-pitch": pytest.approx(0.2)}
+    assert {"mean", "p99", "max"} <= set(summary["changes"])
+    assert summary["step_time_us"]["median"] == pytest.approx(5.5)
+    assert summary["violations"] == 0
+
+
+def test_percentages_are_against_the_implicit_mpc(handmade: Run) -> None:
+    base = replace(handmade, cueing="implicit")
+    half = replace(handmade, cueing="hybrid-all", changes=handmade.changes // 2)
+    summaries = metrics.compare([base, half])
+    assert summaries["implicit"]["changes_against_implicit_percent"] == 0.0
+    assert summaries["hybrid-all"]["changes_against_implicit_percent"] == pytest.approx(-50.0)
+    assert "changes_against_implicit_percent" not in metrics.compare([half])["hybrid-all"]

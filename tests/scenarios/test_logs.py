@@ -1,0 +1,244 @@
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.testing import assert_allclose, assert_array_equal
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
+from otolith.scenarios import Log, parse_log
+from otolith.scenarios.columns import STANDARD_GRAVITY
+
+N = 30
+T = np.round(np.arange(N) * 0.1, 3)
+AX = np.round(np.sin(T), 6)
+
+
+def text(header: str = "t,ax", *series: Vec, sep: str = ",", end: str = "\n") -> str:
+    columns = series or (T, AX)
+    rows = [sep.join(repr(float(value)) for value in row) for row in zip(*columns, strict=True)]
+    return end.join([header, *rows]) + end
+
+
+def damaged(line: int, new: str, header: str = "t,ax") -> str:
+    """The plain log with one line of the file, counted from 1, replaced."""
+    lines = text(header).splitlines()
+    lines[line - 1] = new
+    return "\n".join(lines)
+
+
+def refusal(log: str, **columns: str) -> str:
+    with pytest.raises(InputError) as caught:
+        parse_log(log, "log.csv", columns=columns)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def assert_plain(log: Log) -> None:
+    assert_array_equal(log.t, T)
+    assert_array_equal(log.force[:, 0], AX)
+    assert not log.force[:, 1:].any()
+    assert not log.rate.any()
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        text(),
+        "\ufeff" + text(),
+        text(end="\r\n"),
+        text("t;ax", sep=";"),
+        text("t\tax", sep="\t"),
+        text("t|ax", sep="|"),
+        text("t ax", sep=" "),
+        text("t;ax", sep=";").replace(".", ","),
+        text('"t","ax"').replace("\n", '"\n"').replace(",", '","').replace('""', '"').removesuffix('"'),
+        "# a comment\n\n" + text(),
+        text("t,ax\ns,m/s^2"),
+        text("t,ax\n[s],[m/s^2]"),
+        text() + "\n\n",
+        text("t,note,ax", T, np.zeros(N), AX).replace(",0.0,", ",hello,"),
+    ],
+)
+def test_delimiters_decimals_quotes_units_and_line_ends_are_recognised(log: str) -> None:
+    assert_plain(parse_log(log, "log.csv"))
+
+
+def test_every_quantity_finds_its_place_in_si() -> None:
+    names = "time_ms,ax_g,ay_g,az_g,roll_rate_degps,pitch_rate_degps,yaw_rate_degps"
+    values = np.arange(1.0, 7.0)[:, None] * np.ones(N) / 10
+    log = parse_log(text(names, 1.7e12 + 1000 * T, *values), "log.csv")
+    assert_allclose(log.t, T, atol=1e-9)
+    assert_allclose(log.force[3], STANDARD_GRAVITY * np.array([0.1, 0.2, 0.3]))
+    assert_allclose(log.rate[3], np.deg2rad([0.4, 0.5, 0.6]))
+    assert log.columns == {
+        "t": "time_ms", "ax": "ax_g", "ay": "ay_g", "az": "az_g",
+        "roll_rate": "roll_rate_degps", "pitch_rate": "pitch_rate_degps", "yaw_rate": "yaw_rate_degps",
+    }  # fmt: skip
+
+
+@given(arrays(np.float64, (N, 3), elements=st.floats(-4.5, 4.5)))
+def test_numbers_are_read_back_bit_for_bit(force: Vec) -> None:
+    log = parse_log(text("t_s,ax_mps2,ay_mps2,az_mps2", T, *force.T), "log.csv")
+    assert_array_equal(log.force, force)
+
+
+def test_notes_say_what_was_read_and_assumed() -> None:
+    assert parse_log(text("t_s,ax"), "log.csv").notes == (
+        "log.csv: 30 rows, 2.9 s, 10 Hz",
+        "t: column 't_s' in s",
+        "ax: column 'ax' in m/s2, no unit stated, taken as SI",
+        "not in the log, taken as zero: ay, az, roll_rate, pitch_rate, yaw_rate",
+    )
+
+
+def test_a_turned_sign_is_noted() -> None:
+    log = parse_log(text("t,foo"), "log.csv", columns={"ax": "-foo:g"})
+    assert_allclose(log.force[:, 0], -STANDARD_GRAVITY * AX)
+    assert "ax: column 'foo' in g, sign turned" in log.notes
+
+
+def test_uneven_sampling_is_noted() -> None:
+    t = T + 0.03 * (np.arange(N) % 2)
+    assert parse_log(text("t,ax", t, AX), "log.csv").notes[0].endswith("unevenly sampled")
+
+
+@pytest.mark.parametrize(
+    ("log", "sentence"),
+    [
+        ("", "log.csv is empty, must be a table with one line of column names and one row per time"),
+        (
+            "\n# nothing\n",
+            "log.csv is empty, must be a table with one line of column names and one row per time",
+        ),
+        ("t,ax\n", "number of rows in log.csv is 0, must be at least 2"),
+        ("t,ax\n0,0\n", "number of rows in log.csv is 1, must be at least 2"),
+        ("0,1\n2,3\n4,5\n", "line 1 of log.csv is numbers, must be the names of the columns"),
+        (damaged(7, "0.5,nan"), "'ax' in line 7 of log.csv is 'nan', must be a finite number"),
+        (damaged(7, "0.5,-inf"), "'ax' in line 7 of log.csv is '-inf', must be a finite number"),
+        (damaged(7, "0.5,oops"), "'ax' in line 7 of log.csv is 'oops', must be a finite number"),
+        (damaged(7, "0.5,"), "'ax' in line 7 of log.csv is empty, must be a finite number"),
+        (damaged(7, "0.5"), "number of values in line 7 of log.csv is 1, must be 2, as in the header"),
+        (damaged(7, "0.5,1,2"), "number of values in line 7 of log.csv is 3, must be 2, as in the header"),
+        (damaged(7, ""), "line 7 of log.csv is empty, must be a row of numbers"),
+        (damaged(7, "1_0,0"), "log.csv is not readable as numbers, must be a table of numbers"),
+        (
+            damaged(7, "0.3,0"),
+            "time in line 7 of log.csv is 0.3 s after the first row, must be after the row before, 0.4 s",
+        ),
+        (
+            damaged(7, "0.4,0"),
+            "time in line 7 of log.csv is 0.4 s after the first row, must be after the row before, 0.4 s",
+        ),
+        (
+            text("t,ax", np.where(T < 1.0, T, T + 1.5), AX),
+            "gap before line 12 of log.csv, 0.9 s after the first row, is 1.6 s, must be at most 1 s",
+        ),
+        (
+            text("t,ax", 1000 * T, AX),
+            "gap before line 3 of log.csv, 0 s after the first row, is 100 s, must be at most 1 s "
+            "(is time in ms? then map t=t:ms)",
+        ),
+        (
+            damaged(7, "0.5,-70", "t,ax_mps2"),
+            "ax in line 7 of log.csv is -70 m/s², must be within ±50 m/s² (is it really in m/s2?)",
+        ),
+        (
+            damaged(7, "0.5,9", "t,ax_g"),
+            "ax in line 7 of log.csv is 88.2599 m/s², must be within ±50 m/s² (is it really in g?)",
+        ),
+        (
+            damaged(7, "0.5,900"),
+            "ax in line 7 of log.csv is 900 m/s², must be within ±50 m/s² "
+            "(no unit is stated: is it in mm/s² or counts of the sensor?)",
+        ),
+        (
+            text("t,ax,yaw_rate", T, AX, 30 * T),
+            "yaw_rate in line 31 of log.csv is 87 rad/s, must be within ±20 rad/s "
+            "(no unit is stated: is it in deg/s?)",
+        ),
+        (
+            text("t,ax,az_mps2", T, AX, np.full(N, -9.81)),
+            "mean of az in log.csv is -9.81 m/s², must be about 0 or +9.81 m/s²: does z point down? "
+            "(turn the signs of ay, az, pitch and yaw rate, az=-az_mps2, or leave it out, az=none)",
+        ),
+        (
+            text("t,ax,az", T, AX, np.ones(N)),
+            "mean of az in log.csv is 1 m/s², must be about 0 or +9.81 m/s² "
+            "(no unit is stated: is it in g? then map az=az:g, and ax, ay alike)",
+        ),
+    ],
+)
+def test_a_log_that_cannot_be_trusted_is_refused(log: str, sentence: str) -> None:
+    assert refusal(log) == sentence
+
+
+def test_gravity_in_az_is_removed_and_said() -> None:
+    log = parse_log(text("t,ax,az_g", T, AX, np.ones(N)), "log.csv")
+    assert_allclose(log.force[:, 2], 0.0, atol=1e-12)
+    assert "az averages 9.807 m/s²: it holds gravity, 1 g was removed" in log.notes
+
+
+def test_a_vertical_column_without_gravity_is_left_as_it_is() -> None:
+    assert_array_equal(parse_log(text("t,ax,az", T, AX, AX), "log.csv").force[:, 2], AX)
+
+
+def drive(ax: float = 1.0, ay: float = 1.0, yaw: float = 1.0) -> str:
+    """A consistent minute of driving, each signal multiplied by the factor given."""
+    t = np.arange(0.0, 60.0, 0.1)
+    v = 15.0 + 5.0 * np.sin(0.3 * t)
+    rate = 0.2 * np.sin(0.2 * t)
+    columns = (t, ax * 1.5 * np.cos(0.3 * t), ay * v * rate, yaw * rate, v)
+    return text("t_s,ax_mps2,ay_mps2,yaw_rate_radps,vx_mps", *columns)
+
+
+def test_a_consistent_drive_raises_no_doubt() -> None:
+    assert not [note for note in parse_log(drive(), "log.csv").notes if "doubtful" in note]
+
+
+@pytest.mark.parametrize(
+    ("factors", "note"),
+    [
+        ({"ay": -1.0}, "doubtful: ay runs against speed × yaw rate (correlation -1.00); is a sign turned?"),
+        (
+            {"ax": -1.0},
+            "doubtful: ax runs against the change of speed (correlation -1.00); is a sign turned?",
+        ),
+        ({"ay": 0.1}, "doubtful: ay is 0.1 times speed × yaw rate; are the units right (g, deg/s)?"),
+        ({"yaw": 57.3}, "doubtful: ay is 0.017 times speed × yaw rate; are the units right (g, deg/s)?"),
+    ],
+)
+def test_signs_and_units_that_contradict_the_speed_are_noted(factors: dict[str, float], note: str) -> None:
+    assert note in parse_log(drive(**factors), "log.csv").notes
+
+
+@pytest.mark.parametrize("log", [text("t,ax,vx", T, AX, AX), text("t,ax,vx", 5 * T, AX, np.ones(N))])
+def test_a_short_drive_or_a_constant_speed_says_nothing_about_the_others(log: str) -> None:
+    assert not [note for note in parse_log(log, "log.csv").notes if "doubtful" in note]
+
+
+def test_a_speed_with_holes_does_not_spoil_the_log() -> None:
+    log = parse_log(text("t,ax,vx", T, AX, np.full(N, np.nan)), "log.csv")
+    assert "vx: not used, it has cells that are no numbers" in log.notes
+    assert_plain(log)
+
+
+@given(st.text(alphabet="0123456789.,;\t\n -+eEnaxt_#\"'\r", max_size=80))
+def test_any_text_gives_a_log_or_is_refused(body: str) -> None:
+    for log in (body, f"t,ax\n{body}", f"t;ax\n0;0\n{body}"):
+        try:
+            assert len(parse_log(log, "log.csv").t) >= 2
+        except InputError:
+            continue
+
+
+def test_reading_is_fast() -> None:
+    """A million rows take a few seconds; here a tenth of it, with room for a slow machine."""
+    n = 100_000
+    rows = "\n".join(f"{0.01 * i:.2f},{(i % 77) * 0.01:.2f},{(i % 13) * 0.1:.1f}" for i in range(n))
+    started = time.process_time()
+    assert len(parse_log("t,ax,ay\n" + rows, "log.csv").t) == n
+    assert time.process_time() - started < 3.0

@@ -1,0 +1,92 @@
+"""The closed loop itself, with a cueing algorithm and a clock made for the purpose."""
+
+from itertools import count
+
+import numpy as np
+import pytest
+
+from otolith.core.arrays import Mat, Vec
+from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
+from otolith.plant.ideal import without_lag
+from otolith.platforms import load
+from otolith.scenarios import Scenario
+from otolith.simulate import simulate
+
+
+class Echo:
+    """Commands the force wanted as acceleration: with no tilt and no lag it is felt exactly."""
+
+    period = 0.1
+
+    def __init__(self) -> None:
+        self.seen: list[float] = []
+
+    def reset(self, state: PlatformState) -> None:
+        self.seen.clear()
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        self.seen.append(float(reference.specific_force[0]))
+        acceleration = np.zeros(6)
+        acceleration[:3] = reference.specific_force
+        zero = np.zeros(6)
+        outcome = Outcome(status=Status.OPTIMAL, changes=len(self.seen))
+        return Command(
+            acceleration=acceleration, pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome
+        )
+
+
+def pulse(t: Vec) -> Mat:
+    """1 m/s² from 0.3 s on; a jump that falls on a decision."""
+    f = np.zeros((len(t), 3))
+    f[:, 0] = t >= 0.3
+    return f
+
+
+PULSE = Scenario(name="pulse", duration=1.0, specific_force=pulse)
+
+
+def close(cueing: Echo, plant_period: float = 1e-3, **options):  # type: ignore[no-untyped-def]
+    return simulate(
+        cueing,
+        without_lag(),
+        PULSE,
+        platform=load("thesis"),
+        pairs=("surge-pitch",),
+        plant_period=plant_period,
+        **options,
+    )
+
+
+@pytest.mark.parametrize("plant_period", [1e-3, 1e-2, 0.1 / 3])
+def test_a_jump_on_a_decision_is_seen_by_it_and_felt_from_then_on(plant_period: float) -> None:
+    """No sample is off by one, whatever the rounding of k·dt: wanted and felt agree everywhere."""
+    cueing = Echo()
+    run = close(cueing, plant_period)
+    assert cueing.seen == [0.0] * 3 + [1.0] * 7
+    np.testing.assert_array_equal(run.felt_force, run.reference_force)
+    np.testing.assert_allclose(run.pose[-1, 0], 0.5 * 0.7**2, atol=1e-12)
+
+
+def test_decisions_and_nodes_line_up() -> None:
+    run = close(Echo())
+    np.testing.assert_allclose(run.at_decisions(run.time), run.command_time + 0.1)
+    assert list(run.changes) == list(range(1, 11))
+
+
+def test_the_clock_is_an_argument_and_touches_nothing_else() -> None:
+    ticks = count()
+    run, again = close(Echo(), clock=lambda: float(next(ticks))), close(Echo())
+    np.testing.assert_array_equal(run.step_time, 1.0)
+    np.testing.assert_array_equal(run.pose, again.pose)
+
+
+def test_progress_ends_at_one() -> None:
+    told: list[float] = []
+    close(Echo(), progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def test_periods_that_do_not_divide_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"controller period 0\.1 s is no multiple of plant period 0\.03 s"):
+        close(Echo(), 0.03)
