@@ -39,7 +39,11 @@ def run(of: design.Design, name: str) -> Run:
     )
 
 
-@given(seed=st.integers(0, 10_000), block_from=st.sampled_from([None, 1, 2, 3]), kind=st.sampled_from(list(BrakingRows)))
+@given(
+    seed=st.integers(0, 10_000),
+    block_from=st.sampled_from([None, 1, 2, 3]),
+    kind=st.sampled_from(list(BrakingRows)),
+)
 @settings(max_examples=40, deadline=None)
 def test_cost_and_rows_are_those_of_the_rollout(seed: int, block_from: int | None, kind: BrakingRows) -> None:
     rng = np.random.default_rng(seed)
@@ -94,7 +98,9 @@ def test_sine_2_reproduces_table_5_2(plain: design.Design) -> None:
         ("step-2", 0.9873, 1.0070),
     ],
 )
-def test_braking_rows_reproduce_table_c2(braking: design.Design, name: str, rmse: float, thesis: float) -> None:
+def test_braking_rows_reproduce_table_c2(
+    braking: design.Design, name: str, rmse: float, thesis: float
+) -> None:
     result = run(braking, name)
     assert set(result.status) == {"optimal"}
     reached = metrics.tracking_rmse(result)[0]
@@ -131,7 +137,7 @@ def test_the_hybrids_stretch_the_law_over_the_finer_horizon(plain: design.Design
 
 def test_a_law_of_another_platform_is_refused(plain: design.Design) -> None:
     other = design.Design(platform=load("davsi"), stored_law=plain.law)
-    with pytest.raises(InputError, match="the stored law's model is .* the model of platform davsi"):
+    with pytest.raises(InputError, match=r"the stored law's model is .* the model of platform davsi"):
         _ = other.law
 
 

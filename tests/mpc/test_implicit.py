@@ -25,7 +25,9 @@ THESIS = load("thesis")
 A, B = zero_order_hold(*implicit_dynamics(0.01), 0.01)
 
 
-def controller(platform: str = "thesis", entry: Entry = Entry.REFERENCE, guess: object = None, **options) -> Implicit:  # type: ignore[no-untyped-def]
+def controller(
+    platform: str = "thesis", entry: Entry = Entry.REFERENCE, guess: object = None, **options
+) -> Implicit:  # type: ignore[no-untyped-def]
     described = load(platform)
     return Implicit(
         SURGE_PITCH,
@@ -87,7 +89,8 @@ def test_the_linearised_force_has_the_slope_of_finite_differences() -> None:
     at = mpc._plan.ravel()
     step = 1e-6
     numeric = [
-        (nonlinear(at + step * e) - nonlinear(at - step * e)) / (2 * step) for e in np.eye(100)[rng.integers(0, 100, 12)]
+        (nonlinear(at + step * e) - nonlinear(at - step * e)) / (2 * step)
+        for e in np.eye(100)[rng.integers(0, 100, 12)]
     ]
     rng = np.random.default_rng(5)
     rng.normal(size=(50, 2))
@@ -153,11 +156,17 @@ def random_reference(seed: int, duration: float) -> Scenario:
     return Scenario(name=f"random {seed}", duration=duration, specific_force=force)
 
 
-@given(seed=st.integers(0, 10_000), platform=st.sampled_from(["thesis", "davsi"]), pair=st.sampled_from([SURGE_PITCH, SWAY_ROLL]))
+@given(
+    seed=st.integers(0, 10_000),
+    platform=st.sampled_from(["thesis", "davsi"]),
+    pair=st.sampled_from([SURGE_PITCH, SWAY_ROLL]),
+)
 @settings(max_examples=12, deadline=None)
 def test_no_limit_is_violated_whatever_is_wanted(seed: int, platform: str, pair) -> None:  # type: ignore[no-untyped-def]
     described = load(platform)
-    mpc = Implicit(pair, described.pair_limits(pair), described.braking, settings=ImplicitSettings(), guess=NoGuess())
+    mpc = Implicit(
+        pair, described.pair_limits(pair), described.braking, settings=ImplicitSettings(), guess=NoGuess()
+    )
     run = simulate(mpc, Ideal(), random_reference(seed, 4.0), platform=described, pairs=(pair.name,))
     assert set(run.status) == {"optimal"}
     assert max(run.residual) < 1e-6
@@ -166,9 +175,11 @@ def test_no_limit_is_violated_whatever_is_wanted(seed: int, platform: str, pair)
 
 
 def test_after_reset_equal_inputs_give_equal_outputs() -> None:
-    mpc, runs = controller(), []
-    for _ in range(2):
-        runs.append(simulate(mpc, Ideal(), random_reference(7, 1.0), platform=THESIS, pairs=("surge-pitch",)))
+    mpc = controller()
+    runs = [
+        simulate(mpc, Ideal(), random_reference(7, 1.0), platform=THESIS, pairs=("surge-pitch",))
+        for _ in range(2)
+    ]
     np.testing.assert_array_equal(runs[0].command, runs[1].command)
     np.testing.assert_array_equal(runs[0].changes, runs[1].changes)
 
@@ -188,7 +199,10 @@ def test_a_state_beyond_its_limits_is_infeasible_and_braked() -> None:
     mpc = controller()
     mpc.reset(PlatformState())
     twist = np.array([3.0, 0, 0, 0, 0, 0])  # towards the end stop, too fast to stop
-    command = mpc.step(PlatformState(pose=np.array([0.45, 0, 0, 0, 0, 0]), twist=twist), Reference(specific_force=np.zeros(3)))
+    command = mpc.step(
+        PlatformState(pose=np.array([0.45, 0, 0, 0, 0, 0]), twist=twist),
+        Reference(specific_force=np.zeros(3)),
+    )
     assert command.outcome.status is Status.INFEASIBLE
     assert command.acceleration[0] == -5.0
 

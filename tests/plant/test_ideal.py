@@ -13,7 +13,9 @@ from otolith.plant.ideal import without_lag
 def commanding(acceleration: float) -> Command:
     zero = np.zeros(6)
     outcome = Outcome(status=Status.OPTIMAL)
-    return Command(acceleration=np.full(6, acceleration), pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome)
+    return Command(
+        acceleration=np.full(6, acceleration), pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome
+    )
 
 
 def test_a_step_command_is_followed_in_closed_form() -> None:

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from otolith import registry
 from otolith.cli.output import print_json
-from otolith.core.errors import InputError
+from otolith.core.errors import InputError, one_of
 from otolith.platforms import catalog, load
 from otolith.scenarios import SCENARIOS
 
@@ -22,13 +22,15 @@ def _tables() -> dict[str, dict[str, str]]:
 
 
 def list_(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="cueing, plants, platforms, scenarios or solvers.")],
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="cueing, plants, platforms, scenarios or solvers.")
+    ],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """List cueing algorithms, plants, platforms, scenarios or solvers by name."""
     tables = _tables()
     if kind not in tables:
-        raise InputError("KIND", repr(kind), "one of " + ", ".join(sorted(tables)))
+        raise InputError("KIND", repr(kind), one_of(sorted(tables), kind))
     if json:
         print_json(tables[kind])
         return

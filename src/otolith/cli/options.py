@@ -29,24 +29,30 @@ class Choices:
     """What the user chose; every field is one option of the command line."""
 
     scenario: Annotated[
-        str | None, typer.Argument(metavar="[SCENARIO]", help="A name of 'otolith list scenarios', or a formula.")
+        str | None,
+        typer.Argument(metavar="[SCENARIO]", help="A name of 'otolith list scenarios', or a formula."),
     ] = None
     log: Annotated[Path | None, typer.Option(help="A recorded drive (CSV) instead of a scenario.")] = None
     column: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="QUANTITY=COLUMN[:UNIT]", help="Where a log keeps a quantity, e.g. ax=LongAcc:g; repeatable."
+            metavar="QUANTITY=COLUMN[:UNIT]",
+            help="Where a log keeps a quantity, e.g. ax=LongAcc:g; repeatable.",
         ),
     ] = None
-    lowpass: Annotated[float | None, typer.Option(metavar="HZ", help="Low-pass a log at this frequency.")] = None
-    causal: Annotated[bool, typer.Option("--causal", help="Filter a log causally, as live [default: zero-phase].")] = (
-        False
+    lowpass: Annotated[float | None, typer.Option(metavar="HZ", help="Low-pass a log at this frequency.")] = (
+        None
     )
+    causal: Annotated[
+        bool, typer.Option("--causal", help="Filter a log causally, as live [default: zero-phase].")
+    ] = False
     scale: Annotated[float, typer.Option(help="Scale the reference by this factor.")] = 1.0
     literal: Annotated[
         bool, typer.Option("--literal", help="Steps from 1 s to 4 s as printed, instead of 1 s to 5 s.")
     ] = False
-    platform: Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")] = "thesis"
+    platform: Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")] = (
+        "thesis"
+    )
     plant: Annotated[
         str | None, typer.Option(help="A name of 'otolith list plants' [default: the algorithm's own model].")
     ] = None
@@ -56,14 +62,22 @@ class Choices:
     ] = "thesis-fit"
     weight: Annotated[
         list[str] | None,
-        typer.Option(metavar="STATE=W", help="Constant washout weights instead, e.g. position=0.9; repeatable."),
+        typer.Option(
+            metavar="STATE=W", help="Constant washout weights instead, e.g. position=0.9; repeatable."
+        ),
     ] = None
     braking: Annotated[
         str | None,
-        typer.Option(help="Braking rows: position, printed or none [default: implicit position, explicit none]."),
+        typer.Option(
+            help="Braking rows: position, printed or none [default: implicit position, explicit none]."
+        ),
     ] = None
-    guess_entry: Annotated[str, typer.Option(help="How a guess enters: reference (eq. 3.1) or primal.")] = "reference"
-    law: Annotated[Path | None, typer.Option(help="A stored explicit law, instead of enumerating one.")] = None
+    guess_entry: Annotated[str, typer.Option(help="How a guess enters: reference (eq. 3.1) or primal.")] = (
+        "reference"
+    )
+    law: Annotated[Path | None, typer.Option(help="A stored explicit law, instead of enumerating one.")] = (
+        None
+    )
 
     def design(self, console: Console) -> Design:
         """Turn the options into a design; every wrong value is refused before work starts."""
@@ -80,13 +94,16 @@ class Choices:
             progress=functools.partial(_tell_progress, console),
         )
 
-    def reference(self, pair: AxisPair, period: float, console: Console) -> Scenario:
-        """The scenario for the cued pair; a log is resampled to the controller's period [s]."""
+    def reference(self, design: Design, console: Console) -> Scenario:
+        """The scenario for the cued pair; a log is resampled to the implicit controller's period.
+
+        That period whatever the algorithm, so that all are judged against one and the same reference.
+        """
         if self.log is None and self.scenario is not None:
             if self.lowpass is not None or self.causal or self.column:
                 raise InputError("--lowpass, --causal or --column", "given", "used together with --log")
-            axis = _AXIS_OF_FORCE[pair.translation]
-            return scenario(self.scenario, literal=self.literal, axis=axis, scale=self.scale)
+            axis = _AXIS_OF_FORCE[design.pair.translation]
+            return scenario(self.scenario, literal=self.literal, axis=axis).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")
@@ -94,7 +111,9 @@ class Choices:
         log = files.read_log(self.log, columns)
         for note in log.notes:
             console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
-        return log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal, scale=self.scale)
+        period = design.implicit.period
+        recorded = log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal)
+        return recorded.scaled(self.scale)
 
     def as_settings(self) -> dict[str, Any]:
         """Plain JSON values for the record of a run: enough to repeat it."""
@@ -154,4 +173,6 @@ def _assignment(option: str, text: str) -> tuple[str, str]:
 
 
 def _tell_progress(console: Console, now: Progress) -> None:
-    console.print(f"explicit law: {now.regions} regions, {now.open} open, {now.seconds:.1f} s", highlight=False)
+    console.print(
+        f"explicit law: {now.regions} regions, {now.open} open, {now.seconds:.1f} s", highlight=False
+    )

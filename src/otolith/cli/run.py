@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,16 +15,15 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from otolith import __version__, files, metrics, registry
 from otolith.cli.options import Choices, takes_choices
 from otolith.cli.output import print_json, sentence
-from otolith.mpc.design import Design
 from otolith.report import comparison_figure, cueing_figure, render, render_comparison, save_figure
 from otolith.simulate import Run, simulate
 
 _FOUR_MODELS = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]  # section 3.1
-_DEFAULT_PLANT = "ideal"
-_OWN_PLANT = {"explicit": "ideal-no-lag"}  # the plant that an algorithm's model describes, where not the default
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results [default: out/SCENARIO-CUEING].")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
+]
 
 
 @takes_choices
@@ -39,7 +39,7 @@ def run(
     summary = metrics.summarise(result)
     folder = out or Path("out") / f"{_file_name(result.scenario)}-{cueing}"
     files.write_run(result, folder / "run.h5")
-    page = render(result, summary)
+    page = render(result, summary, date=_today())
     _write(folder, summary, page, cueing_figure(result, result.pairs[0]))
     _tell(summary if json else None, [summary], folder, console)
 
@@ -60,41 +60,34 @@ def compare(
     folder = out or Path("out") / f"{_file_name(runs[0].scenario)}-compared"
     for result in runs:
         files.write_run(result, folder / f"{result.cueing}.h5")
-    page = render_comparison(runs, summaries)
+    page = render_comparison(runs, summaries, date=_today())
     _write(folder, summaries, page, comparison_figure(runs, runs[0].pairs[0]))
     _tell(summaries if json else None, list(summaries.values()), folder, console)
 
 
 def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[Run]:
     """Check everything the user said, then close the loop once per algorithm."""
-    makers = {name: registry.lookup(registry.CUEING, "--cueing", name) for name in names}
-    plants = {name: choices.plant or _OWN_PLANT.get(name, _DEFAULT_PLANT) for name in names}
-    plant_makers = {name: registry.lookup(registry.PLANTS, "--plant", plant) for name, plant in plants.items()}
+    makers = [registry.lookup(registry.CUEING, "--cueing", name) for name in names]
+    plants = [choices.plant or maker.plant for maker in makers]
+    plant_makers = [registry.lookup(registry.PLANTS, "--plant", plant) for plant in plants]
     design = choices.design(console)
-    choices.reference(design.pair, design.implicit.period, console)
-    return [
-        _simulate(choices, design, makers[name].load(), (name, plants[name]), plant_makers[name].load(), console)
-        for name in names
-    ]
-
-
-def _simulate(
-    choices: Choices, design: Design, make: Any, names: tuple[str, str], make_plant: Any, console: Console
-) -> Run:
-    cueing = make(design)
-    quiet = Console(quiet=True)  # a log's notes were told once, before
-    scenario = choices.reference(design.pair, cueing.period, quiet)
-    with _progress_bar(console, f"{names[0]} on {scenario.name}") as progress:
-        return simulate(
-            cueing,
-            make_plant(),
-            scenario,
-            platform=design.platform,
-            pairs=(design.pair.name,),
-            names=names,
-            settings={"version": __version__, **choices.as_settings()},
-            progress=progress,
-        )
+    scenario = choices.reference(design, console)
+    runs = []
+    for name, maker, plant, plant_maker in zip(names, makers, plants, plant_makers, strict=True):
+        cueing = maker.load()(design)
+        with _progress_bar(console, f"{name} on {scenario.name}") as progress:
+            run = simulate(
+                cueing,
+                plant_maker.load()(),
+                scenario,
+                platform=design.platform,
+                pairs=(design.pair.name,),
+                names=(name, plant),
+                settings={"version": __version__, **choices.as_settings()},
+                progress=progress,
+            )
+        runs.append(run)
+    return runs
 
 
 @contextmanager
@@ -118,7 +111,13 @@ def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Pa
         print_json(json_value)
     for summary in summaries:
         console.print(sentence(summary), highlight=False, soft_wrap=True)
-    console.print(f"written to {folder}: report.html, figure.pdf, summary.json", highlight=False, soft_wrap=True)
+    console.print(
+        f"written to {folder}: report.html, figure.pdf, summary.json", highlight=False, soft_wrap=True
+    )
+
+
+def _today() -> str:
+    return datetime.now().astimezone().date().isoformat()
 
 
 def _file_name(text: str) -> str:

@@ -3,9 +3,10 @@
 Notation: x = [ω θ v s], u = [a_rot a_tran], N horizon, T blocking, U = T z the inputs stage by
 stage, y_k = a_tran,k + g θ_k the linearised specific force, parameter ϑ = (x₀, y_ref):
 
-    min_z  Σ_{k<N} (y_k − y_ref)² + ‖R^½ u_k‖²   s.t. states x_1 … x_N and inputs within limits.
+    min_z  Σ_{k<N} (y_k − y_ref)² + ‖R^½ u_k‖² + ‖Q^½ x_k‖²   s.t. states x_1 … x_N and inputs within limits.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,15 +24,18 @@ from otolith.mpc.model import (
     BrakingRows,
     Row,
     acceleration_rows,
+    bounded,
     brake,
     braking_rows,
     explicit_dynamics,
+    planar_state,
     state_rows,
 )
 from otolith.mpqp import Law, ParametricQp
 from otolith.platforms import Braking, PairLimits
 from otolith.qp import Status
 
+UNLIMITED = 20.0  # [SI] range of a state without a limit, e.g. of the velocity [m/s] in Table C.1
 EDGE_TOLERANCE = 1e-7  # how far outside its box, relative to it, a parameter may lie through rounding
 
 
@@ -44,6 +48,7 @@ class ExplicitSettings:
     block_from: int | None = 2  # inputs are free before this stage (1 = first) and equal from it on
     braking: BrakingRows = BrakingRows.NONE
     control_weight: float = 1e-3  # on a_rot² and a_tran² (eq. 4.5)
+    state_weights: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # on ω², θ², v², s² (Table C.3)
     reference_bound: float = 100.0  # [m/s²] |y_ref| that the law covers: wider than any drive
 
     def __post_init__(self) -> None:
@@ -67,6 +72,8 @@ class ExplicitSettings:
 def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSettings) -> ParametricQp:
     """Condense the explicit MPC of one axis pair into an mpQP.
 
+    A limit that is infinite imposes no row; the law then covers that state up to `UNLIMITED`.
+
     Returns
     -------
     ParametricQp : z (n,) the blocked inputs [rad/s², m/s²], ϑ (5,) = [ω, θ, v, s, y_ref] in SI.
@@ -81,20 +88,24 @@ def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSet
     Y = u[:, TRAN] + GRAVITY * Gamma[:N, TILT]  # (N, n)
     Y_theta = np.column_stack([GRAVITY * Phi[:N, TILT], -np.ones(N)])  # (N, 5)
     H = Y.T @ Y + settings.control_weight * np.einsum("kin,kim->nm", u, u)
+    F = Y.T @ Y_theta
+    for i, weight in enumerate(settings.state_weights):
+        H += weight * Gamma[:N, i].T @ Gamma[:N, i]
+        F[:, :4] += weight * Gamma[:N, i].T @ Phi[:N, i]
 
     G, w, S = _one_sided(_stage_rows(limits, braking, settings.braking), Phi, Gamma, u)
     G_u, w_u = _input_rows(acceleration_rows(limits), T.shape[1])
-    box = np.array([limits.tilt_rate, limits.tilt[1], limits.velocity, limits.position[1]])
+    high = np.array([limits.tilt_rate, limits.tilt[1], limits.velocity, limits.position[1]])
     low = np.array([-limits.tilt_rate, limits.tilt[0], -limits.velocity, limits.position[0]])
     return ParametricQp(
         H=H,
         f=np.zeros(len(H)),
-        F=Y.T @ Y_theta,
+        F=F,
         G=np.vstack([G, G_u]),
         w=np.concatenate([w, w_u]),
         S=np.vstack([S, np.zeros((len(w_u), 5))]),
-        lower=np.append(low, -settings.reference_bound),
-        upper=np.append(box, settings.reference_bound),
+        lower=np.append(np.maximum(low, -UNLIMITED), -settings.reference_bound),
+        upper=np.append(np.minimum(high, UNLIMITED), settings.reference_bound),
     )
 
 
@@ -114,6 +125,8 @@ def _one_sided(rows: Sequence[tuple[Row, int]], Phi: Mat, Gamma: Mat, u: Mat) ->
             of_z = c @ Gamma[k] + (c_tran * u[k, TRAN] + c_rot * u[k, ROT] if first == 0 else 0.0)
             of_x = c @ Phi[k]
             for side, bound in ((1.0, row.upper), (-1.0, -row.lower)):
+                if not math.isfinite(bound):
+                    continue
                 G.append(side * of_z)
                 w.append(bound)
                 S.append(-side * np.append(of_x, 0.0))
@@ -123,14 +136,14 @@ def _one_sided(rows: Sequence[tuple[Row, int]], Phi: Mat, Gamma: Mat, u: Mat) ->
 def _input_rows(rows: Sequence[Row], n: int) -> tuple[Mat, Vec]:
     """Limits on the accelerations, which are the explicit model's inputs: once per free input."""
     G, w = [], []
-    for row in rows:
+    for row in (row for row in rows if math.isfinite(row.upper)):
         per_stage = np.array([row.coefficients[5], row.coefficients[4]])  # order of u: a_rot, a_tran
         for j in range(n // 2):
             g = np.zeros(n)
             g[2 * j : 2 * j + 2] = per_stage
             G += [g, -g]
             w += [row.upper, -row.lower]
-    return np.array(G), np.array(w)
+    return np.array(G).reshape(-1, n), np.array(w)
 
 
 class ExplicitLaw:
@@ -190,13 +203,13 @@ class Explicit:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Look the law up; where it has no answer, brake to rest over one period."""
-        x = self._state(state)
+        x = planar_state(state, self._pair)[:4]
         U = self._law.inputs(x, float(reference.specific_force[self._pair.translation]))
         found = U is not None
         plan = U if U is not None else np.zeros((self._law.settings.horizon, 2))
         if not found:
             plan[0] = brake(x, self.period, self._bound)
-        after = self._A @ x + self._B @ plan[0]
+        after = self._A @ bounded(x) + self._B @ plan[0]
         in_axes = np.array([self._pair.axes(u[TRAN], u[ROT]) for u in plan])
         return Command(
             acceleration=in_axes[0],
@@ -205,8 +218,3 @@ class Explicit:
             plan=in_axes[1:],
             outcome=Outcome(status=Status.OPTIMAL if found else Status.INFEASIBLE),
         )
-
-    def _state(self, state: PlatformState) -> Vec:
-        s, theta = self._pair.planar(state.pose)
-        v, omega = self._pair.planar(state.twist)
-        return np.array([omega, theta, v, s])

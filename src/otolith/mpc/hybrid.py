@@ -16,7 +16,9 @@ from otolith.mpc.explicit import ExplicitLaw
 class Guess(Protocol):
     """Makes a guess of the controls over the horizon."""
 
-    wanted: bool  # False when there is none to make, so that a None is no miss
+    @property
+    def active(self) -> bool:
+        """False when there is no guess to make, so that a None is no miss."""
 
     def reset(self) -> None:
         """Forget the past."""
@@ -31,7 +33,7 @@ class Guess(Protocol):
 class NoGuess:
     """Model 1: the implicit MPC on its own."""
 
-    wanted: Final = False
+    active: Final = False
 
     def reset(self) -> None:
         """Nothing to forget."""
@@ -45,7 +47,7 @@ class NoGuess:
 class HeldPlan:
     """Model 2, "with control trajectory prediction": the first control of the previous plan, held."""
 
-    wanted: Final = True
+    active: Final = True
 
     def reset(self) -> None:
         """Nothing to forget: the plan is the controller's."""
@@ -59,7 +61,7 @@ class HeldPlan:
 class FromExplicit:
     """Models 3 and 4: the explicit law's first input held, or all of them in equal sections."""
 
-    wanted: Final = True
+    active: Final = True
 
     def __init__(self, law: ExplicitLaw, *, first_only: bool) -> None:
         self._law, self._first_only = law, first_only

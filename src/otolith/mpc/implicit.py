@@ -10,7 +10,7 @@ The dynamics are linear and discretised exactly, so multiple shooting and its co
 only f = a_tran + g sin θ is linearised, about the previous plan, not shifted.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -27,16 +27,18 @@ from otolith.mpc.model import (
     ROT,
     STATES,
     TILT,
-    TILT_ACCELERATION,
     TILT_RATE,
     TRAN,
     VELOCITY,
     BrakingRows,
     Row,
     acceleration_rows,
+    bounded,
     brake,
     braking_rows,
     implicit_dynamics,
+    planar_state,
+    plausible,
     state_rows,
 )
 from otolith.mpc.washout import PRESETS, WashoutWeight
@@ -69,7 +71,7 @@ class ImplicitSettings:
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     braking: BrakingRows = BrakingRows.POSITION
-    solver: DenseSolver = DenseSolver()
+    solver: DenseSolver = field(default_factory=DenseSolver)
 
     def __post_init__(self) -> None:
         if self.horizon < 2:
@@ -116,7 +118,9 @@ class Implicit:
     ) -> None:
         self.settings = settings
         self._pair, self._guess, self._entry = pair, guess, entry
-        rows = state_rows(limits) + acceleration_rows(limits) + braking_rows(limits, braking, settings.braking)
+        rows = (
+            state_rows(limits) + acceleration_rows(limits) + braking_rows(limits, braking, settings.braking)
+        )
         self._command_bound = np.array([limits.tilt_acceleration, limits.command])  # order of u
         self._fixed = _Prediction(rows, (-self._command_bound, self._command_bound), settings)
         self._plan = np.zeros((settings.horizon, 2))
@@ -136,10 +140,9 @@ class Implicit:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Solve one QP; on failure follow the last certified plan, and say why."""
-        x = self._state(state)
+        x = planar_state(state, self._pair)
         wanted = float(reference.specific_force[self._pair.translation])
-        qp, missed = self.problem(x, wanted)
-        solution = self.settings.solver.solve(qp, self._working_set)
+        solution, missed = self._solve(x, wanted)
         if solution.status is Status.OPTIMAL:
             self._plan = solution.z.reshape(-1, 2)
             self._working_set = solution.working_set
@@ -148,10 +151,17 @@ class Implicit:
             self._working_set[:] = 0
         return self._command(x, solution, missed)
 
+    def _solve(self, x: Vec, wanted: float) -> tuple[Solution, bool]:
+        if not plausible(x, wanted):
+            rows = len(self._working_set)
+            return Solution.none(Status.INVALID, variables=self._plan.size, rows=rows), False
+        qp, missed = self.problem(x, wanted)
+        return self.settings.solver.solve(qp, self._working_set), missed
+
     def problem(self, x: Vec, wanted: float) -> tuple[Qp, bool]:
         """The QP at state x (6,) for a force wanted [m/s²], and whether a guess was missed."""
         guessed = self._guess.controls(x, wanted, self._plan)
-        missed = guessed is None and self._guess.wanted
+        missed = guessed is None and self._guess.active
         about = guessed if guessed is not None and self._entry is Entry.PRIMAL else self._plan
         H, g = self._cost(x, wanted, np.asarray(about).ravel())
         if guessed is not None and self._entry is Entry.REFERENCE:
@@ -187,7 +197,7 @@ class Implicit:
 
     def _command(self, x: Vec, solution: Solution, missed: bool) -> Command:
         u = self._plan[0]
-        after = self._fixed.A @ x + self._fixed.B @ u
+        after = self._fixed.A @ bounded(x) + self._fixed.B @ u
         in_axes = np.zeros((len(self._plan), 6))
         in_axes[:, self._pair.translation] = self._plan[:, TRAN]
         in_axes[:, self._pair.rotation] = self._pair.sign * self._plan[:, ROT]
@@ -203,11 +213,3 @@ class Implicit:
                 guess_missed=missed,
             ),
         )
-
-    def _state(self, state: PlatformState) -> Vec:
-        s, theta = self._pair.planar(state.pose)
-        v, omega = self._pair.planar(state.twist)
-        x = np.empty(6)
-        x[POSITION], x[TILT], x[VELOCITY], x[TILT_RATE] = s, theta, v, omega
-        x[ACCELERATION], x[TILT_ACCELERATION] = self._pair.planar(state.acceleration)
-        return x

@@ -17,11 +17,14 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
+from otolith.core.frames import AxisPair
+from otolith.interfaces import PlatformState
 from otolith.platforms import Braking, PairLimits
 
 STATES: Final = ("tilt_rate", "tilt", "velocity", "position", "acceleration", "tilt_acceleration")
 TILT_RATE, TILT, VELOCITY, POSITION, ACCELERATION, TILT_ACCELERATION = range(6)
 ROT, TRAN = range(2)  # inputs
+HUGE: Final = 1e6  # [SI] beyond any platform and any drive, far below overflow
 
 
 class BrakingRows(StrEnum):
@@ -113,11 +116,29 @@ def braking_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> lis
     ]
 
 
+def planar_state(state: PlatformState, pair: AxisPair) -> Vec:
+    """The implicit model's x (6,) of one axis pair; its first four entries are the explicit model's."""
+    x = np.empty(6)
+    x[POSITION], x[TILT] = pair.planar(state.pose)
+    x[VELOCITY], x[TILT_RATE] = pair.planar(state.twist)
+    x[ACCELERATION], x[TILT_ACCELERATION] = pair.planar(state.acceleration)
+    return x
+
+
+def plausible(x: Vec, wanted: float) -> bool:
+    """True when state and force wanted are numbers of this world, at most `HUGE` in SI units."""
+    return bool(np.all(np.abs(x) <= HUGE)) and abs(wanted) <= HUGE  # so written, a NaN is not
+
+
+def bounded(x: Vec) -> Vec:
+    """State x with every entry finite: what is no number becomes 0, what is huge becomes ±`HUGE`."""
+    return np.clip(np.nan_to_num(x, nan=0.0, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE)
+
+
 def brake(x: Vec, within: float, bounds: Vec) -> Vec:
     """Accelerations (2,) [a_rot, a_tran] that bring tilt and travel to rest in the time `within` [s].
 
-    Clipped to ±bounds (2,); zero where x is not a number, so that the answer is always finite.
+    Clipped to ±bounds (2,) and always finite.
     """
-    wanted = -np.array([x[TILT_RATE], x[VELOCITY]]) / within
-    command: Vec = np.nan_to_num(np.clip(wanted, -bounds, bounds), nan=0.0)
-    return command
+    rates = bounded(x)[[TILT_RATE, VELOCITY]]
+    return np.clip(-rates / within, -bounds, bounds)

@@ -11,7 +11,7 @@ from math import pi
 from typing import Final
 
 from otolith.core.arrays import Vec
-from otolith.core.errors import InputError
+from otolith.core.errors import InputError, one_of
 from otolith.mpc.model import STATES
 
 _WEIGHTED: Final = STATES[:4]
@@ -41,7 +41,9 @@ _W5_TILT_RATE: Final = 3.0 * pi / 180.0  # [rad/s]
 PRESETS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
     # Eqs. 4.12 and 4.13 as printed: tilt rate and position.
     "printed": (
-        WashoutWeight(on="tilt_rate", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE),
+        WashoutWeight(
+            on="tilt_rate", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE
+        ),
         WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
     ),
     # The reading that comes closest to the thesis's tables: the first weight lands on the velocity,
@@ -63,7 +65,7 @@ def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
     """
     for state, weight in weights.items():
         if state not in _WEIGHTED:
-            raise InputError("weight", repr(state), "on one of " + ", ".join(_WEIGHTED))
+            raise InputError("weight", repr(state), "on " + one_of(_WEIGHTED, state))
         if not 0.0 <= weight < float("inf"):
             raise InputError(f"weight {state}", weight, "a finite number of at least 0")
     return tuple(
@@ -75,5 +77,5 @@ def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
 def preset(name: str) -> tuple[WashoutWeight, ...]:
     """Look one of `PRESETS` up, or say in one sentence which there are."""
     if name not in PRESETS:
-        raise InputError("washout", repr(name), "one of " + ", ".join(PRESETS))
+        raise InputError("washout", repr(name), one_of(PRESETS, name))
     return PRESETS[name]

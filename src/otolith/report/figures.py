@@ -1,0 +1,219 @@
+"""Figures for papers: every panel of a run, at column width, as matplotlib draws it.
+
+No pyplot and no global settings: a figure here can be made in any thread and beside anyone's plots.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.textpath import text_to_path
+from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
+
+from otolith.core.errors import InputError
+from otolith.report.panels import (
+    Axis,
+    Bound,
+    Curve,
+    Panel,
+    changes_panel,
+    comparison_panels,
+    effort_panels,
+    run_panels,
+)
+from otolith.simulate import Run
+
+COLUMN: Final = 3.5  # [in] width of one column of a two-column paper
+HEIGHT: Final = {"force": 1.65, "compare-force": 1.9, "compare-changes": 1.75}  # [in] of a panel, else:
+OTHER_HEIGHT: Final = 1.3
+FONT: Final = 7.0  # [pt]
+SMALL: Final = 6.5  # [pt] in legends
+FORMATS: Final = (".pdf", ".png", ".svg")
+DASHES: Final[dict[str, Any]] = {
+    "solid": "-",
+    "dash": (0, (4, 1.8)),
+    "dashdot": (0, (5, 1.5, 1, 1.5)),
+    "dot": (0, (1, 1.2)),
+}
+MARGIN: Final = 0.6  # [in] left of the panels; legends may use all the rest of the width
+HANDLE: Final = 3.9  # [em] a legend's sample of line, with the gaps around it
+MARKERS: Final = ("x", "v", "s", "+")
+
+
+def cueing_figure(run: Run, pair: str, *, width: float = COLUMN) -> Figure:
+    """One axis pair of a run: specific force, tilt, position, and the solver's effort, over time.
+
+    Parameters
+    ----------
+    pair : name of the axis pair, a key of `otolith.core.frames.PAIRS`.
+    width : of the figure [in].
+    """
+    return _draw(run_panels(run, pair) + effort_panels(run), width)
+
+
+def comparison_figure(runs: Sequence[Run], pair: str, *, width: float = COLUMN) -> Figure:
+    """Several algorithms on one scenario: felt force, tilt, position, and the tail of their effort.
+
+    Raises
+    ------
+    ValueError : there is no run, or the runs are not of one scenario.
+    """
+    return _draw((*comparison_panels(runs, pair), changes_panel(runs)), width)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write `figure` as PDF, SVG or PNG, whichever the name of `path` says; equal figures, equal bytes.
+
+    Raises
+    ------
+    InputError : the name ends otherwise.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise InputError("figure file", path.name, f"a name that ends in {', '.join(FORMATS)}")
+    stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(suffix)
+    with mpl.rc_context({"pdf.fonttype": 42, "svg.hashsalt": "otolith"}):  # journals refuse type 3
+        figure.savefig(path, dpi=300, metadata=stamp)
+
+
+def _draw(panels: Sequence[Panel], width: float) -> Figure:
+    heights = [HEIGHT.get(panel.key, OTHER_HEIGHT) for panel in panels]
+    figure = Figure(
+        figsize=(width, sum(heights)), layout=ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, hspace=0.02)
+    )
+    rows = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
+    timed = [ax for ax, panel in zip(rows, panels, strict=True) if panel.over_time]
+    for ax in timed[1:]:
+        ax.sharex(timed[0])
+    explained: set[str] = set()  # labels that a legend further up has told already
+    for ax, panel in zip(rows, panels, strict=True):
+        _panel(ax, panel, explained, width)
+        if panel.over_time and ax is not timed[-1]:
+            ax.tick_params(labelbottom=False)
+        else:
+            ax.set_xlabel(panel.x_label, fontsize=FONT)
+    figure.align_ylabels(rows)
+    return figure
+
+
+def _panel(left: Axes, panel: Panel, explained: set[str], width: float) -> None:
+    sides = [left] if len(panel.axes) == 1 else [left, left.twinx()]
+    for ax, axis in zip(sides, panel.axes, strict=True):
+        _axis(ax, axis)
+    left.set_xlim(*panel.x_span)
+    left.tick_params(axis="x", labelsize=FONT)
+    left.grid(visible=True, color="#dddddd", linewidth=0.4)
+    left.set_axisbelow(True)
+    if len(sides) == 2:  # the left, main curve in front of the right one
+        left.set_zorder(sides[1].get_zorder() + 1)
+        left.patch.set_visible(False)
+    drawn = [(_curve(sides[c.axis], c, k), c.label, "black") for k, c in enumerate(panel.curves)]
+    drawn += [(_bound(sides[b.axis], b), b.label, b.color if b.far else "black") for b in panel.bounds]
+    _legend(left, [entry for entry in drawn if entry[1] not in explained], width)
+    explained.update(label for _, label, _ in drawn)
+
+
+def _axis(ax: Axes, axis: Axis) -> None:
+    ink = axis.color or "black"
+    if axis.log:
+        ax.set_yscale("log")
+        ax.yaxis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(1.2, 0.6)))
+        ax.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.2, 0.6)))
+    else:
+        ax.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    ax.set_ylim(*axis.span)
+    ax.set_ylabel(axis.label, fontsize=FONT, color=ink)
+    ax.tick_params(axis="y", which="both", labelsize=FONT, labelcolor=ink)
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.5)
+    ax.tick_params(which="both", width=0.5, length=2.5)
+
+
+def _curve(ax: Axes, curve: Curve, place: int) -> Artist:
+    if curve.kind == "stairs" and len(curve.x):
+        bars = ax.stairs(curve.y[:-1], curve.x, fill=True, color=curve.color, linewidth=0, zorder=2)
+        bars.set_label(curve.label)
+        return bars
+    marker, size, line = "", 0.0, DASHES[curve.dash]
+    if curve.kind == "dots":
+        marker, size, line = ".", curve.width, "none"
+    elif curve.kind == "points":
+        marker, size = "o", 2.0
+    elif curve.kind == "marks":
+        marker, size, line = MARKERS[(place - 1) % len(MARKERS)], 4.0, "none"
+    (drawn,) = ax.plot(
+        curve.x,
+        curve.y,
+        color=curve.color,
+        linestyle=line,
+        linewidth=curve.width,
+        marker=marker,
+        markersize=size,
+        clip_on=curve.kind != "marks",
+        zorder={"marks": 4, "dots": 2}.get(curve.kind, 3),
+        label=curve.label,
+    )
+    return drawn
+
+
+def _bound(ax: Axes, bound: Bound) -> Artist:
+    style: dict[str, Any] = {"color": bound.color, "linestyle": DASHES[bound.dash], "linewidth": 0.8}
+    if bound.far:
+        return Line2D([], [], linestyle="none")
+    lines = [ax.axhline(value, **style, zorder=2.5, label=bound.label) for value in bound.values]
+    return lines[0]
+
+
+def _legend(ax: Axes, entries: Sequence[tuple[Artist, str, str]], width: float) -> None:
+    """Above the panel, where it can hide nothing; texts as they are, also `_x` and `$`."""
+    room = 72.0 * (width - MARGIN)
+    texts = [_fitted(text, room) for _, text, _ in entries]
+    legend = ax.legend(
+        [handle for handle, _, _ in entries],
+        ["·"] * len(entries),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=_columns(texts, room),
+        fontsize=SMALL,
+        frameon=False,
+        borderaxespad=0.2,
+        handlelength=1.8,
+        columnspacing=1.0,
+        labelspacing=0.2,
+    )
+    for shown, text, (_, _, color) in zip(legend.get_texts(), texts, entries, strict=True):
+        shown.set_parse_math(False)
+        shown.set_text(text)
+        shown.set_color(color)
+
+
+def _columns(texts: Sequence[str], room: float) -> int:
+    """Most columns, filled downwards, that fit into `room` [pt] and save a row each."""
+    widths = [_width(text) + HANDLE * SMALL for text in texts]
+    n = len(widths)
+    for columns in range(min(4, n), 1, -1):
+        total = sum(max(column) for column in np.array_split(widths, columns))
+        if total <= room and -(-n // columns) < -(-n // (columns - 1)):
+            return columns
+    return 1
+
+
+def _fitted(text: str, room: float) -> str:
+    """`text`, its end left out where it would leave the figure."""
+    while len(text) > 2 and _width(text) + HANDLE * SMALL > room:
+        text = text[:-2] + "…"
+    return text
+
+
+def _width(text: str) -> float:
+    """Width of `text` in a legend [pt]."""
+    width, _, _ = text_to_path.get_text_width_height_descent(text, FontProperties(size=SMALL), ismath=False)
+    return float(width)

@@ -1,0 +1,376 @@
+"""What each panel of a report shows, said once for paper and page: curves, limits, axes.
+
+A panel is data. `figures` draws it with matplotlib, `plots` with plotly; neither adds content.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.frames import AXES
+from otolith.report import palette
+from otolith.report.series import (
+    Band,
+    Effort,
+    PairSeries,
+    decimate,
+    effort,
+    extent,
+    labels,
+    pair_series,
+    stairs,
+    survival,
+)
+from otolith.simulate import Run
+
+FAR: Final = 2.5  # a limit this many times beyond all data is told, not drawn: it would flatten the curve
+MARGIN: Final = 0.06  # of an axis, beyond its data
+SPREAD: Final = 10.0  # of the slowest step over the median, from where a logarithmic axis reads better
+
+Kind = Literal["line", "stairs", "dots", "points", "marks"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """Points to draw; `points` are dots joined by a line, `stairs` the outline of bars, filled."""
+
+    label: str
+    x: Vec
+    y: Vec
+    color: str
+    kind: Kind = "line"
+    dash: str = "solid"  # solid, dash, dashdot or dot
+    width: float = 1.2  # [pt]
+    axis: int = 0  # 0 left, 1 right
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bound:
+    """A limit, or another constant, to draw right across; told only in the legend where `far`."""
+
+    label: str
+    values: tuple[float, ...]
+    color: str
+    dash: str = "dash"
+    axis: int = 0
+    far: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """A vertical axis; `color` ties it to its curve where a panel has two."""
+
+    label: str
+    span: Band
+    color: str = ""
+    log: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Panel:
+    """One diagram."""
+
+    key: str
+    title: str
+    axes: tuple[Axis, ...]  # left, and perhaps right
+    curves: tuple[Curve, ...]
+    bounds: tuple[Bound, ...] = ()
+    x_label: str = "time [s]"
+    x_span: Band = (0.0, 1.0)
+
+    @property
+    def over_time(self) -> bool:
+        """Whether the horizontal axis is time, shared with the other panels that have it."""
+        return self.x_label.startswith("time")
+
+
+def run_panels(run: Run, pair: str) -> tuple[Panel, ...]:
+    """The motion of one pair: specific force with its parts, tilt, position (figures 5.2 to 5.8)."""
+    series = pair_series(run, pair)
+    span = _time_span(run)
+    return (_force(series, span), _tilt(series, span), _position(series, span))
+
+
+def effort_panels(run: Run) -> tuple[Panel, ...]:
+    """The cost of each decision: working-set changes, and time."""
+    cost = effort(run)
+    span = _time_span(run)
+    return (_changes(cost, span), _step_time(cost, span))
+
+
+def comparison_panels(runs: Sequence[Run], pair: str) -> tuple[Panel, ...]:
+    """Several runs of one scenario: felt force, tilt, position.
+
+    Raises
+    ------
+    ValueError : there is no run, or the runs are not of one scenario.
+    """
+    require_one_scenario(runs)
+    names = labels(runs)
+    all_series = [pair_series(run, pair) for run in runs]
+    span = (0.0, max(_time_span(run)[1] for run in runs))
+    first = all_series[0]
+    felt = _overlay(names, all_series, lambda s: s.felt)
+    curves = (_reference(first), *felt)
+    return (
+        Panel(
+            key="compare-force",
+            title="Specific force",
+            axes=(_axis("specific force [m/s²]", curves),),
+            curves=curves,
+            x_span=span,
+        ),
+        _overlay_panel(
+            "compare-tilt",
+            "Tilt",
+            "tilt [deg]",
+            _overlay(names, all_series, lambda s: s.tilt_deg),
+            [s.tilt_band_deg for s in all_series],
+            span,
+        ),
+        _overlay_panel(
+            "compare-position",
+            "Position",
+            "position [m]",
+            _overlay(names, all_series, lambda s: s.position),
+            [s.position_band for s in all_series],
+            span,
+        ),
+    )
+
+
+def changes_panel(runs: Sequence[Run]) -> Panel:
+    """How often each run needed at least k working-set changes in one step; the tail decides."""
+    curves = []
+    for k, (name, run) in enumerate(zip(labels(runs), runs, strict=True)):
+        changes = effort(run).changes
+        x, y = survival(changes)
+        color, dash = _style(k)
+        label = f"{name}: {_spread(changes)}"
+        curves.append(Curve(label=label, x=x, y=y, color=color, kind="points", dash=dash, width=1.0))
+    smallest = min((float(c.y.min()) for c in curves if len(c.y)), default=0.1)
+    highest = max((float(c.x.max()) for c in curves if len(c.x)), default=1.0)
+    return Panel(
+        key="compare-changes",
+        title="Distribution of working-set changes",
+        axes=(Axis(label="share of steps", span=(0.6 * smallest, 1.6), log=True),),
+        curves=tuple(curves),
+        x_label="working-set changes in one step, at least",
+        x_span=(-0.03 * max(1.0, highest), 1.03 * max(1.0, highest)),
+    )
+
+
+def require_one_scenario(runs: Sequence[Run]) -> None:
+    """Refuse to compare what cannot be compared.
+
+    Raises
+    ------
+    ValueError : there is no run, or the runs are not of one scenario.
+    """
+    scenarios = sorted({run.scenario for run in runs})
+    if len(scenarios) != 1:
+        raise ValueError(f"a comparison needs runs of one scenario, got {scenarios}")
+
+
+def _force(s: PairSeries, span: Band) -> Panel:
+    curves = (
+        _reference(s),
+        _curve("felt", s.time, s.felt, palette.BLUE, width=1.4),
+        _curve(f"from {AXES[s.pair.translation]}", s.time, s.translation, palette.VERMILION, width=0.9),
+        _curve(f"from {AXES[s.pair.rotation]}", s.time, s.gravity, palette.GREEN, dash="dash", width=1.1),
+    )
+    return Panel(
+        key="force",
+        title="Specific force and its two parts",
+        axes=(_axis("specific force [m/s²]", curves),),
+        curves=curves,
+        x_span=span,
+    )
+
+
+def _tilt(s: PairSeries, span: Band) -> Panel:
+    return _twin_panel(
+        "tilt",
+        "Tilt and tilt rate",
+        ("tilt [deg]", "tilt rate [deg/s]"),
+        (
+            _curve("tilt", s.time, s.tilt_deg, palette.BLUE, width=1.4),
+            _curve("tilt rate", s.time, s.tilt_rate_deg, palette.VERMILION, width=0.9, axis=1),
+        ),
+        (s.tilt_band_deg, s.tilt_rate_band_deg),
+        span,
+    )
+
+
+def _position(s: PairSeries, span: Band) -> Panel:
+    return _twin_panel(
+        "position",
+        "Position and velocity",
+        ("position [m]", "velocity [m/s]"),
+        (
+            _curve("position", s.time, s.position, palette.BLUE, width=1.4),
+            _curve("velocity", s.time, s.velocity, palette.VERMILION, width=0.9, axis=1),
+        ),
+        (s.position_band, s.velocity_band),
+        span,
+    )
+
+
+def _changes(cost: Effort, span: Band) -> Panel:
+    x, y = stairs(cost.time, cost.changes, cost.period)
+    label = f"changes: {_spread(cost.changes)}"
+    bars = Curve(label=label, x=x, y=y, color=palette.BLUE, kind="stairs", width=0.6)
+    marks = []
+    for k, (status, where) in enumerate(cost.troubled().items()):
+        at, height = decimate(cost.time[where] + cost.period / 2, cost.changes[where])
+        color = (palette.VERMILION, palette.ORANGE, palette.PURPLE, palette.GREEN)[k % 4]
+        name = f"not optimal: {status} (×{len(where)})"
+        marks.append(Curve(label=name, x=at, y=height, color=color, kind="marks"))
+    top = max(1.0, extent(y)[1])
+    return Panel(
+        key="changes",
+        title="Working-set changes per step",
+        axes=(Axis(label="changes", span=(0.0, top * (1.0 + 2 * MARGIN))),),
+        curves=(bars, *marks),
+        x_span=span,
+    )
+
+
+def _step_time(cost: Effort, span: Band) -> Panel:
+    us = cost.step_time_us
+    median, p99 = (float(np.percentile(us, q)) if len(us) else 0.0 for q in (50, 99))
+    low, high = extent(us)
+    log = len(us) > 0 and float(us.min()) > 0 and high > SPREAD * median
+    bottom = 0.8 * float(us.min()) if log else low
+    x, y = decimate(cost.time, us)
+    return Panel(
+        key="step-time",
+        title="Time of each step",
+        axes=(Axis(label="step time [µs]", span=(bottom, 1.2 * high or 1.0), log=log),),
+        curves=(Curve(label="step", x=x, y=y, color=palette.SKY, kind="dots", width=1.5),),
+        bounds=(
+            Bound(label=f"median {_digits(median)} µs", values=(median,), color=palette.BLUE, dash="solid"),
+            Bound(label=f"p99 {_digits(p99)} µs", values=(p99,), color=palette.VERMILION),
+        ),
+        x_span=span,
+    )
+
+
+def _time_span(run: Run) -> Band:
+    return 0.0, max(run.period, len(run.command_time) * run.period)
+
+
+def _curve(
+    label: str, x: Vec, y: Vec, color: str, *, dash: str = "solid", width: float, axis: int = 0
+) -> Curve:
+    x, y = decimate(x, y)
+    return Curve(label=label, x=x, y=y, color=color, dash=dash, width=width, axis=axis)
+
+
+def _reference(s: PairSeries) -> Curve:
+    return _curve("reference", s.time, s.reference, palette.GREY, width=2.6)
+
+
+def _style(k: int) -> tuple[str, str]:
+    n = len(palette.CYCLE)
+    return palette.CYCLE[k % n], palette.DASHES[(k + k // n) % len(palette.DASHES)]
+
+
+def _overlay(
+    names: Sequence[str], all_series: Sequence[PairSeries], pick: Callable[[PairSeries], Vec]
+) -> tuple[Curve, ...]:
+    """One curve per run, later ones thinner, so that equal curves still all show."""
+    curves = []
+    for k, (name, s) in enumerate(zip(names, all_series, strict=True)):
+        color, dash = _style(k)
+        curves.append(_curve(name, s.time, pick(s), color, dash=dash, width=max(1.0, 2.0 - 0.3 * k)))
+    return tuple(curves)
+
+
+def _overlay_panel(
+    key: str, title: str, label: str, curves: tuple[Curve, ...], bands: Sequence[Band], span: Band
+) -> Panel:
+    unit = _unit(label)
+    bounds = tuple(_bound(band, unit, curves, palette.GREY) for band in sorted(set(bands)))
+    return Panel(
+        key=key,
+        title=title,
+        axes=(_axis(label, curves, bounds),),
+        curves=curves,
+        bounds=bounds,
+        x_span=span,
+    )
+
+
+def _twin_panel(
+    key: str,
+    title: str,
+    axes: tuple[str, str],
+    curves: tuple[Curve, Curve],
+    bands: tuple[Band, Band],
+    span: Band,
+) -> Panel:
+    """Two curves with an axis each, zero at the same height, colours telling which belongs to which."""
+    bounds = tuple(
+        _bound(band, _unit(label), (curve,), curve.color)
+        for label, curve, band in zip(axes, curves, bands, strict=True)
+    )
+    return Panel(
+        key=key,
+        title=title,
+        axes=tuple(
+            _mirrored_axis(label, curve, bound)
+            for label, curve, bound in zip(axes, curves, bounds, strict=True)
+        ),
+        curves=curves,
+        bounds=bounds,
+        x_span=span,
+    )
+
+
+def _bound(band: Band, unit: str, curves: Sequence[Curve], color: str) -> Bound:
+    largest = max(map(abs, extent(*(curve.y for curve in curves))))
+    far = min(map(abs, band)) > FAR * largest
+    low, high = band
+    size = f"±{high:.3g}" if high == -low else f"{low:.3g} to {high:.3g}"
+    label = f"limit {size.replace('-', '−')} {unit}{' (off scale)' if far else ''}"
+    return Bound(label=label, values=band, color=color, axis=curves[0].axis, far=far)
+
+
+def _axis(label: str, curves: Sequence[Curve], bounds: Sequence[Bound] = ()) -> Axis:
+    low, high = _shown_extent(curves, bounds)
+    margin = MARGIN * (high - low) or 1.0
+    return Axis(label=label, span=(low - margin, high + margin))
+
+
+def _mirrored_axis(label: str, curve: Curve, bound: Bound) -> Axis:
+    """An axis with zero in its middle, so that both curves of a panel share their zero line.
+
+    The right one is the wider, so that the limits of both axes do not fall on each other.
+    """
+    margin = (2 + 4 * curve.axis) * MARGIN
+    largest = max(map(abs, _shown_extent((curve,), (bound,)))) * (1.0 + margin) or 1.0
+    return Axis(label=label, span=(-largest, largest), color=curve.color)
+
+
+def _shown_extent(curves: Sequence[Curve], bounds: Sequence[Bound]) -> Band:
+    shown = [np.array(bound.values) for bound in bounds if not bound.far]
+    return extent(*(curve.y for curve in curves), *shown)
+
+
+def _unit(label: str) -> str:
+    return label[label.index("[") + 1 : label.index("]")]
+
+
+def _digits(value: float) -> str:
+    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+
+def _spread(changes: Vec) -> str:
+    if len(changes) == 0:
+        return "no steps"
+    mean, p99, largest = changes.mean(), np.percentile(changes, 99), changes.max()
+    return f"mean {_digits(mean)}, p99 {_digits(p99)}, max {largest:.0f}"

@@ -1,0 +1,134 @@
+"""Panels as interactive diagrams: plotly's description of each, as JSON for the page."""
+
+import html
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import plotly.graph_objects as go
+
+from otolith.core.arrays import Vec
+from otolith.report.palette import BLUE, GREY
+from otolith.report.panels import Axis, Bound, Curve, Panel
+
+HEIGHT: Final = 320  # [px]
+MODES: Final = {
+    "line": "lines",
+    "stairs": "lines",
+    "dots": "markers",
+    "points": "lines+markers",
+    "marks": "markers",
+}
+SYMBOLS: Final = ("x", "triangle-down", "square", "cross")
+SIZES: Final = {"dots": 3.5, "points": 5.0, "marks": 9.0}  # [px] of markers
+SCALE: Final = 1.4  # screen pixels for a paper's point
+GRID: Final = "rgba(128,128,128,0.25)"
+
+
+def plot_json(panel: Panel) -> str:
+    """Data and layout of `panel` for plotly.js; safe inside a script element."""
+    figure = go.Figure()
+    for k, curve in enumerate(panel.curves):
+        figure.add_trace(_curve(curve, k))
+    for bound in panel.bounds:
+        figure.add_trace(_bound(bound, panel))
+    figure.update_layout(_layout(panel))
+    text: str = figure.to_json()
+    return text.replace("<", "\\u003c")
+
+
+def _layout(panel: Panel) -> dict[str, Any]:
+    layout: dict[str, Any] = {
+        "template": "none",
+        "height": HEIGHT,
+        "margin": {"l": 64, "r": 64 if len(panel.axes) > 1 else 16, "t": 8, "b": 44},
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"family": "system-ui, sans-serif", "size": 13},
+        "showlegend": True,
+        "hovermode": "x unified" if panel.over_time else "closest",
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": GREY, "activecolor": BLUE},
+        "legend": {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
+        "xaxis": {
+            "title": {"text": panel.x_label},
+            "range": panel.x_span,
+            "gridcolor": GRID,
+            "zeroline": False,
+        },
+        "yaxis": _axis(panel.axes[0]),
+    }
+    if len(panel.axes) > 1:
+        layout["yaxis2"] = _axis(panel.axes[1]) | {
+            "overlaying": "y",
+            "side": "right",
+            "showgrid": False,
+            "tickmode": "auto",
+        }
+    return layout
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    span = tuple(np.log10(axis.span)) if axis.log else axis.span
+    ink = {"color": axis.color} if axis.color else {}
+    return {
+        "title": {"text": axis.label, "font": ink},
+        "tickfont": ink,
+        "type": "log" if axis.log else "linear",
+        "range": span,
+        "gridcolor": GRID,
+        "zerolinecolor": "rgba(128,128,128,0.5)",
+        **({"dtick": 1} if axis.log else {}),
+    }
+
+
+def _curve(curve: Curve, place: int) -> go.Scatter:
+    return go.Scatter(
+        x=curve.x,
+        y=_short(curve.y),
+        name=_label(curve.label),
+        mode=MODES[curve.kind],
+        yaxis=_side(curve.axis),
+        line={
+            "color": curve.color,
+            "width": SCALE * curve.width,
+            "dash": curve.dash,
+            "shape": "hv" if curve.kind == "stairs" else "linear",
+        },
+        marker={
+            "color": curve.color,
+            "size": SIZES.get(curve.kind, 0),
+            "symbol": SYMBOLS[(place - 1) % len(SYMBOLS)] if curve.kind == "marks" else "circle",
+        },
+        fill="tozeroy" if curve.kind == "stairs" else "none",
+        cliponaxis=curve.kind != "marks",
+    )
+
+
+def _bound(bound: Bound, panel: Panel) -> go.Scatter:
+    """Both sides of a limit as one trace, broken between; a far one leaves its words in the legend only."""
+    xs: Sequence[float | None] = () if bound.far else (*panel.x_span, None) * len(bound.values)
+    ys = [None if x is None else bound.values[k // 3] for k, x in enumerate(xs)]
+    return go.Scatter(
+        x=list(xs) or [None],
+        y=ys or [None],
+        name=_label(bound.label),
+        mode="lines",
+        yaxis=_side(bound.axis),
+        line={"color": bound.color, "width": 0 if bound.far else 1.2, "dash": bound.dash},
+        hoverinfo="skip",
+        showlegend=True,
+    )
+
+
+def _side(axis: int) -> str:
+    return "y" if axis == 0 else "y2"
+
+
+def _short(values: Vec) -> Any:
+    """Single precision, half the bytes: seven digits are more than a screen shows."""
+    return values.astype(np.float32)
+
+
+def _label(text: str) -> str:
+    """Plotly reads a little HTML in its labels; ours are plain words."""
+    return html.escape(text, quote=False)

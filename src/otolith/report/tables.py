@@ -1,0 +1,148 @@
+"""Key figures as HTML tables. Known names become words with units; unknown ones are shown as they are."""
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any, Final
+
+from otolith.report import texts
+
+Summary = Mapping[str, Any]
+ELSEWHERE: Final = frozenset(  # stands in the page's head or under its settings
+    {"scenario", "cueing", "plant", "platform", "dofs", "duration_s", "period_s", "settings"}
+)
+HEADLINE: Final = {  # heading -> where in a summary
+    "Mean changes per step": ("changes", "mean"),
+    "Changes, p99": ("changes", "p99"),
+    "Changes, max": ("changes", "max"),
+    "RMSE [m/s²]": ("rmse",),
+    "Median step [µs]": ("step_time_us", "median"),
+    "Limit violations": ("violations",),
+}
+MANY: Final = 4  # more entries than this, and the zeros among them are only counted
+
+
+def key_figures(summary: Summary) -> str:
+    """Table with one row per key figure of one run."""
+    rows = [
+        _row(name_with_unit(key), [f"<td>{_cell(value)}</td>"])
+        for key, value in summary.items()
+        if key not in ELSEWHERE
+    ]
+    return f'<table class="figures"><tbody>{"".join(rows)}</tbody></table>'
+
+
+def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
+    """Models below each other: effort, effort against a baseline, tracking (Tables 5.5 to 5.7)."""
+    columns = {head: [_at(summary, path) for summary in summaries] for head, path in HEADLINE.items()}
+    ordered = dict(itertools.islice(columns.items(), 1)) | dict([_against(names, summaries)]) | columns
+    cells = [_column(values, best=True) for values in ordered.values()]
+    body = "".join(_row(escape(n), row) for n, row in zip(names, zip(*cells, strict=True), strict=True))
+    return _models("Cueing", list(ordered), body)
+
+
+def side_by_side(names: Sequence[str], summaries: Sequence[Summary]) -> str:
+    """Every key figure in a row, every model in a column."""
+    paths: dict[tuple[str, ...], None] = {}
+    for summary in summaries:
+        for path in _paths(summary):
+            if path[0] not in ELSEWHERE:
+                paths[path] = None
+    body = "".join(_row(_heading(path), _column([_at(s, path) for s in summaries])) for path in paths)
+    return _models("Key figure", names, body)
+
+
+def name_with_unit(key: str) -> str:
+    """Words and unit for the key of a summary, escaped."""
+    if key in texts.NAMES:
+        words, unit = texts.NAMES[key]
+    else:
+        ending = next((e for e in texts.UNITS if key.endswith(e)), "")
+        words, unit = key.removesuffix(ending).replace("_", " "), texts.UNITS.get(ending, "")
+    return escape(words) + (f" <small>[{escape(unit)}]</small>" if unit else "")
+
+
+def number(value: object) -> str:
+    """A plain JSON value as people write it, escaped."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", "\u202f").replace("-", "−")
+    if isinstance(value, float):
+        return "not a number" if math.isnan(value) else f"{value:.4g}".replace("-", "−")
+    return escape(str(value))
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, Mapping):
+        shown = {k: v for k, v in value.items() if v != 0} if len(value) > MANY else value
+        zeros = len(value) - len(shown)
+        entries = [
+            f"<div><dt>{name_with_unit(str(k))}</dt><dd>{_cell(v)}</dd></div>" for k, v in shown.items()
+        ]
+        rest = f"<p>0 for {'the other' if entries else 'all'} {zeros}</p>" if zeros else ""
+        return (f"<dl>{''.join(entries)}</dl>" if entries else "") + rest or "–"
+    if isinstance(value, list | tuple):
+        return ", ".join(_cell(entry) for entry in value) or "–"
+    return number(value)
+
+
+def _models(corner: str, heads: Sequence[str], body: str) -> str:
+    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in (corner, *heads))
+    table = f'<table class="models"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<div class="wide">{table}</div>'
+
+
+def _row(head: str, cells: Sequence[str]) -> str:
+    return f'<tr><th scope="row">{head}</th>{"".join(cells)}</tr>'
+
+
+def _column(values: Sequence[object], *, best: bool = False) -> list[str]:
+    """One table cell per value, the lowest set off where `best`."""
+    numbers = [v for v in values if isinstance(v, int | float) and math.isfinite(v)]
+    lowest = min(numbers) if best and len(set(numbers)) > 1 else None
+    return [
+        f"<td{' class=best' if lowest is not None and value == lowest else ''}>{_cell(value)}</td>"
+        for value in values
+    ]
+
+
+def _paths(summary: Summary, before: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    found: list[tuple[str, ...]] = []
+    for key, value in summary.items():
+        path = (*before, str(key))
+        found += _paths(value, path) if isinstance(value, Mapping) else [path]
+    return found
+
+
+def _at(summary: Summary, path: tuple[str, ...]) -> object:
+    value: object = summary
+    for key in path:
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value
+
+
+def _heading(path: tuple[str, ...]) -> str:
+    return ": ".join(name_with_unit(key) for key in path)
+
+
+def _against(names: Sequence[str], summaries: Sequence[Summary]) -> tuple[str, list[object]]:
+    """Mean changes against the implicit MPC's where the summaries tell, else against the first run's [%]."""
+    told = [_at(summary, ("changes_against_implicit_percent",)) for summary in summaries]
+    if None not in told:
+        return "Against implicit [%]", [_signed(value) for value in told]
+    means = [_at(summary, ("changes", "mean")) for summary in summaries]
+    return f"Against {names[0]} [%]", [_signed(_percentage(mean, means[0])) for mean in means]
+
+
+def _percentage(value: object, base: object) -> float | None:
+    if isinstance(value, int | float) and isinstance(base, int | float) and base > 0:
+        return 100.0 * (value / base - 1.0)
+    return None
+
+
+def _signed(value: object) -> object:
+    return f"{value:+.1f}".replace("-", "−") if isinstance(value, int | float) else value

@@ -1,0 +1,79 @@
+"""The words of a page: what each panel shows, and what each key figure means."""
+
+from typing import Final
+
+PANELS: Final = {
+    "force": (
+        "What the driver should feel (grey) and what the platform lets the driver feel (blue). The "
+        "platform has two means: it moves, which is quick but soon runs out of "
+        "travel, and it tilts, so that a part of gravity, g sin(tilt), takes over what lasts. The two "
+        "parts add up to the felt force. Where blue leaves grey, the cue is missing; where they have "
+        "opposite signs, it is false."
+    ),
+    "tilt": (
+        "Tilt lends gravity to the cue, but only slowly: a tilt rate beyond the dashed limit would be "
+        "felt as rotation. A controller that uses all of its tilt rate looks like a train of ramps. "
+        "Tilt is counted so that a positive one adds to the specific force."
+    ),
+    "position": (
+        "How much of the travel is spent, and how fast. Good cueing keeps room for what comes next: the "
+        "curve returns to the middle when the tilt has taken over (washout) and slows down before it "
+        "reaches a limit (braking). A limit that is far beyond the curve is told in the legend and not "
+        "drawn."
+    ),
+    "changes": (
+        "How many constraints the solver had to add to or remove from its working set until it found "
+        "the optimum: its iterations, counted the same on every computer. High where the reference "
+        "changes suddenly. Marks stand where a decision was not optimal."
+    ),
+    "step-time": (
+        "Processor time that each decision took. What matters in real time is not the mean but the "
+        "slowest step, which must stay below the controller's period."
+    ),
+    "compare-force": (
+        "What the driver should feel (grey) and what each algorithm achieves. Where curves cover each "
+        "other, the algorithms decide alike; a click on a name hides its curve."
+    ),
+    "compare-tilt": (
+        "Tilt of each algorithm, counted so that a positive one adds to the specific force; limits are "
+        "dashed."
+    ),
+    "compare-position": "Travel that each algorithm spends, with the platform's limits dashed.",
+    "compare-changes": (
+        "Each curve gives the share of steps that needed at least so many working-set changes. Lower "
+        "and further left is better. The right end, the rare and costly steps, decides whether a "
+        "controller keeps its period."
+    ),
+}
+
+PAIRS: Final = {"surge-pitch": "Surge and pitch", "sway-roll": "Sway and roll"}
+
+# key -> (words, unit)
+NAMES: Final = {
+    "rmse": ("Tracking error of specific force (RMSE)", "m/s²"),
+    "rmse_per_pair": ("Tracking error per axis pair (RMSE)", "m/s²"),
+    "travel_rms": ("Travel used (RMS)", "m, rad"),
+    "changes": ("Working-set changes per step", ""),
+    "changes_against_implicit_percent": ("Mean changes against implicit", "%"),
+    "step_time_us": ("Time per step (thread CPU time)", "µs"),
+    "residual_max": ("Largest optimality residual (certificate)", ""),
+    "status": ("Decisions by status", ""),
+    "guesses_missed": ("Guesses that could not be had", ""),
+    "violations": ("Limit violations at controller nodes", ""),
+    "worst_excess": ("Worst excess over a limit, at controller nodes", "SI"),
+    "worst_excess_between_nodes": ("Worst excess over a limit, at any instant", "SI"),
+    "mean": ("mean", ""),
+    "median": ("median", ""),
+    "p50": ("median", ""),
+    "p99": ("99th percentile", ""),
+    "max": ("max", ""),
+}
+
+UNITS: Final = {  # ending of a name nobody told us about -> its unit
+    "_percent": "%",
+    "_us": "µs",
+    "_ms": "ms",
+    "_s": "s",
+    "_deg": "deg",
+    "_m": "m",
+}

@@ -1,0 +1,185 @@
+"""The program as its user meets it: what it prints, what it writes, how it refuses."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from otolith import cli, files
+
+SHORT = "step-sine:amplitude=0.5,duration=6,sine_start=5.5"
+
+
+def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """The one sentence that a refused command says; its exit code must be 2."""
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(arguments)
+    assert stopped.value.code == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "Traceback" not in said.err
+    return said.err.strip()
+
+
+def done(arguments: list[str]) -> None:
+    """Run a command that must succeed."""
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(arguments)
+    assert stopped.value.code == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("cueing", "hybrid-all"),
+        ("plants", "ideal-no-lag"),
+        ("platforms", "davsi"),
+        ("scenarios", "step-sine-0.5"),
+        ("solvers", "dense"),
+    ],
+)
+def test_list_knows_every_kind(kind: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    done(["list", kind, "--json"])
+    assert name in json.loads(capsys.readouterr().out)
+    done(["list", kind])
+    assert name in capsys.readouterr().out
+
+
+def test_run_writes_its_results_and_prints_only_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done(["run", SHORT, "--cueing", "hybrid-first", "--out", str(tmp_path), "--json"])
+    said = capsys.readouterr()
+    summary = json.loads(said.out)
+    assert summary["cueing"] == "hybrid-first"
+    assert summary["violations"] == 0
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+    assert "<html" in (tmp_path / "report.html").read_text()
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "figure.pdf",
+        "figure.png",
+        "report.html",
+        "run.h5",
+        "summary.json",
+    }
+    run = files.read_run(tmp_path / "run.h5")
+    assert run.settings["scenario"] == SHORT
+    assert f"written to {tmp_path}" in said.err
+
+
+def test_compare_puts_the_promised_figures_side_by_side(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    models = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]
+    chosen = [word for model in models for word in ("--cueing", model)]
+    done(["compare", SHORT, *chosen, "--out", str(tmp_path), "--json"])
+    summaries = json.loads(capsys.readouterr().out)
+    assert list(summaries) == models
+    for summary in summaries.values():
+        assert {"rmse", "violations"} <= set(summary)
+        assert {"mean", "p99", "max"} <= set(summary["changes"])
+        assert summary["step_time_us"]["median"] > 0
+        assert summary["violations"] == 0
+    assert summaries["implicit"]["changes_against_implicit_percent"] == 0.0
+    assert files.read_run(tmp_path / "hybrid-all.h5").cueing == "hybrid-all"
+
+
+def write_drive(path: Path, header: str = "t_s,ax_mps2,ay_mps2") -> Path:
+    """Four seconds at 50 Hz: a gentle pull to the front."""
+    rows = [f"{k / 50:.2f},{0.4 if k > 50 else 0.0},0.1" for k in range(200)]
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+def test_a_recorded_drive_is_cued(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drive = write_drive(tmp_path / "drive.csv")
+    done(
+        [
+            "run",
+            "--log",
+            str(drive),
+            "--cueing",
+            "implicit",
+            "--lowpass",
+            "5",
+            "--out",
+            str(tmp_path / "o"),
+            "--json",
+        ]
+    )
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["violations"] == 0
+    assert 0.0 < summary["rmse"] < 0.4
+
+
+def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drive = write_drive(tmp_path / "drive.csv", "t_s,LongAcc,other")
+    assert "LongAcc" in refused(["run", "--log", str(drive)], capsys)
+    done(
+        [
+            "run",
+            "--log",
+            str(drive),
+            "--column",
+            "ax=LongAcc:mps2",
+            "--cueing",
+            "implicit",
+            "--out",
+            str(tmp_path / "o"),
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["run", "sine-3"], "sine-3"),
+        (["run"], "the reference is absent, must be either a scenario's name or --log FILE"),
+        (["run", "sine-1", "--log", "x.csv"], "the reference is given twice"),
+        (["run", "--log", "absent.csv"], "log absent.csv is not readable"),
+        (["run", "sine-1", "--lowpass", "5"], "must be used together with --log"),
+        (["run", "sine-1", "--cueing", "best"], "--cueing is 'best', must be one of explicit, implicit"),
+        (["run", "sine-1", "--plant", "moon"], "--plant is 'moon', must be one of ideal"),
+        (["run", "sine-1", "--platform", "moon"], "platform is 'moon', must be a .toml file or one of"),
+        (["run", "sine-1", "--dofs", "heave"], "--dofs is 'heave', must be one axis pair"),
+        (["run", "sine-1", "--washout", "soap"], "washout is 'soap', must be one of printed"),
+        (["run", "sine-1", "--weight", "position"], "--weight is 'position', must be of the form NAME=VALUE"),
+        (["run", "sine-1", "--weight", "position=much"], "--weight position is 'much', must be a number"),
+        (["run", "sine-1", "--weight", "position=-1"], "weight position is -1.0, must be a finite number"),
+        (["run", "sine-1", "--braking", "hard"], "braking is 'hard', must be one of position, printed, none"),
+        (["run", "sine-1", "--guess-entry", "dual"], "guess entry is 'dual', must be one of reference"),
+        (["run", "sine-1", "--law", "absent.h5"], "absent.h5 is absent, must be an existing file"),
+        (["run", "sine-1", "--scale", "nan"], "scale is nan, must be greater than 0 and at most 10"),
+        (["list", "wheels"], "KIND is 'wheels', must be one of cueing"),
+        (["run", "sine-1", "--no-such-option"], "No such option"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert sentence in refused(arguments, capsys)
+
+
+def test_debug_shows_where_it_came_from(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["run", "sine-3", "--debug"])
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_nothing_is_written_when_the_input_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refused(["run", "sine-1", "--weight", "sway=1", "--out", str(tmp_path / "o")], capsys)
+    assert not (tmp_path / "o").exists()
+
+
+def test_the_installed_program_answers() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", "from otolith.cli import main; main(['list', 'cueing'])"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "hybrid-all" in done.stdout

@@ -1,0 +1,176 @@
+import base64
+import json
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from otolith.core.arrays import Vec
+from otolith.metrics import compare, summarise
+from otolith.report import html, render, render_comparison
+from otolith.report.series import MAX_POINTS
+
+EVIL = '</script><script>alert("1")</script><b>&amp;$x$'
+VOID = {"meta", "link", "img", "br", "hr", "input"}
+FETCHING = {"src", "href", "data", "action", "poster", "srcset", "background"}
+
+
+class Page(HTMLParser):
+    """Well-formedness, texts, scripts and everything that a browser would fetch."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.fetched: list[str] = []
+        self.ids: list[str] = []
+        self.plots: dict[str, Any] = {}
+        self.text = ""
+        self.scripts = 0
+        self._plot = ""
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self.fetched += [value or "" for name, value in attrs if name in FETCHING]
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+        self.scripts += tag == "script"
+        self._plot = values.get("data-plot") or ""
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+        self._plot = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._plot:
+            self.plots[self._plot] = json.loads(data)
+        elif self.open[-1:] not in (["script"], ["style"]):
+            self.text += data
+
+
+def _values(array: Any) -> Vec:
+    if isinstance(array, list):
+        return np.array(array, dtype=float)
+    return np.frombuffer(base64.b64decode(array["bdata"]), dtype=np.dtype(array["dtype"])).astype(float)
+
+
+@pytest.fixture
+def light(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave plotly's five megabytes out where a test does not need them."""
+    monkeypatch.setattr(html, "get_plotlyjs", lambda: "/* plotly */")
+
+
+def test_page_is_well_formed_and_needs_nothing_from_outside(make_run) -> None:
+    run = make_run(50, pairs=("surge-pitch", "sway-roll"))
+    text = render(run, summarise(run), date="1 March 2025")
+    page = Page(text)
+    assert page.fetched == []
+    assert "@import" not in text.split("</style>")[0]
+    assert "url(" not in text.split("</style>")[0]
+    assert len(page.plots) == 8
+    assert set(page.plots) == set(page.ids)
+    assert "Plotly" in text
+    assert "1 March 2025" in page.text
+    assert 4e6 < len(text) < 8e6
+
+
+@pytest.mark.usefixtures("light")
+def test_page_shows_the_run(make_run) -> None:
+    run = make_run(80)
+    page = Page(render(run, summarise(run)))
+    curves = {curve["name"]: curve for curve in page.plots["surge-pitch-force"]["data"]}
+    assert_allclose(_values(curves["felt"]["x"]), run.time)
+    assert_allclose(_values(curves["felt"]["y"]), run.felt_force[:, 0], rtol=1e-6, atol=1e-6)
+    rate = next(c for c in page.plots["surge-pitch-tilt"]["data"] if c["name"] == "limit ±3 deg/s")
+    assert sorted({y for y in rate["y"] if y is not None}) == pytest.approx([-3.0, 3.0])
+    for words in ("step-sine-1", "hybrid-all", "thesis", "ideal", "surge-pitch", "10 ms", '"horizon": 50'):
+        assert words in page.text
+    assert "All 80 decisions are optimal; no limit was violated." in page.text
+
+
+@pytest.mark.usefixtures("light")
+def test_strings_of_users_stay_text(make_run) -> None:
+    run = make_run(5, scenario=EVIL, cueing=EVIL, plant=EVIL, settings={EVIL: EVIL}, status=(EVIL,) * 5)
+    scripts = Page(render(make_run(5), {})).scripts
+    text = render(run, summarise(run) | {EVIL: EVIL}, date=EVIL)
+    page = Page(text)
+    assert page.scripts == scripts
+    assert page.text.count(EVIL) > 8
+    assert "<script>alert" not in text
+    names = [curve["name"] for curve in page.plots["effort-changes"]["data"]]
+    assert "<b>" not in "".join(names)  # plotly would read it as bold
+    compared = Page(render_comparison([run, run], [{}, {EVIL: 1}]))
+    assert EVIL in compared.text
+    assert compared.scripts == 4 + 2
+
+
+@pytest.mark.usefixtures("light")
+def test_decisions_that_are_not_optimal_are_said_first(make_run) -> None:
+    run = make_run(4, status=("limit", "optimal", "optimal", "infeasible"))
+    page = Page(render(run, {"violations": 3}))
+    words = (
+        "2 of 4 decisions are not optimal (limit 1, infeasible 1); limit violations at controller nodes: 3."
+    )
+    assert words in page.text
+
+
+@pytest.mark.usefixtures("light")
+def test_long_drives_make_small_pages_and_say_so(make_run) -> None:
+    run = make_run(7_000)
+    text = render(run, {})
+    page = Page(text)
+    assert "up to 70\u202f000 samples, of which at most 5\u202f000 are drawn" in page.text
+    for plot in page.plots.values():
+        assert all(len(_values(curve["x"])) <= MAX_POINTS + 1 for curve in plot["data"])
+    assert len(text) < 2e6
+    force = {curve["name"]: _values(curve["y"]) for curve in page.plots["surge-pitch-force"]["data"]}
+    assert force["felt"].max() == pytest.approx(run.felt_force[:, 0].max(), rel=1e-6)
+    assert "are drawn" not in Page(render(make_run(100), {})).text
+
+
+@pytest.mark.usefixtures("light")
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_very_short_runs_have_a_page(make_run, steps: int) -> None:
+    run = make_run(steps)
+    Page(render(run, {}))
+    Page(render_comparison([run], [{}]))
+
+
+@pytest.mark.usefixtures("light")
+def test_equal_runs_give_equal_pages(make_run) -> None:
+    assert render(make_run(20), {}, date="x") == render(make_run(20), {}, date="x")
+
+
+@pytest.mark.usefixtures("light")
+def test_comparison_has_tables_and_diagrams_of_what_the_runs_share(make_run) -> None:
+    both = make_run(60, cueing="implicit", pairs=("surge-pitch", "sway-roll"))
+    one = make_run(60, cueing="hybrid-all", amplitude=0.7)
+    page = Page(render_comparison([both, one], [summarise(both), summarise(one)], date="today"))
+    assert set(page.plots) == {
+        "surge-pitch-compare-force",
+        "surge-pitch-compare-tilt",
+        "surge-pitch-compare-position",
+        "effort-compare-changes",
+    }
+    names = [curve["name"] for curve in page.plots["surge-pitch-compare-force"]["data"]]
+    assert names == ["reference", "implicit", "hybrid-all"]
+    assert "Against implicit [%]" in page.text
+
+
+@pytest.mark.usefixtures("light")
+def test_summaries_of_a_comparison_may_come_by_name(make_run) -> None:
+    runs = [make_run(20, cueing=name) for name in ("implicit", "hybrid-all")]
+    by_name = compare(runs)
+    assert render_comparison(runs, by_name) == render_comparison(runs, list(by_name.values()))
+    with pytest.raises(ValueError, match="2 runs need as many summaries, got 1"):
+        render_comparison(runs, {"implicit": {}, "unknown": {}})
+
+
+def test_a_comparison_needs_a_summary_for_each_run(make_run) -> None:
+    with pytest.raises(ValueError, match="2 runs need as many summaries, got 1"):
+        render_comparison([make_run(2), make_run(2)], [{}])

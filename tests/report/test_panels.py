@@ -1,0 +1,125 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from otolith.platforms import load
+from otolith.report import texts
+from otolith.report.panels import Panel, changes_panel, comparison_panels, effort_panels, run_panels
+from otolith.report.series import MAX_POINTS
+
+
+def _by_key(panels: tuple[Panel, ...]) -> dict[str, Panel]:
+    return {panel.key: panel for panel in panels}
+
+
+def test_limits_near_the_curve_are_drawn_and_far_ones_told(make_run) -> None:
+    tilt, position = (_by_key(run_panels(make_run(), "surge-pitch"))[k] for k in ("tilt", "position"))
+    assert [(b.label, b.far) for b in (*tilt.bounds, *position.bounds)] == [
+        ("limit ±30 deg (off scale)", True),
+        ("limit ±3 deg/s", False),
+        ("limit ±0.5 m", False),
+        ("limit ±7.2 m/s (off scale)", True),
+    ]
+    assert tilt.axes[0].span[1] < 15  # not squashed by 30 deg
+    assert position.axes[0].span[0] < -0.5 < 0.5 < position.axes[0].span[1]
+
+
+def test_one_sided_limits_name_both_sides(make_run) -> None:
+    run = make_run(platform=load("davsi"))
+    position = _by_key(run_panels(run, "surge-pitch"))["position"]
+    assert position.bounds[0].label == "limit −0.51 to 0.63 m"
+    assert_allclose(position.bounds[0].values, (-0.51, 0.63))
+
+
+def test_both_curves_of_a_panel_share_their_zero_line(make_run) -> None:
+    for panel in run_panels(make_run(), "surge-pitch")[1:]:
+        assert len(panel.axes) == 2
+        assert all(axis.span[0] == -axis.span[1] for axis in panel.axes)
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_runs_too_short_to_mean_anything_still_have_every_panel(make_run, steps: int) -> None:
+    run = make_run(steps)
+    panels = (*run_panels(run, "surge-pitch"), *effort_panels(run), changes_panel([run]))
+    assert [panel.key for panel in panels][:5] == ["force", "tilt", "position", "changes", "step-time"]
+    for panel in panels:
+        assert panel.x_span[0] < panel.x_span[1]
+        assert all(axis.span[0] < axis.span[1] for axis in panel.axes)
+
+
+def test_a_platform_that_stood_still_has_all_its_limits_told(make_run) -> None:
+    still = np.zeros((40, 6))
+    run = make_run(4, pose=still, twist=still, acceleration=still)
+    assert all(bound.far for panel in run_panels(run, "surge-pitch") for bound in panel.bounds)
+
+
+def test_decisions_that_are_not_optimal_are_marked_where_they_stand(make_run) -> None:
+    status = ["optimal"] * 50
+    status[7] = status[9] = "limit"
+    run = make_run(50, status=tuple(status))
+    marks = [c for c in _by_key(effort_panels(run))["changes"].curves if c.kind == "marks"]
+    assert [c.label for c in marks] == ["not optimal: limit (×2)"]
+    assert_allclose(marks[0].x, [0.075, 0.095])  # mid of their bars
+    assert_allclose(marks[0].y, run.changes[[7, 9]])
+
+
+def test_limits_of_both_axes_do_not_fall_on_each_other(make_run) -> None:
+    tilt = _by_key(run_panels(make_run(amplitude=4.0, platform=load("davsi")), "surge-pitch"))["tilt"]
+    tilt_height, rate_height = (
+        bound.values[1] / axis.span[1] for bound, axis in zip(tilt.bounds, tilt.axes, strict=True)
+    )
+    assert abs(tilt_height - rate_height) > 0.1
+
+
+def test_step_times_say_median_and_tail_in_microseconds(make_run) -> None:
+    run = make_run(100, step_time=1e-6 * np.arange(1.0, 101.0))
+    panel = _by_key(effort_panels(run))["step-time"]
+    assert [bound.values[0] for bound in panel.bounds] == pytest.approx([50.5, 99.01])
+    assert [bound.label for bound in panel.bounds] == ["median 50.5 µs", "p99 99 µs"]
+    assert not panel.axes[0].log
+
+
+def test_a_step_time_far_above_the_others_makes_the_axis_logarithmic(make_run) -> None:
+    times = np.full(100, 50e-6)
+    times[3] = 20e-3
+    axis = _by_key(effort_panels(make_run(100, step_time=times)))["step-time"].axes[0]
+    assert axis.log
+    assert 0 < axis.span[0] < 50 < 20_000 < axis.span[1]
+
+
+def test_no_curve_has_more_points_than_a_page_can_bear(make_run) -> None:
+    run = make_run(6_000, status=("infeasible",) * 6_000)
+    for panel in (*run_panels(run, "surge-pitch"), *effort_panels(run)):
+        assert all(len(curve.x) == len(curve.y) <= MAX_POINTS + 1 for curve in panel.curves)
+
+
+def test_comparison_overlays_every_run_on_the_reference(make_run) -> None:
+    runs = [make_run(cueing="a"), make_run(cueing="b", amplitude=0.5)]
+    force, tilt, position = comparison_panels(runs, "surge-pitch")
+    assert [curve.label for curve in force.curves] == ["reference", "a", "b"]
+    assert_allclose(force.curves[2].y, runs[1].felt_force[:, 0])
+    assert_allclose(position.curves[1].y, runs[1].pose[:, 0])
+    assert_allclose(tilt.curves[0].y, -np.rad2deg(runs[0].pose[:, 4]))
+
+
+def test_runs_on_different_platforms_show_the_limits_of_each(make_run) -> None:
+    runs = [make_run(), make_run(platform=load("davsi"))]
+    assert len(comparison_panels(runs, "surge-pitch")[2].bounds) == 2
+
+
+def test_only_runs_of_one_scenario_are_compared(make_run) -> None:
+    with pytest.raises(ValueError, match=r"one scenario, got \['a', 'b'\]"):
+        comparison_panels([make_run(2, scenario="b"), make_run(2, scenario="a")], "surge-pitch")
+    with pytest.raises(ValueError, match=r"one scenario, got \[\]"):
+        comparison_panels([], "surge-pitch")
+
+
+def test_every_panel_is_explained(make_run) -> None:
+    run = make_run(10)
+    panels = (
+        *run_panels(run, "surge-pitch"),
+        *effort_panels(run),
+        *comparison_panels([run], "surge-pitch"),
+        changes_panel([run]),
+    )
+    assert {panel.key for panel in panels} == set(texts.PANELS)
