@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Final
@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 
 from otolith.core.arrays import frozen_array
-from otolith.core.errors import CorruptFile, InputError
+from otolith.core.errors import CorruptFile, InputError, one_of
 from otolith.mpqp import Law
 from otolith.platforms import Platform, catalog, load, parse_platform
 from otolith.scenarios import Log, parse_log
@@ -46,7 +46,7 @@ def read_platform(name_or_path: str) -> Platform:
         return load(name_or_path)
     path = Path(name_or_path)
     if path.suffix != ".toml" and not path.exists():
-        raise InputError("platform", repr(name_or_path), f"a .toml file or one of {', '.join(catalog())}")
+        raise InputError("platform", repr(name_or_path), "a .toml file or " + one_of(catalog(), name_or_path))
     return parse_platform(read_text(path, "platform"), path.name)
 
 
@@ -62,7 +62,9 @@ def whole(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
     except OSError as error:
-        raise InputError(f"output {path}", f"not writable ({error.strerror})", "in a writable folder") from error
+        raise InputError(
+            f"output {path}", f"not writable ({error.strerror})", "in a writable folder"
+        ) from error
     os.close(handle)
     temporary = Path(name)
     temporary.chmod(0o644)  # mkstemp makes it private
@@ -112,7 +114,11 @@ def read_run(path: Path) -> Run:
     CorruptFile : not a run of this version, or damaged.
     """
     with _hdf5(path, RUN_KIND, RUN_VERSION) as file:
-        series = {f.name: frozen_array(file[f.name][()], dtype=None) for f in fields(Run) if f.name not in _RUN_SPECIAL}
+        series: dict[str, Any] = {
+            f.name: frozen_array(file[f.name][()], dtype=None)
+            for f in fields(Run)
+            if f.name not in _RUN_SPECIAL
+        }
         plain = {name: file.attrs[name] for name in ("scenario", "cueing", "plant")}
         return Run(
             **plain,
@@ -126,32 +132,38 @@ def read_run(path: Path) -> Run:
         )
 
 
-def write_law(law: Law, path: Path) -> None:
-    """Store an explicit law as HDF5 with the hashes that bind it to its content and its model."""
-    arrays = law.to_arrays()
+def write_laws(laws: Sequence[Law], path: Path) -> None:
+    """Store explicit laws as HDF5, one group each, with the hashes that bind content and model."""
     with whole(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(kind=LAW_KIND, version=LAW_VERSION)
-        file.attrs.update(model=law.problem.digest, sha256=_digest(arrays))
-        for name, array in arrays.items():
-            options = {"compression": "gzip"} if np.ndim(array) else {}
-            file.create_dataset(name, data=array, **options)
+        file.attrs.update(kind=LAW_KIND, version=LAW_VERSION, parts=len(laws))
+        for number, law in enumerate(laws):
+            arrays = law.to_arrays()
+            group = file.create_group(f"part-{number}")
+            group.attrs.update(model=law.problem.digest, sha256=_digest(arrays))
+            for name, array in arrays.items():
+                options = {"compression": "gzip"} if np.ndim(array) else {}
+                group.create_dataset(name, data=array, **options)
 
 
-def read_law(path: Path) -> Law:
-    """Read an explicit law.
+def read_laws(path: Path) -> tuple[Law, ...]:
+    """Read explicit laws.
 
     Raises
     ------
-    CorruptFile : not a law of this version, or its content or model does not match its hash.
+    CorruptFile : not laws of this version, or content or model does not match its hash.
     """
     with _hdf5(path, LAW_KIND, LAW_VERSION) as file:
-        arrays = {name: file[name][()] for name in file}
-        if _digest(arrays) != file.attrs["sha256"]:
-            raise CorruptFile(f"{path} was altered: its content does not match its SHA-256")
-        law = Law.from_arrays(arrays)
-        if law.problem.digest != file.attrs["model"]:
-            raise CorruptFile(f"{path} was altered: its model does not match its hash")
-        return law
+        return tuple(_law(file[f"part-{number}"], path) for number in range(file.attrs["parts"]))
+
+
+def _law(group: h5py.Group, path: Path) -> Law:
+    arrays = {name: group[name][()] for name in group}
+    if _digest(arrays) != group.attrs["sha256"]:
+        raise CorruptFile(f"{path} was altered: its content does not match its SHA-256")
+    law = Law.from_arrays(arrays)
+    if law.problem.digest != group.attrs["model"]:
+        raise CorruptFile(f"{path} was altered: its model does not match its hash")
+    return law
 
 
 def _digest(arrays: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from otolith.core.arrays import Vec, freeze
+from otolith.core.arrays import Mat, Vec, freeze
 from otolith.qp import Status
 
 
@@ -28,10 +28,11 @@ class PlatformState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """What the driver should feel now, in the driver's frame."""
+    """What the driver should feel, in the driver's frame: now, and where it is known, soon."""
 
     specific_force: Vec  # (3,) [m/s²], without the standing 1 g
     angular_rate: Vec = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
+    preview: Mat | None = None  # (K, 3) [m/s²] forces at the ends of the next K periods
 
     def __post_init__(self) -> None:
         freeze(self, specific_force=(3,), angular_rate=(3,))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Final
 
-from otolith.core.errors import InputError, MissingExtra
+from otolith.core.errors import InputError, MissingExtra, one_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,7 @@ class Entry:
     description: str
     extra: str = ""  # name of the optional dependency group it needs
     needs: tuple[str, ...] = ()  # modules of that group
+    plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
 
     def load(self) -> Any:
         """Import and return the target.
@@ -33,18 +34,24 @@ class Entry:
         except ModuleNotFoundError as error:
             if error.name in self.needs:
                 hint = f"pip install 'otolith[{self.extra}]'"
-                raise MissingExtra(f"{attribute} needs {error.name}, which is not installed: {hint}") from error
+                raise MissingExtra(
+                    f"{attribute} needs {error.name}, which is not installed: {hint}"
+                ) from error
             raise
 
 
 # Cueing algorithms: callables Design -> Cueing.
 CUEING: Final = {
-    "explicit": Entry("otolith.mpc.design:explicit", "the explicit law alone, 10 Hz (section 5.2.1)"),
+    "explicit": Entry(
+        "otolith.mpc.design:explicit", "the explicit law alone, 10 Hz (section 5.2.1)", plant="ideal-no-lag"
+    ),
     "implicit": Entry("otolith.mpc.design:implicit", "implicit MPC without a guess (model 1)"),
     "implicit-trajectory": Entry(
         "otolith.mpc.design:implicit_trajectory", "guess: first control of the previous plan (model 2)"
     ),
-    "hybrid-first": Entry("otolith.mpc.design:hybrid_first", "guess: first input of the explicit law (model 3)"),
+    "hybrid-first": Entry(
+        "otolith.mpc.design:hybrid_first", "guess: first input of the explicit law (model 3)"
+    ),
     "hybrid-all": Entry("otolith.mpc.design:hybrid_all", "guess: all inputs of the explicit law (model 4)"),
 }
 
@@ -54,14 +61,17 @@ PLANTS: Final = {
     "ideal-no-lag": Entry("otolith.plant.ideal:without_lag", "accelerations follow at once (eq. 4.1)"),
 }
 
-# QP engines: classes with `solve(qp, start) -> Solution`.
+# QP engines: callables (StageProblem, tolerance=…) -> StageEngine.
 SOLVERS: Final = {
-    "dense": Entry("otolith.qp.dense:DenseSolver", "condensed, dual active set (daqp), counts its changes"),
+    "structured": Entry("otolith.qp.engines:StructuredEngine", "stage by stage, compiled; the fast path"),
+    "dense": Entry(
+        "otolith.qp.engines:CondensedEngine", "condensed, dual active set (daqp); the thesis's kind"
+    ),
 }
 
 
 def lookup(table: dict[str, Entry], kind: str, name: str) -> Entry:
     """Entry `name` of one of the tables above, or one sentence that lists what there is."""
     if name not in table:
-        raise InputError(kind, repr(name), "one of " + ", ".join(table))
+        raise InputError(kind, repr(name), one_of(table, name))
     return table[name]

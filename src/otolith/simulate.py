@@ -67,6 +67,7 @@ def simulate(
     names: tuple[str, str] = ("", ""),
     settings: dict[str, Any] | None = None,
     plant_period: float = 1e-3,
+    preview: int = 0,
     clock: Callable[[], float] = time.thread_time,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Run:
@@ -76,6 +77,7 @@ def simulate(
     ----------
     names : of the cueing algorithm and of the plant, for the record.
     plant_period : [s]; the controller's own period must be a whole multiple of it.
+    preview : how many of the next periods' forces the controller is told; 0: only what is wanted now.
     clock : [s] measures the time of each decision; never part of the result's dynamics.
     progress : is told the fraction done, about a hundred times.
 
@@ -91,9 +93,10 @@ def simulate(
     m = round(scenario.duration / cueing.period)
     n = m * every
 
-    command_time = np.arange(m) * cueing.period
-    sample_time = np.arange(1, n + 1) * plant_period
-    wanted_force = scenario.specific_force(command_time + EDGE)  # (m, 3)
+    command_time = np.arange(m, dtype=np.float64) * cueing.period
+    sample_time = np.arange(1, n + 1, dtype=np.float64) * plant_period
+    known_time = np.arange(m + preview, dtype=np.float64) * cueing.period
+    wanted_force = scenario.specific_force(known_time + EDGE)  # (m + preview, 3)
     wanted_rate = scenario.angular_rate(command_time + EDGE)  # (m, 3)
 
     pose, twist, acceleration = (np.empty((n, 6)) for _ in range(3))
@@ -108,7 +111,11 @@ def simulate(
     plant.reset(state)
     with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
         for i in range(m):
-            reference = Reference(specific_force=wanted_force[i], angular_rate=wanted_rate[i])
+            reference = Reference(
+                specific_force=wanted_force[i],
+                angular_rate=wanted_rate[i],
+                preview=wanted_force[i + 1 : i + 1 + preview] if preview else None,
+            )
             started = clock()
             command = cueing.step(state, reference)
             step_time[i] = clock() - started

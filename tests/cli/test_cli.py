@@ -115,15 +115,15 @@ def test_a_recorded_drive_is_cued(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    drive = write_drive(tmp_path / "drive.csv", "t_s,LongAcc,other")
-    assert "LongAcc" in refused(["run", "--log", str(drive)], capsys)
+    drive = write_drive(tmp_path / "drive.csv", "t_s,Sensor1,other")
+    assert "Sensor1" in refused(["run", "--log", str(drive)], capsys)
     done(
         [
             "run",
             "--log",
             str(drive),
             "--column",
-            "ax=LongAcc:mps2",
+            "ax=Sensor1:mps2",
             "--cueing",
             "implicit",
             "--out",
@@ -143,7 +143,10 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         (["run", "sine-1", "--cueing", "best"], "--cueing is 'best', must be one of explicit, implicit"),
         (["run", "sine-1", "--plant", "moon"], "--plant is 'moon', must be one of ideal"),
         (["run", "sine-1", "--platform", "moon"], "platform is 'moon', must be a .toml file or one of"),
-        (["run", "sine-1", "--dofs", "heave"], "--dofs is 'heave', must be one axis pair"),
+        (
+            ["run", "sine-1", "--dofs", "heave"],
+            "--dofs is 'heave', must be one of surge-pitch, sway-roll, or several with commas",
+        ),
         (["run", "sine-1", "--washout", "soap"], "washout is 'soap', must be one of printed"),
         (["run", "sine-1", "--weight", "position"], "--weight is 'position', must be of the form NAME=VALUE"),
         (["run", "sine-1", "--weight", "position=much"], "--weight position is 'much', must be a number"),

@@ -65,3 +65,28 @@ def surge_pitch(
     return ParametricQp(
         H=H, F=F, f=np.zeros(n), G=np.array(G), w=np.array(w), S=np.array(S), lower=-top, upper=top
     )
+
+
+def saturated_line() -> ParametricQp:
+    """min ½ (z - θ)² with |z| ≤ 1 and |θ| ≤ 2: three regions, z = -1, θ, 1."""
+    one = np.ones((1, 1))
+    return ParametricQp(
+        H=one, F=-one, f=np.zeros(1), G=np.vstack([one, -one]), w=np.ones(2), S=np.zeros((2, 1)),
+        lower=np.array([-2.0]), upper=np.array([2.0]),
+    )  # fmt: skip
+
+
+def random_problem(seed: int, n: int, m: int, p: int) -> ParametricQp:
+    """A generic problem without symmetry, feasible at θ = 0 with z = 0 strictly inside."""
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((n, n))
+    return ParametricQp(
+        H=root @ root.T + 0.1 * np.eye(n),
+        F=rng.standard_normal((n, p)),
+        f=rng.standard_normal(n),
+        G=rng.standard_normal((m, n)),
+        w=rng.uniform(0.2, 1.5, m),
+        S=0.5 * rng.standard_normal((m, p)),
+        lower=-rng.uniform(0.5, 1.5, p),
+        upper=rng.uniform(0.5, 1.5, p),
+    )

@@ -17,7 +17,9 @@ def test_every_shipped_platform_loads_under_its_own_name_and_describes_itself(na
     platform = load(name)
     assert platform.name == name
     assert platform.description
-    for pair in PAIRS.values():
+    pairs = [pair for pair in PAIRS.values() if set(pair.name.split("-")) <= set(platform.axes)]
+    assert pairs
+    for pair in pairs:
         platform.pair_limits(pair)
 
 
@@ -52,4 +54,7 @@ def test_the_davsis_limits_are_those_of_its_table() -> None:
 def test_an_unknown_platform_is_refused_with_the_ones_there_are() -> None:
     with pytest.raises(InputError) as caught:
         load("davsy")
-    assert str(caught.value) == "platform is 'davsy', must be one of benchmark, davsi, thesis (did you mean davsi?)"
+    assert (
+        str(caught.value)
+        == "platform is 'davsy', must be one of benchmark, davsi, thesis (did you mean davsi?)"
+    )

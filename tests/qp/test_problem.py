@@ -11,7 +11,13 @@ from otolith.qp.problem import NotSolved
 
 def box_qp() -> Qp:
     """min ½‖z‖² − 2 z₁ + 0.3 z₂ with |z| ≤ 1 and z₁ + z₂ ≤ 0.5: z = (0.9, −0.4), y = (0, 0, 1.1) by hand."""
-    return Qp(np.eye(2), np.array([-2.0, -0.7]), np.array([[1.0, 1.0]]), np.array([-1, -1, -9.0]), np.array([1, 1, 0.5]))
+    return Qp(
+        np.eye(2),
+        np.array([-2.0, -0.7]),
+        np.array([[1.0, 1.0]]),
+        np.array([-1, -1, -9.0]),
+        np.array([1, 1, 0.5]),
+    )
 
 
 def test_a_hand_solved_problem_is_certified_exactly() -> None:

@@ -10,15 +10,14 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from otolith import files
-from otolith.core.errors import InputError
+from otolith import files, registry
+from otolith.core.errors import InputError, one_of
 from otolith.core.frames import PAIRS, AxisPair
 from otolith.mpc.design import Design
 from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.implicit import ImplicitSettings, parse_entry
 from otolith.mpc.model import BrakingRows, parse_braking_rows
 from otolith.mpc.washout import WashoutWeight, constant, preset
-from otolith.mpqp import Progress
 from otolith.scenarios import Scenario, log_scenario, scenario
 
 _AXIS_OF_FORCE = {0: "longitudinal", 1: "lateral"}
@@ -56,7 +55,15 @@ class Choices:
     plant: Annotated[
         str | None, typer.Option(help="A name of 'otolith list plants' [default: the algorithm's own model].")
     ] = None
-    dofs: Annotated[str, typer.Option(help="Axis pair to cue: " + " or ".join(PAIRS) + ".")] = "surge-pitch"
+    dofs: Annotated[
+        str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")
+    ] = "surge-pitch"
+    solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
+        "structured"
+    )
+    preview: Annotated[
+        bool, typer.Option("--preview", help="Tell the controller the future reference [default: held].")
+    ] = False
     washout: Annotated[
         str, typer.Option(help="Washout weights of the implicit MPC: printed, thesis-fit or none.")
     ] = "thesis-fit"
@@ -79,31 +86,41 @@ class Choices:
         None
     )
 
-    def design(self, console: Console) -> Design:
-        """Turn the options into a design; every wrong value is refused before work starts."""
+    def design(self, tell: Callable[[str], None]) -> Design:
+        """Turn the options into a design; every wrong value is refused before work starts.
+
+        `tell` is told how the enumeration of explicit laws goes.
+        """
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
         return Design(
             platform=files.read_platform(self.platform),
-            pair=pair_named(self.dofs),
+            pairs=pairs_named(self.dofs),
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
             implicit=ImplicitSettings(
-                washout=washout_weights(self.washout, self.weight or []), braking=rows or BrakingRows.POSITION
+                washout=washout_weights(self.washout, self.weight or []),
+                braking=rows or BrakingRows.POSITION,
+                engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
             ),
             entry=parse_entry(self.guess_entry),
-            stored_law=files.read_law(self.law) if self.law is not None else None,
-            progress=functools.partial(_tell_progress, console),
+            stored_laws=files.read_laws(self.law) if self.law is not None else (),
+            progress=lambda now: tell(
+                f"explicit law: {now.regions} regions, {now.open} sets to examine, {now.seconds:.1f} s"
+            ),
         )
 
     def reference(self, design: Design, console: Console) -> Scenario:
-        """The scenario for the cued pair; a log is resampled to the implicit controller's period.
+        """The scenario along the cued axes; a log is resampled to the implicit controller's period.
 
         That period whatever the algorithm, so that all are judged against one and the same reference.
         """
         if self.log is None and self.scenario is not None:
             if self.lowpass is not None or self.causal or self.column:
                 raise InputError("--lowpass, --causal or --column", "given", "used together with --log")
-            axis = _AXIS_OF_FORCE[design.pair.translation]
-            return scenario(self.scenario, literal=self.literal, axis=axis).scaled(self.scale)
+            along = [
+                scenario(self.scenario, literal=self.literal, axis=_AXIS_OF_FORCE[pair.translation])
+                for pair in design.pairs
+            ]
+            return functools.reduce(Scenario.beside, along).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")
@@ -143,11 +160,13 @@ def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
     return with_options
 
 
-def pair_named(dofs: str) -> AxisPair:
-    """The axis pair of `--dofs`."""
-    if dofs not in PAIRS:
-        raise InputError("--dofs", repr(dofs), "one axis pair: " + " or ".join(PAIRS))
-    return PAIRS[dofs]
+def pairs_named(dofs: str) -> tuple[AxisPair, ...]:
+    """The axis pairs of `--dofs`, in the order of their axes, whatever the order of the words."""
+    names = dofs.split(",")
+    for name in names:
+        if name not in PAIRS:
+            raise InputError("--dofs", repr(name), one_of(PAIRS, name, otherwise=", or several with commas"))
+    return tuple(pair for name, pair in PAIRS.items() if name in names)
 
 
 def washout_weights(name: str, weights: list[str]) -> tuple[WashoutWeight, ...]:
@@ -170,9 +189,3 @@ def _assignment(option: str, text: str) -> tuple[str, str]:
     if not (name and equals and value):
         raise InputError(option, repr(text), "of the form NAME=VALUE")
     return name.strip(), value.strip()
-
-
-def _tell_progress(console: Console, now: Progress) -> None:
-    console.print(
-        f"explicit law: {now.regions} regions, {now.open} open, {now.seconds:.1f} s", highlight=False
-    )

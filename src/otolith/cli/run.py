@@ -70,20 +70,24 @@ def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[
     makers = [registry.lookup(registry.CUEING, "--cueing", name) for name in names]
     plants = [choices.plant or maker.plant for maker in makers]
     plant_makers = [registry.lookup(registry.PLANTS, "--plant", plant) for plant in plants]
-    design = choices.design(console)
+    status = console.status("preparing")
+    design = choices.design(status.update)
     scenario = choices.reference(design, console)
     runs = []
     for name, maker, plant, plant_maker in zip(names, makers, plants, plant_makers, strict=True):
-        cueing = maker.load()(design)
+        status.update(f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached")
+        with status:
+            cueing = maker.load()(design)
         with _progress_bar(console, f"{name} on {scenario.name}") as progress:
             run = simulate(
                 cueing,
                 plant_maker.load()(),
                 scenario,
                 platform=design.platform,
-                pairs=(design.pair.name,),
+                pairs=tuple(pair.name for pair in design.pairs),
                 names=(name, plant),
                 settings={"version": __version__, **choices.as_settings()},
+                preview=design.implicit.horizon if choices.preview else 0,
                 progress=progress,
             )
         runs.append(run)

@@ -1,7 +1,7 @@
 """One decorator for everything that numba compiles."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -14,5 +14,4 @@ def kernel(function: F) -> F:
     Strict IEEE arithmetic: fast-math would let a NaN pass for a number (a residual test
     would then accept it), so it is never switched on where data are judged.
     """
-    compiled: F = numba.njit(cache=True, error_model="numpy")(function)
-    return compiled
+    return cast(F, numba.njit(cache=True, error_model="numpy")(function))

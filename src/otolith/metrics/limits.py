@@ -31,7 +31,16 @@ def excesses(run: Run) -> list[Excess]:
     MPC imposes limits at its nodes only; between them, motion may go beyond by what one period
     allows, which `between_nodes` shows.
     """
-    return [excess for name in run.pairs for excess in _of_pair(run, PAIRS[name])]
+    return [excess for name in run.pairs for excess in _of_pair(run, PAIRS[name])] + _of_circle(run)
+
+
+def _of_circle(run: Run) -> list[Excess]:
+    """The limit circle of surge and sway, where the platform has one and both are cued (section 4.2)."""
+    if run.platform.circle is None or len(run.pairs) < 2:
+        return []
+    beyond = np.maximum(np.hypot(run.pose[:, 0], run.pose[:, 1]) - run.platform.circle, 0.0)
+    beyond = np.where(np.isnan(beyond), np.inf, beyond)
+    return [_excess("circle", run.at_decisions(beyond), beyond)]
 
 
 def _of_pair(run: Run, pair: AxisPair) -> list[Excess]:
@@ -46,7 +55,11 @@ def _of_pair(run: Run, pair: AxisPair) -> list[Excess]:
         "acceleration": (run.acceleration[:, s], -limits.acceleration, limits.acceleration),
     }
     found = [
-        _excess(f"{pair.name} {quantity}", _beyond(run.at_decisions(series), low, high), _beyond(series, low, high))
+        _excess(
+            f"{pair.name} {quantity}",
+            _beyond(run.at_decisions(series), low, high),
+            _beyond(series, low, high),
+        )
         for quantity, (series, low, high) in moving.items()
     ]
     commanded = _beyond(run.command[:, s], -limits.command, limits.command)

@@ -1,7 +1,8 @@
 """The thesis's cueing models, composed so that their difference is visible (section 3.1)."""
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from otolith.core.errors import InputError
@@ -10,7 +11,7 @@ from otolith.mpc.explicit import Explicit, ExplicitLaw, ExplicitSettings, explic
 from otolith.mpc.hybrid import FromExplicit, Guess, HeldPlan, NoGuess
 from otolith.mpc.implicit import Entry, Implicit, ImplicitSettings
 from otolith.mpqp import Law, Progress, enumerate_regions
-from otolith.platforms import Platform
+from otolith.platforms import PairLimits, Platform
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,47 +19,62 @@ class Design:
     """Everything a cueing algorithm is made from, apart from which algorithm it is."""
 
     platform: Platform
-    pair: AxisPair = SURGE_PITCH
+    pairs: tuple[AxisPair, ...] = (SURGE_PITCH,)
     explicit: ExplicitSettings = field(default_factory=ExplicitSettings)
     implicit: ImplicitSettings = field(default_factory=ImplicitSettings)
     entry: Entry = Entry.REFERENCE
-    stored_law: Law | None = None  # from a file; enumerated on first use when absent
+    stored_laws: tuple[Law, ...] = ()  # from a file; enumerated on first use when there is none
     progress: Callable[[Progress], None] | None = None  # is told how the enumeration goes
 
     @cached_property
-    def law(self) -> Law:
-        """The explicit law of this platform, pair and settings; enumerated once.
+    def explicit_limits(self) -> tuple[PairLimits, ...]:
+        """Limits of the explicit laws; beside another pair, the reach is a square inside the limit circle.
+
+        A circle is no linear constraint, so the thesis, too, takes a box inside it (0.35 m, eq. 4.17).
+        """
+        limits = [self.platform.pair_limits(pair) for pair in self.pairs]
+        if self.platform.circle is None or len(self.pairs) == 1:
+            return tuple(limits)
+        side = self.platform.circle / math.sqrt(2.0)
+        return tuple(
+            replace(one, position=(max(one.position[0], -side), min(one.position[1], side))) for one in limits
+        )
+
+    @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """The explicit law of each pair; enumerated once.
 
         Raises
         ------
-        InputError : the stored law belongs to another model.
+        InputError : none of the stored laws belongs to this platform, pair and settings.
         """
-        problem = explicit_problem(self.platform.pair_limits(self.pair), self.platform.braking, self.explicit)
-        if self.stored_law is None:
-            return enumerate_regions(problem, progress=self.progress)
-        if self.stored_law.problem.digest != problem.digest:
-            raise InputError(
-                "the stored law's model",
-                self.stored_law.problem.digest[:12],
-                f"{problem.digest[:12]}, the model of platform {self.platform.name} with the chosen settings",
-            )
-        return self.stored_law
+        problems = [
+            explicit_problem(limits, self.platform.braking, self.explicit) for limits in self.explicit_limits
+        ]
+        if not self.stored_laws:
+            return tuple(enumerate_regions(problem, progress=self.progress) for problem in problems)
+        stored = {law.problem.digest: law for law in self.stored_laws}
+        for pair, problem in zip(self.pairs, problems, strict=True):
+            if problem.digest not in stored:
+                raise InputError(
+                    "the stored law's model",
+                    ", ".join(digest[:12] for digest in stored),
+                    f"{problem.digest[:12]}, {pair.name} of platform {self.platform.name} as chosen",
+                )
+        return tuple(stored[problem.digest] for problem in problems)
 
-    def law_at_work(self) -> ExplicitLaw:
-        """A fresh evaluator of the law, with its own memory of the last region."""
-        return ExplicitLaw(self.law, self.explicit)
+    def laws_at_work(self) -> list[ExplicitLaw]:
+        """A fresh evaluator of each law, with its own memory of the last region."""
+        return [ExplicitLaw(law, self.explicit) for law in self.laws]
 
     def implicit_with(self, guess: Guess) -> Implicit:
         """The implicit MPC of this design with the given guess."""
-        limits = self.platform.pair_limits(self.pair)
-        return Implicit(
-            self.pair, limits, self.platform.braking, settings=self.implicit, guess=guess, entry=self.entry
-        )
+        return Implicit(self.platform, self.pairs, settings=self.implicit, guess=guess, entry=self.entry)
 
 
 def explicit(design: Design) -> Explicit:
-    """The explicit law alone."""
-    return Explicit(design.pair, design.platform.pair_limits(design.pair), design.law_at_work())
+    """The explicit laws alone."""
+    return Explicit(design.pairs, design.explicit_limits, design.laws_at_work())
 
 
 def implicit(design: Design) -> Implicit:
@@ -73,9 +89,9 @@ def implicit_trajectory(design: Design) -> Implicit:
 
 def hybrid_first(design: Design) -> Implicit:
     """Model 3: the explicit law's first input."""
-    return design.implicit_with(FromExplicit(design.law_at_work(), first_only=True))
+    return design.implicit_with(FromExplicit(design.laws_at_work(), first_only=True))
 
 
 def hybrid_all(design: Design) -> Implicit:
     """Model 4: all inputs of the explicit law."""
-    return design.implicit_with(FromExplicit(design.law_at_work(), first_only=False))
+    return design.implicit_with(FromExplicit(design.laws_at_work(), first_only=False))

@@ -18,9 +18,12 @@ from otolith.core.frames import GRAVITY, AxisPair
 from otolith.core.lti import condense, zero_order_hold
 from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.mpc.model import (
+    POSITION,
     ROT,
     TILT,
+    TILT_RATE,
     TRAN,
+    VELOCITY,
     BrakingRows,
     Row,
     acceleration_rows,
@@ -66,7 +69,8 @@ class ExplicitSettings:
         T = np.zeros((self.horizon, free))
         for k in range(self.horizon):
             T[k, min(k, free - 1)] = 1.0
-        return np.kron(T, np.eye(2))
+        blocked: Mat = np.kron(T, np.eye(2)).astype(np.float64)
+        return blocked
 
 
 def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSettings) -> ParametricQp:
@@ -178,43 +182,53 @@ class ExplicitLaw:
         answer = self._law.evaluate(inside, self._region)
         if not answer.found:
             return None
-        self._region = answer.region
+        if answer.region >= 0:
+            self._region = answer.region
         U: Mat = (self._T @ answer.z).reshape(-1, 2)
         return U
 
 
 class Explicit:
-    """Cueing by the explicit law alone (section 5.2.1)."""
+    """Cueing by explicit laws alone (section 5.2.1), one per axis pair.
 
-    def __init__(self, pair: AxisPair, limits: PairLimits, law: ExplicitLaw) -> None:
-        self._pair, self._law = pair, law
-        self._bound = np.array([limits.tilt_acceleration, limits.acceleration])  # order of u
-        self._A, self._B = zero_order_hold(*explicit_dynamics(), law.settings.period)
+    With the linearised output and separate reaches, the joint law of several pairs is these laws
+    beside each other: neither can see the other's state.
+    """
+
+    def __init__(
+        self, pairs: Sequence[AxisPair], limits: Sequence[PairLimits], laws: Sequence[ExplicitLaw]
+    ) -> None:
+        self._pairs, self._laws = tuple(pairs), tuple(laws)
+        self._bounds = [np.array([one.tilt_acceleration, one.acceleration]) for one in limits]  # order of u
+        self._A, self._B = zero_order_hold(*explicit_dynamics(), self.period)
 
     @property
     def period(self) -> float:
         """Time between two decisions [s]."""
-        return self._law.settings.period
+        return self._laws[0].settings.period
 
     def reset(self, state: PlatformState) -> None:
-        """Start afresh; the law has no memory but the region of its last query."""
+        """Start afresh; the laws have no memory but the region of their last query."""
         del state
-        self._law.reset()
+        for law in self._laws:
+            law.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Look the law up; where it has no answer, brake to rest over one period."""
-        x = planar_state(state, self._pair)[:4]
-        U = self._law.inputs(x, float(reference.specific_force[self._pair.translation]))
-        found = U is not None
-        plan = U if U is not None else np.zeros((self._law.settings.horizon, 2))
-        if not found:
-            plan[0] = brake(x, self.period, self._bound)
-        after = self._A @ bounded(x) + self._B @ plan[0]
-        in_axes = np.array([self._pair.axes(u[TRAN], u[ROT]) for u in plan])
-        return Command(
-            acceleration=in_axes[0],
-            pose=self._pair.axes(after[3], after[1]),
-            twist=self._pair.axes(after[2], after[0]),
-            plan=in_axes[1:],
-            outcome=Outcome(status=Status.OPTIMAL if found else Status.INFEASIBLE),
-        )
+        """Look the laws up; where one has no answer, brake its pair to rest over one period."""
+        plan = np.zeros((self._laws[0].settings.horizon, 6))
+        pose, twist = np.zeros(6), np.zeros(6)
+        found = True
+        for pair, law, bounds in zip(self._pairs, self._laws, self._bounds, strict=True):
+            x = planar_state(state, pair)[:4]
+            U = law.inputs(x, float(reference.specific_force[pair.translation]))
+            if U is None:
+                found = False
+                U = np.zeros((len(plan), 2))
+                U[0] = brake(x, self.period, bounds)
+            after = self._A @ bounded(x) + self._B @ U[0]
+            plan[:, pair.translation] = U[:, TRAN]
+            plan[:, pair.rotation] = pair.sign * U[:, ROT]
+            pose += pair.axes(after[POSITION], after[TILT])
+            twist += pair.axes(after[VELOCITY], after[TILT_RATE])
+        outcome = Outcome(status=Status.OPTIMAL if found else Status.INFEASIBLE)
+        return Command(acceleration=plan[0], pose=pose, twist=twist, plan=plan[1:], outcome=outcome)

@@ -5,6 +5,7 @@ plan held over the horizon, the explicit law's first input held, or all its inpu
 sections. How a guess then enters the implicit MPC is `otolith.mpc.implicit.Entry`.
 """
 
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 import numpy as np
@@ -23,10 +24,11 @@ class Guess(Protocol):
     def reset(self) -> None:
         """Forget the past."""
 
-    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
-        """Guess (N, 2) [a_rot, a_tran] from state x (6,), force wanted and previous plan (N, 2).
+    def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
+        """Guess (N, 2P) from the states x (6P,) of P pairs, forces wanted (P,), previous plan (N, 2P).
 
-        None where there is none: the implicit MPC then runs without.
+        Per pair the controls are [a_rot, a_tran]. None where there is no guess: the implicit MPC then
+        runs without.
         """
 
 
@@ -38,9 +40,9 @@ class NoGuess:
     def reset(self) -> None:
         """Nothing to forget."""
 
-    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
+    def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
         """Make none."""
-        del x, reference, plan
+        del x, wanted, plan
         return None
 
 
@@ -52,9 +54,9 @@ class HeldPlan:
     def reset(self) -> None:
         """Nothing to forget: the plan is the controller's."""
 
-    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
+    def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
         """Repeat the plan's first control."""
-        del x, reference
+        del x, wanted
         return np.broadcast_to(plan[0], plan.shape)
 
 
@@ -63,18 +65,22 @@ class FromExplicit:
 
     active: Final = True
 
-    def __init__(self, law: ExplicitLaw, *, first_only: bool) -> None:
-        self._law, self._first_only = law, first_only
+    def __init__(self, laws: Sequence[ExplicitLaw], *, first_only: bool) -> None:
+        self._laws, self._first_only = tuple(laws), first_only  # one law per pair
 
     def reset(self) -> None:
-        """Forget the region of the last query."""
-        self._law.reset()
+        """Forget the regions of the last query."""
+        for law in self._laws:
+            law.reset()
 
-    def controls(self, x: Vec, reference: float, plan: Mat) -> Mat | None:
-        """Look the law up and stretch its inputs over the finer horizon."""
-        U = self._law.inputs(x, reference)
-        if U is None:
+    def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
+        """Look the laws up and stretch their inputs over the finer horizon."""
+        states = x.reshape(len(self._laws), -1)
+        looked_up = [law.inputs(states[p], wanted[p]) for p, law in enumerate(self._laws)]
+        found = [U for U in looked_up if U is not None]
+        if len(found) < len(looked_up):
             return None
+        U = np.hstack(found)
         if self._first_only:
             return np.broadcast_to(U[0], plan.shape)
         N, coarse = len(plan), len(U)

@@ -1,49 +1,43 @@
 """The implicit half: one Gauss-Newton step of the thesis's online MPC per period (section 4.1.2).
 
-Notation: x = [ω θ v s a_tran a_rot], u = [a_rot a_tran] commanded, N horizon, U (N·2,) inputs stage
-by stage, X = Φ x₀ + Γ U, ū the plan that the output is linearised about, u_ref the guess:
-
-    min_U  Σ_{k=1..N} (f(x_k) − f_ref)² + Σ_i W_i x_{k,i}² + R ‖u_{k−1} − u_ref,k−1‖²
-    s.t.   rows of eq. 4.10 at x_1 … x_N, bounds on the commands.
-
-The dynamics are linear and discretised exactly, so multiple shooting and its condensed form agree;
-only f = a_tran + g sin θ is linearised, about the previous plan, not shifted.
+The problem is `otolith.mpc.formulation`'s. The dynamics are linear and discretised exactly; only the
+felt force (and, in 4 DOF, the limit circle) is linearised, about the previous plan, not shifted. One
+such step per period is the real-time iteration (Diehl, Bock & Schlöder, 2005); more of them converge to
+the optimum of the nonlinear problem, which tells what one step costs.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.errors import InputError
-from otolith.core.frames import GRAVITY, AxisPair
-from otolith.core.lti import condense, zero_order_hold
+from otolith.core.errors import InputError, one_of
+from otolith.core.frames import AxisPair
 from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.mpc.formulation import Formulation, Setting
 from otolith.mpc.hybrid import Guess
 from otolith.mpc.model import (
-    ACCELERATION,
     POSITION,
     ROT,
-    STATES,
     TILT,
     TILT_RATE,
     TRAN,
     VELOCITY,
     BrakingRows,
-    Row,
-    acceleration_rows,
     bounded,
     brake,
-    braking_rows,
-    implicit_dynamics,
     planar_state,
     plausible,
-    state_rows,
 )
 from otolith.mpc.washout import PRESETS, WashoutWeight
-from otolith.platforms import Braking, PairLimits
-from otolith.qp import DenseSolver, Qp, Solution, Status
+from otolith.platforms import Platform
+from otolith.qp import Status
+from otolith.qp.engines import StageEngine, StructuredEngine
+from otolith.qp.stage import StageProblem, StageSolution
+
+_CONVERGED = 1e-9  # largest change of a control between Gauss-Newton steps that ends them
 
 
 class Entry(StrEnum):
@@ -58,7 +52,7 @@ def parse_entry(name: str) -> Entry:
     try:
         return Entry(name)
     except ValueError:
-        raise InputError("guess entry", repr(name), "one of " + ", ".join(Entry)) from None
+        raise InputError("guess entry", repr(name), one_of(Entry, name)) from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,145 +65,140 @@ class ImplicitSettings:
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     braking: BrakingRows = BrakingRows.POSITION
-    solver: DenseSolver = field(default_factory=DenseSolver)
+    terminal: bool = False  # the last state must be able to stop; braking rows imply it
+    soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
+    iterations: int = 1  # Gauss-Newton steps per period at most; 1: real-time iteration
+    tolerance: float = 1e-6  # largest certificate that counts as solved
+    engine: Callable[..., StageEngine] = StructuredEngine
 
     def __post_init__(self) -> None:
         if self.horizon < 2:
             raise InputError("implicit horizon", self.horizon, "at least 2 steps")
-        for name in ("period", "lag", "control_weight"):
+        if self.iterations < 1:
+            raise InputError("iterations", self.iterations, "at least 1 per period")
+        for name in ("period", "lag", "control_weight", "tolerance"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InputError(name, getattr(self, name), "finite and greater than 0")
+        for name, penalty in self.soft.items():
+            if not 0.0 < penalty < np.inf:
+                raise InputError(f"penalty of {name}", penalty, "finite and greater than 0")
 
-
-class _Prediction:
-    """Everything of the QP that never changes: predictions, rows, Gram matrices."""
-
-    def __init__(self, rows: list[Row], bounds: tuple[Vec, Vec], settings: ImplicitSettings) -> None:
-        N = settings.horizon
-        self.A, self.B = zero_order_hold(*implicit_dynamics(settings.lag), settings.period)
-        self.Phi, Gamma = condense(self.A, self.B, N)  # (N, 6, 6), (N, 6, 2N)
-        self.Gamma = np.ascontiguousarray(Gamma.transpose(1, 0, 2))  # (6, N, 2N), state by state
-        self.gram = {w.on: self._of(w.on).T @ self._of(w.on) for w in settings.washout}  # (2N, 2N)
-
-        C = np.array([row.coefficients for row in rows])  # (r, 6)
-        self.rows_of_U = np.einsum("ri,kij->rkj", C, Gamma).reshape(-1, 2 * N)
-        self.rows_of_x = np.einsum("ri,kij->rkj", C, self.Phi).reshape(-1, 6)
-        self.row_lower = np.repeat([row.lower for row in rows], N)
-        self.row_upper = np.repeat([row.upper for row in rows], N)
-        self.command_lower, self.command_upper = (np.tile(side, N) for side in bounds)
-
-    def _of(self, state: str) -> Mat:
-        rows: Mat = self.Gamma[STATES.index(state)]
-        return rows
+    def formulation(self, platform: Platform, pairs: Sequence[AxisPair]) -> Formulation:
+        """The stage problem of these settings on a platform."""
+        setting = Setting(
+            horizon=self.horizon,
+            period=self.period,
+            lag=self.lag,
+            control_weight=self.control_weight,
+            washout=self.washout,
+            braking=self.braking,
+            terminal=self.terminal,
+            soft=self.soft,
+        )
+        return Formulation(platform, pairs, setting)
 
 
 class Implicit:
-    """Cueing by one certified QP per period, with or without a guess: the thesis's four models."""
+    """Cueing by certified QPs, with or without a guess: the thesis's four models, in 2 and 4 DOF."""
 
     def __init__(
         self,
-        pair: AxisPair,
-        limits: PairLimits,
-        braking: Braking,
+        platform: Platform,
+        pairs: Sequence[AxisPair],
         *,
         settings: ImplicitSettings,
         guess: Guess,
         entry: Entry = Entry.REFERENCE,
     ) -> None:
         self.settings = settings
-        self._pair, self._guess, self._entry = pair, guess, entry
-        rows = (
-            state_rows(limits) + acceleration_rows(limits) + braking_rows(limits, braking, settings.braking)
-        )
-        self._command_bound = np.array([limits.tilt_acceleration, limits.command])  # order of u
-        self._fixed = _Prediction(rows, (-self._command_bound, self._command_bound), settings)
-        self._plan = np.zeros((settings.horizon, 2))
-        self._working_set = np.zeros(len(self._fixed.row_lower) + 2 * settings.horizon, dtype=np.int64)
+        self.formulation = settings.formulation(platform, pairs)
+        self.engine = settings.engine(self.formulation.problem, tolerance=settings.tolerance)
+        self.formulation.begin(self.engine.memory)
+        self._pairs, self._guess, self._entry = tuple(pairs), guess, entry
+        self._plan = np.zeros((settings.horizon, 2 * len(pairs)))
+        self._compile()
+
+    def _compile(self) -> None:
+        """Solve one harmless problem, so that no decision ever waits for a compiler."""
+        still = np.zeros(6 * len(self._pairs))
+        nothing = np.zeros((self.settings.horizon, len(self._pairs)))
+        self.formulation.write(self.engine.memory, still, self._plan, nothing, None)
+        self.engine.run()
+        self.engine.reset()
 
     @property
     def period(self) -> float:
         """Time between two decisions [s]."""
         return self.settings.period
 
+    @property
+    def problem(self) -> StageProblem:
+        """Structure of the problems that are solved."""
+        return self.formulation.problem
+
     def reset(self, state: PlatformState) -> None:
         """Forget plan, working set and guess."""
         del state
         self._plan[:] = 0.0
-        self._working_set[:] = 0
+        self.engine.reset()
         self._guess.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Solve one QP; on failure follow the last certified plan, and say why."""
-        x = planar_state(state, self._pair)
-        wanted = float(reference.specific_force[self._pair.translation])
-        solution, missed = self._solve(x, wanted)
-        if solution.status is Status.OPTIMAL:
-            self._plan = solution.z.reshape(-1, 2)
-            self._working_set = solution.working_set
-        else:
-            self._plan = self._fallback(x)
-            self._working_set[:] = 0
-        return self._command(x, solution, missed)
+        """Decide by one certified QP; on failure follow the last certified plan, and say why."""
+        x = np.concatenate([planar_state(state, pair) for pair in self._pairs])
+        wanted = self._wanted(reference)
+        if not (plausible(x) and plausible(wanted)):
+            return self._command(x, self._fallback(x), Outcome(status=Status.INVALID, residual=np.inf))
+        guessed = self._guess.controls(x, wanted[0], self._plan)
+        solution = self._solve(x, wanted, guessed)
+        solved = solution.status is Status.OPTIMAL
+        outcome = Outcome(
+            status=solution.status,
+            changes=solution.changes,
+            residual=solution.residual,
+            guess_missed=guessed is None and self._guess.active,
+        )
+        return self._command(x, solution.U if solved else self._fallback(x), outcome)
 
-    def _solve(self, x: Vec, wanted: float) -> tuple[Solution, bool]:
-        if not plausible(x, wanted):
-            rows = len(self._working_set)
-            return Solution.none(Status.INVALID, variables=self._plan.size, rows=rows), False
-        qp, missed = self.problem(x, wanted)
-        return self.settings.solver.solve(qp, self._working_set), missed
-
-    def problem(self, x: Vec, wanted: float) -> tuple[Qp, bool]:
-        """The QP at state x (6,) for a force wanted [m/s²], and whether a guess was missed."""
-        guessed = self._guess.controls(x, wanted, self._plan)
-        missed = guessed is None and self._guess.active
+    def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None) -> StageSolution:
+        """Gauss-Newton steps until the plan stands still or their number is used up."""
         about = guessed if guessed is not None and self._entry is Entry.PRIMAL else self._plan
-        H, g = self._cost(x, wanted, np.asarray(about).ravel())
-        if guessed is not None and self._entry is Entry.REFERENCE:
-            g -= self.settings.control_weight * guessed.ravel()
+        u_ref = guessed if self._entry is Entry.REFERENCE else None
+        changes = 0
+        for _ in range(self.settings.iterations):
+            self.formulation.write(self.engine.memory, x, np.ascontiguousarray(about), wanted, u_ref)
+            solution = self.engine.run()
+            changes += solution.changes
+            if solution.status is not Status.OPTIMAL or np.max(np.abs(solution.U - about)) < _CONVERGED:
+                break
+            about = solution.U
+        return replace(solution, changes=changes)
 
-        fixed = self._fixed
-        free = fixed.rows_of_x @ x
-        lower = np.concatenate([fixed.command_lower, fixed.row_lower - free])
-        upper = np.concatenate([fixed.command_upper, fixed.row_upper - free])
-        return Qp(H, g, fixed.rows_of_U, lower, upper), missed
-
-    def _cost(self, x: Vec, wanted: float, about: Vec) -> tuple[Mat, Vec]:
-        """Gauss-Newton Hessian (2N, 2N) and gradient (2N,) at U = 0, linearised about `about`."""
-        fixed, settings = self._fixed, self.settings
-        X = fixed.Phi @ x  # (N, 6) free response
-        tilt = X[:, TILT] + fixed.Gamma[TILT] @ about
-        slope = GRAVITY * np.cos(tilt)  # (N,) ∂f/∂θ
-        C = fixed.Gamma[ACCELERATION] + slope[:, None] * fixed.Gamma[TILT]  # (N, 2N) ∂f/∂U
-        error = X[:, ACCELERATION] + GRAVITY * np.sin(tilt) + slope * (X[:, TILT] - tilt) - wanted
-        H, g = C.T @ C, C.T @ error
-        for washout in settings.washout:
-            weight, i = washout.at(x), STATES.index(washout.on)
-            H += weight * fixed.gram[washout.on]
-            g += weight * (fixed.Gamma[i].T @ X[:, i])
-        H[np.diag_indices_from(H)] += settings.control_weight
-        return H, g
+    def _wanted(self, reference: Reference) -> Mat:
+        """(N, P) forces over the horizon: previewed where a preview is given, held from its end on."""
+        axes = [pair.translation for pair in self._pairs]
+        known = reference.specific_force[None] if reference.preview is None else reference.preview
+        stages = np.minimum(np.arange(self.settings.horizon), len(known) - 1)
+        wanted: Mat = known[stages][:, axes]
+        return wanted
 
     def _fallback(self, x: Vec) -> Mat:
         """The last certified plan, one step on; where there is none, brake to rest."""
-        if not self._plan.any():
-            return np.tile(brake(x, 5.0 * self.settings.period, self._command_bound), (len(self._plan), 1))
-        return np.vstack([self._plan[1:], np.zeros((1, 2))])
-
-    def _command(self, x: Vec, solution: Solution, missed: bool) -> Command:
-        u = self._plan[0]
-        after = self._fixed.A @ bounded(x) + self._fixed.B @ u
-        in_axes = np.zeros((len(self._plan), 6))
-        in_axes[:, self._pair.translation] = self._plan[:, TRAN]
-        in_axes[:, self._pair.rotation] = self._pair.sign * self._plan[:, ROT]
-        return Command(
-            acceleration=in_axes[0],
-            pose=self._pair.axes(after[POSITION], after[TILT]),
-            twist=self._pair.axes(after[VELOCITY], after[TILT_RATE]),
-            plan=in_axes[1:],
-            outcome=Outcome(
-                status=solution.status,
-                changes=solution.changes,
-                residual=solution.residual,
-                guess_missed=missed,
-            ),
+        if self._plan.any():
+            return np.vstack([self._plan[1:], np.zeros((1, self._plan.shape[1]))])
+        return np.tile(
+            brake(x, 5.0 * self.settings.period, self.formulation.command_bound), (len(self._plan), 1)
         )
+
+    def _command(self, x: Vec, plan: Mat, outcome: Outcome) -> Command:
+        self._plan = plan
+        in_axes = np.zeros((len(plan), 6))
+        pose, twist = np.zeros(6), np.zeros(6)
+        for p, pair in enumerate(self._pairs):
+            u = plan[:, 2 * p : 2 * p + 2]
+            in_axes[:, pair.translation] = u[:, TRAN]
+            in_axes[:, pair.rotation] = pair.sign * u[:, ROT]
+            after = self.formulation.A @ bounded(x[6 * p : 6 * p + 6]) + self.formulation.B @ u[0]
+            pose += pair.axes(after[POSITION], after[TILT])
+            twist += pair.axes(after[VELOCITY], after[TILT_RATE])
+        return Command(acceleration=in_axes[0], pose=pose, twist=twist, plan=in_axes[1:], outcome=outcome)

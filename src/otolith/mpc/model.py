@@ -116,6 +116,24 @@ def braking_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> lis
     ]
 
 
+def terminal_rows(limits: PairLimits) -> list[Row]:
+    """Rows on the last state from which the platform can stop within its reach.
+
+    On v = κ (s_max − s) braking asks for κ² (s_max − s) ≤ κ² (s_max − s_min), which the command bound u
+    affords for κ² = u / (s_max − s_min): the wedge is invariant. Braking rows imply a narrower one.
+    """
+    rows = []
+    motions = (
+        ("position", POSITION, VELOCITY, limits.position, min(limits.command, limits.acceleration)),
+        ("tilt", TILT, TILT_RATE, limits.tilt, limits.tilt_acceleration),
+    )
+    for name, place, speed, (low, high), bound in motions:
+        if math.isfinite(bound):
+            kappa = math.sqrt(bound / (high - low))
+            rows.append(Row(f"terminal_{name}", _unit(place) + _unit(speed) / kappa, low, high))
+    return rows
+
+
 def planar_state(state: PlatformState, pair: AxisPair) -> Vec:
     """The implicit model's x (6,) of one axis pair; its first four entries are the explicit model's."""
     x = np.empty(6)
@@ -125,9 +143,9 @@ def planar_state(state: PlatformState, pair: AxisPair) -> Vec:
     return x
 
 
-def plausible(x: Vec, wanted: float) -> bool:
-    """True when state and force wanted are numbers of this world, at most `HUGE` in SI units."""
-    return bool(np.all(np.abs(x) <= HUGE)) and abs(wanted) <= HUGE  # so written, a NaN is not
+def plausible(values: Mat) -> bool:
+    """True when states or forces are numbers of this world, at most `HUGE` in SI units."""
+    return bool(np.all(np.abs(values) <= HUGE))  # so written, a NaN is not
 
 
 def bounded(x: Vec) -> Vec:
@@ -136,9 +154,16 @@ def bounded(x: Vec) -> Vec:
 
 
 def brake(x: Vec, within: float, bounds: Vec) -> Vec:
-    """Accelerations (2,) [a_rot, a_tran] that bring tilt and travel to rest in the time `within` [s].
+    """Accelerations that bring tilts and travels to rest in the time `within` [s].
 
-    Clipped to ±bounds (2,) and always finite.
+    Parameters
+    ----------
+    x : (P·k,) states of P pairs beside each other, each beginning with [ω θ v s].
+    bounds : (P·2,) bounds on the accelerations, in their order: per pair a_rot, a_tran.
+
+    Returns
+    -------
+    (P·2,), within the bounds and always finite.
     """
-    rates = bounded(x)[[TILT_RATE, VELOCITY]]
+    rates = bounded(x).reshape(len(bounds) // 2, -1)[:, [TILT_RATE, VELOCITY]].ravel()
     return np.clip(-rates / within, -bounds, bounds)

@@ -5,7 +5,7 @@ from typing import Final
 PANELS: Final = {
     "force": (
         "What the driver should feel (grey) and what the platform lets the driver feel (blue). The "
-        "platform has two means: it moves, which is quick but soon runs out of "
+        "platform has two means: it accelerates, which is quick but soon runs out of "
         "travel, and it tilts, so that a part of gravity, g sin(tilt), takes over what lasts. The two "
         "parts add up to the felt force. Where blue leaves grey, the cue is missing; where they have "
         "opposite signs, it is false."

@@ -59,10 +59,10 @@ def _law(settings: ExplicitSettings, limits: PairLimits | None = None) -> Law:
     )
 
 
-def _rmse(settings: ExplicitSettings, name: str, law: Law | None = None) -> float:
+def _rmse(settings: ExplicitSettings, name: str, *laws: Law) -> float:
     """RMSE [m/s²] of the explicit controller alone on one scenario."""
     thesis = load("thesis")
-    design = Design(platform=thesis, explicit=settings, stored_law=law)
+    design = Design(platform=thesis, explicit=settings, stored_laws=laws)
     run = simulate(
         explicit(design), without_lag(), scenario(name), platform=thesis, pairs=(SURGE_PITCH.name,)
     )
@@ -123,7 +123,7 @@ def weights(row: Row) -> Row:
     """Table C.3: weights of 0.1 on the first states, horizon 5 without blocking."""
     on = row["weighted"]
     state_weights = (0.1,) * on + (0.0,) * (4 - on)
-    return _size(_law(ExplicitSettings(block_from=None, state_weights=state_weights)))  # type: ignore[arg-type]
+    return _size(_law(ExplicitSettings(block_from=None, state_weights=state_weights)))
 
 
 _CASE_KEYS: Final = ("horizon", "period", "block_from", "constraints", "scenario", "weighted")

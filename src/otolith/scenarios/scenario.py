@@ -30,6 +30,24 @@ class Scenario:
     angular_rate: Callable[[Vec], Vec] = field(default=_still)  # (n,) [s] -> (n, 3) [rad/s]
     origin: str = ""  # where it comes from: a table of the thesis, a file, a formula
 
+    def beside(self, other: "Scenario") -> "Scenario":
+        """Both at once, forces and rates added; it lasts as long as the longer one.
+
+        The name is this one's: the use is one signal along several axes.
+        """
+        force, rate, more_force, more_rate = (
+            self.specific_force,
+            self.angular_rate,
+            other.specific_force,
+            other.angular_rate,
+        )
+        return replace(
+            self,
+            duration=max(self.duration, other.duration),
+            specific_force=lambda t: force(t) + more_force(t),
+            angular_rate=lambda t: rate(t) + more_rate(t),
+        )
+
     def scaled(self, factor: float) -> "Scenario":
         """Equal but for force and rate, which are multiplied by `factor`.
 

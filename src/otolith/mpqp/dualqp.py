@@ -1,0 +1,238 @@
+"""Dense kernels on the least-distance form: factorisation, optimality at a point, a dual active-set QP.
+
+Notation: as in `leastdistance`; A[:k] lists the active rows, L L' = Q_AA, dv = d(τ) (m,), λ (k,),
+slack = dv + Q_·A λ. The QP is solved by the dual method of Goldfarb and Idnani (1983), started
+from the unconstrained minimiser u = 0.
+
+Degeneracy: where a row outside A depends on A and has slack zero throughout, several active sets give
+the same u and their regions overlap. Of these the one is chosen that stays optimal when every bound
+is relaxed by an infinitesimal δ_i: the slack of such a row i is then δ_i - Q_iA Q_AA⁻¹ δ_A, and must
+not be negative. `tie` finds a row that forbids a set; exchanging it in is a step of the dual method.
+"""
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.mpqp.inner import inner
+
+DEPENDENT = 1e-10  # squared length of a row outside the span of the active ones that counts as zero
+INFEASIBLE, FAILED = -1, -2
+CHANGE_LIMIT = 500
+TIED = 1e-12  # slack up to which a dependent row counts as always binding
+TIGHT, LOOSE = 1e-13, 1e-9  # violations that the QP first aims at, and ends with
+
+
+@inner
+def append_row(Q: Mat, A: Ints, k: int, L: Mat) -> bool:
+    """Extend the factor of rows A[:k] by row A[k]; false when it depends on the others."""
+    j = A[k]
+    diagonal = Q[j, j]
+    for c in range(k):
+        s = Q[A[c], j]
+        for e in range(c):
+            s -= L[k, e] * L[c, e]
+        s /= L[c, c]
+        L[k, c] = s
+        diagonal -= s * s
+    if diagonal < DEPENDENT:
+        return False
+    L[k, k] = np.sqrt(diagonal)
+    return True
+
+
+@inner
+def cholesky(Q: Mat, A: Ints, start: int, k: int, L: Mat) -> bool:
+    """Factorise rows A[:k], the first `start` of which are done; false when they are dependent."""
+    for a in range(start, k):  # noqa: SIM110 (compiled loop)
+        if not append_row(Q, A, a, L):
+            return False
+    return True
+
+
+@inner
+def back_substitute(L: Mat, k: int, x: Vec) -> None:
+    """Solve L' x = x in place."""
+    for a in range(k - 1, -1, -1):
+        s = x[a]
+        for e in range(a + 1, k):
+            s -= L[e, a] * x[e]
+        x[a] = s / L[a, a]
+
+
+@inner
+def substitute(L: Mat, k: int, x: Vec) -> None:
+    """Solve L L' x = x in place."""
+    for a in range(k):
+        s = x[a]
+        for e in range(a):
+            s -= L[a, e] * x[e]
+        x[a] = s / L[a, a]
+    back_substitute(L, k, x)
+
+
+@inner
+def right_hand_side(d: Mat, tau: Vec, dv: Vec) -> None:
+    """Dv = d(τ)."""
+    p = tau.shape[0]
+    for i in range(dv.shape[0]):
+        dv[i] = d[p, i]
+    for c in range(p):
+        t = tau[c]
+        for i in range(dv.shape[0]):
+            dv[i] += t * d[c, i]
+
+
+@inner
+def slack_of(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> None:
+    """Slack = dv + Q_·A λ."""
+    for i in range(dv.shape[0]):
+        slack[i] = dv[i]
+    for a in range(k):
+        t, j = lam[a], A[a]
+        if t != 0.0:
+            for i in range(dv.shape[0]):
+                slack[i] += t * Q[j, i]
+
+
+@inner
+def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -> float:
+    """Solve for λ with the rows A active; returns the largest violation of λ ≥ 0 and slack ≥ 0.
+
+    Relative to max(1, λ), which rounding grows with. L must hold the factor of Q_AA. Zero or less
+    means: this set is optimal at this point.
+    """
+    for a in range(k):
+        lam[a] = -dv[A[a]]
+    substitute(L, k, lam)
+    slack_of(Q, dv, A, k, lam, slack)
+    worst, size = -1e300, 1.0
+    for a in range(k):
+        worst = max(worst, -lam[a])
+        size = max(size, lam[a])
+        slack[A[a]] = 0.0
+    least = 1e300
+    for i in range(dv.shape[0]):
+        least = min(least, slack[i])
+    return max(worst, -least) / size
+
+
+@inner
+def tie(Q: Mat, delta: Vec, A: Ints, k: int, L: Mat, slack: Vec, x: Vec) -> int:
+    """A row with slack zero, dependent on A, whose slack under δ is negative; -1 when there is none.
+
+    L holds the factor of Q_AA; the slack of active rows must not be zero. x becomes the row's
+    coefficients in the active ones.
+    """
+    for i in range(slack.shape[0]):
+        if abs(slack[i]) > TIED:
+            continue
+        for a in range(k):
+            x[a] = Q[A[a], i]
+        substitute(L, k, x)
+        room, shift = Q[i, i], delta[i]
+        for a in range(k):
+            room -= x[a] * Q[A[a], i]
+            shift -= x[a] * delta[A[a]]
+        if room < DEPENDENT and shift < 0.0:
+            return i
+    return -1
+
+
+@inner
+def untie(Q: Mat, delta: Vec, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec, x: Vec) -> int:
+    """Exchange active rows until no tie is left; returns k, which does not change."""
+    for _ in range(4 * k):
+        if not cholesky(Q, A, 0, k, L):
+            return k
+        optimality(Q, dv, A, k, L, lam, slack)
+        for a in range(k):
+            slack[A[a]] = 1.0
+        i = tie(Q, delta, A, k, L, slack, x)
+        if i < 0:
+            return k
+        leave, t = -1, 1e300
+        for a in range(k):
+            if x[a] > 1e-9 and lam[a] < t * x[a]:
+                leave, t = a, lam[a] / x[a]
+        if leave < 0:
+            return k
+        A[leave] = i
+    return k
+
+
+@inner
+def most_violated(slack: Vec, A: Ints, k: int, tolerance: float) -> int:
+    """The inactive row with the least slack below -tolerance, or -1."""
+    for a in range(k):
+        slack[A[a]] = 0.0
+    chosen, worst = -1, -tolerance
+    for i in range(slack.shape[0]):
+        if slack[i] < worst:
+            chosen, worst = i, slack[i]
+    return chosen
+
+
+@inner
+def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Mat, x: Vec) -> int:
+    """Make row j, violated by `gap`, active, dropping rows whose multiplier would turn negative.
+
+    Returns the new number of active rows, or -1 when no z satisfies row j with the others.
+    """
+    own = 0.0
+    while True:
+        room = Q[j, j]
+        for a in range(k):
+            s = Q[A[a], j]
+            for e in range(a):
+                s -= L[a, e] * x[e]
+            x[a] = s / L[a, a]
+            room -= x[a] * x[a]
+            L[k, a] = x[a]
+        back_substitute(L, k, x)
+        blocking, t = -1, 1e300
+        for a in range(k):
+            if x[a] > 1e-11 and lam[a] < t * x[a]:
+                blocking, t = a, lam[a] / x[a]
+        full = gap / room if room > DEPENDENT and k < n else 1e300
+        if blocking < 0 and full > 1e299:
+            return -1
+        t = min(t, full)
+        for a in range(k):
+            lam[a] -= t * x[a]
+        own += t
+        gap -= t * room
+        if full <= t:
+            A[k], lam[k], L[k, k] = j, own, np.sqrt(room)
+            return k + 1
+        for a in range(blocking, k - 1):
+            A[a], lam[a] = A[a + 1], lam[a + 1]
+        k -= 1
+        cholesky(Q, A, blocking, k, L)
+
+
+@inner
+def attempt_qp(
+    Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, tolerance: float
+) -> int:
+    """As `solve_qp` at one tolerance; FAILED when infeasible by so little that rounding may be the cause."""
+    k = 0
+    for _ in range(CHANGE_LIMIT):
+        slack_of(Q, dv, A, k, lam, slack)
+        j = most_violated(slack, A, k, tolerance)
+        if j < 0:
+            return k
+        gap = -slack[j]
+        k = take_in(Q, A, k, n, j, gap, lam, L, x)
+        if k < 0:
+            return INFEASIBLE if gap > LOOSE else FAILED
+    return FAILED
+
+
+@inner
+def solve_qp(Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec) -> int:
+    """Optimal active set of min ½|u|², M u ≤ dv, in A[:k] with λ; returns k, INFEASIBLE or FAILED."""
+    tolerance, k = TIGHT, FAILED
+    while k == FAILED and tolerance <= LOOSE:
+        k = attempt_qp(Q, dv, n, A, lam, L, x, slack, tolerance)
+        tolerance *= 30.0
+    return k

@@ -1,0 +1,206 @@
+"""An explicit law: the regions of a parametric QP, ready to be evaluated, stored and certified.
+
+Notation: θ parameter (p,), z minimiser (n,), τ = (θ - c) / s in [-1, 1]^p; see `leastdistance`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.mpqp import archive
+from otolith.mpqp.expand import Ints16, Ints32, Rows32
+from otolith.mpqp.geometry import exact_rows
+from otolith.mpqp.leastdistance import LeastDistance
+from otolith.mpqp.lookup import Tables, answers, census, evaluate, members
+from otolith.mpqp.problem import ParametricQp
+from otolith.mpqp.region import kernel_form
+from otolith.mpqp.sets import Words, adopted, unpack
+
+
+class Evaluation(NamedTuple):
+    """The answer at one parameter."""
+
+    z: Vec  # (n,) minimiser; NaN when not found
+    region: int  # id, or one of MISSED, OUTSIDE, UNSOLVED of `lookup`
+    active: Ints  # (k,) active constraints of the problem
+    multipliers: Vec  # (k,) of those, ≥ 0 up to rounding
+    found: bool
+
+
+class Evaluations(NamedTuple):
+    """Answers at many parameters."""
+
+    z: Mat  # (N, n), NaN where not found
+    region: Ints  # (N,) as in `Evaluation`
+    found: NDArray[np.bool_]  # (N,)
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """The same memory, seen through an array that cannot be written to."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Law:
+    """All regions of a parametric QP; of a mirror pair only one is stored.
+
+    Stored region s has id s; the first `alone` of the h stored regions are their own images (all of
+    them when the problem has no central symmetry), and the image of any other has id s + h - alone.
+    Geometry is in the scaled parameter τ. The rows are 32-bit: they guide a walk whose end is checked
+    in 64 bits; `halfspaces` and `gains` are computed in 64 bits from the active set.
+    """
+
+    problem: ParametricQp
+    form: LeastDistance
+    keys: Words  # (h, words) active sets, bit i for row i of `form`
+    centre: Mat  # (h, p) of the largest ball, in τ
+    radius: Vec  # (h,) of that ball
+    start: Ints32  # (h + 1,) first facet of each region
+    rows: Rows32  # (facets, p + 1) unit half-space a'τ ≤ b as (a, b)
+    constraint: Ints16  # (facets,) row of `form` behind the facet
+    beyond: Ints32  # (facets,) region id; -2 infeasible, -3 not a full-dimensional region
+    alone: int
+    tolerance: float  # least radius of a region
+    seconds: float  # to enumerate, without compiling
+    compile_seconds: float
+    _tables: Tables = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        f = self.form
+        table = adopted(self.keys, len(f.rows), f.mirror)
+        tables = Tables(
+            kernel_form(f), table, self.rows, self.start, self.beyond, self.alone,
+            np.array(f.V), np.array(f.Z), np.array(f.centre), np.array(f.half),
+        )  # fmt: skip
+        object.__setattr__(self, "_tables", tables)
+        for name in archive.STORED:
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    def __len__(self) -> int:
+        """Number of regions, mirror images included."""
+        return 2 * len(self.radius) - self.alone
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the stored regions with their index of active sets."""
+        stored = sum(getattr(self, name).nbytes for name in archive.STORED)
+        return int(stored + self._tables.sets.slots.nbytes)
+
+    def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
+        """Minimiser, region, active constraints and multipliers at `theta` (p,).
+
+        `start` is the region to walk from, usually the last answer's; without it the QP is solved.
+        The answer satisfies the optimality conditions whatever `start` is.
+        """
+        found = answers(1, len(self.problem.f))
+        evaluate(self._tables, np.array(theta, dtype=np.float64, ndmin=2), start, found)
+        k = found.size[0]
+        A, lam = found.A[0, : max(k, 0)], found.lam[0, : max(k, 0)]
+        return Evaluation(
+            found.z[0], int(found.region[0]), self.form.rows[A], self.form.weights[A] * lam, bool(k >= 0)
+        )
+
+    def evaluate_many(self, thetas: Mat, start: int = -1) -> Evaluations:
+        """As `evaluate` for parameters (N, p), each walk starting where the last one ended."""
+        found = answers(len(thetas), len(self.problem.f))
+        evaluate(self._tables, np.array(thetas, dtype=np.float64, order="C", ndmin=2), start, found)
+        return Evaluations(found.z, found.region, found.size >= 0)
+
+    def locate_many(self, thetas: Mat) -> Evaluations:
+        """As `evaluate_many`, from the regions alone: region -1 where none of them is optimal.
+
+        No QP is solved, so a hole in the table shows. Slow where walks fail: all regions are tried.
+        """
+        regions = np.empty(len(thetas), dtype=np.int64)
+        z = np.full((len(thetas), len(self.problem.f)), np.nan)
+        members(self._tables, np.array(thetas, dtype=np.float64, order="C"), self.largest, regions, z)
+        return Evaluations(z, regions, regions >= 0)
+
+    def count_many(self, thetas: Mat, margin: float = 0.0) -> Ints:
+        """How many regions hold each parameter (N, p) at least `margin`, in τ, away from their facets."""
+        counts = np.empty(len(thetas), dtype=np.int64)
+        census(self._tables, np.array(self.form.scaled(thetas), order="C"), margin, counts)
+        return counts
+
+    @property
+    def largest(self) -> int:
+        """Id of the region with the largest ball."""
+        return int(self.radius.argmax())
+
+    def stored(self, region: int) -> tuple[int, float]:
+        """Stored region behind an id, and +1, or -1 when the id is its mirror image."""
+        h = len(self.radius)
+        if not 0 <= region < len(self):
+            raise IndexError(f"region {region} of {len(self)}")
+        return (region, 1.0) if region < h else (region - (h - self.alone), -1.0)
+
+    def form_rows(self, region: int) -> Ints:
+        """Active rows of `form`, ascending."""
+        s, sign = self.stored(region)
+        A = np.empty(len(self.form.rows) + 1, dtype=np.int64)
+        k = unpack(self.keys, s, A)
+        return A[:k] if sign > 0 else np.sort(self.form.mirror[A[:k]])
+
+    def active(self, region: int) -> Ints:
+        """Active constraints of the problem, ascending."""
+        return np.sort(self.form.rows[self.form_rows(region)])
+
+    def gains(self, region: int) -> tuple[Mat, Vec]:
+        """K (n, p) and k (n,) with z = K θ + k throughout the region."""
+        f, A = self.form, self.form_rows(region)
+        T = np.linalg.solve(f.Q[np.ix_(A, A)], f.d[:, A].T)
+        affine = f.Z + f.V[A].T @ T  # (n, p + 1) in τ
+        K = affine[:, :-1] / f.half
+        return K, affine[:, -1] - K @ f.centre
+
+    def ball(self, region: int) -> tuple[Vec, float]:
+        """Centre (p,) and radius of the largest ball, in τ."""
+        s, sign = self.stored(region)
+        return sign * self.centre[s], float(self.radius[s])
+
+    def halfspaces(self, region: int) -> tuple[Mat, Vec]:
+        """A (facets, p) and b with A θ ≤ b on the region, its rows of length one in τ.
+
+        The bounds of the parameter, and constraints on the parameter alone, hold besides.
+        """
+        s, sign = self.stored(region)
+        chosen = self.constraint[self.start[s] : self.start[s + 1]].astype(np.int64)
+        facets = chosen if sign > 0 else self.form.mirror[chosen]
+        rows = exact_rows(self.form, self.form_rows(region), facets)
+        A = rows[:, :-1] / self.form.half
+        return A, rows[:, -1] + A @ self.form.centre
+
+    def neighbours(self, region: int) -> Ints:
+        """Region id beyond each facet, in the order of `halfspaces`; negative where there is none."""
+        s, sign = self.stored(region)
+        beyond = self.beyond[self.start[s] : self.start[s + 1]].astype(np.int64)
+        if sign > 0:
+            return beyond
+        return np.array([self.twin(int(r)) if r >= 0 else r for r in beyond], dtype=np.int64)
+
+    def twin(self, region: int) -> int:
+        """Id of the mirror image; a region of a law without symmetry is its own."""
+        s, sign = self.stored(region)
+        if s < self.alone:
+            return s
+        return s + len(self.radius) - self.alone if sign > 0 else s
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything needed to restore the law, as plain arrays."""
+        return archive.pack(self)
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Law":
+        """Restore a law.
+
+        Raises
+        ------
+        CorruptFile : an array is missing, is damaged, or does not belong to the others.
+        """
+        return cls(**archive.unpack(arrays))

@@ -1,0 +1,308 @@
+"""Finding the region of a parameter, and proving it, in compiled code.
+
+Notation: as in `leastdistance`. Of a centrally symmetric law only one region of each mirror pair is
+stored: h stored regions, the first `alone` of them their own images; region id r ≥ h is the image of
+the stored region r - (h - alone), met by looking at -τ.
+
+A walk starts at some region and crosses the facet that the point violates most. Its rows are rounded
+to 32 bits, so its end is a guess; the guess is believed only when the optimality conditions of the QP
+hold in 64 bits with that region's active set. Otherwise the QP itself is solved and its active set
+looked up. An answer is therefore right even where the table has a hole.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import kernel
+from otolith.mpqp.dualqp import INFEASIBLE, cholesky, optimality, right_hand_side, solve_qp, untie
+from otolith.mpqp.expand import Ints32, Rows32
+from otolith.mpqp.inner import inner
+from otolith.mpqp.region import Form
+from otolith.mpqp.sets import SetTable, fold, seek, unpack
+
+MISSED, OUTSIDE, UNSOLVED = -1, -2, -3
+"""Region ids: feasible but not in the table; infeasible or outside the box; the QP did not converge."""
+
+ROUNDED = 1e-6  # violation of a 32-bit row up to which a walk rests
+OPTIMAL = 2e-13  # violation of the optimality conditions up to which a guess is believed
+NEARLY = 1e-12  # the same for the best region of a table without recourse to the QP
+DOMAIN = 1e-8  # how far outside the box, scaled to [-1, 1]^p, a point may lie
+WALK_LIMIT = 40
+
+
+class Tables(NamedTuple):
+    """A law as the kernels need it."""
+
+    form: Form
+    sets: SetTable
+    rows: Rows32  # (facets, p + 1) float32
+    start: Ints32  # (h + 1,) int32
+    beyond: Ints32  # (facets,) int32 region ids, negative where there is none
+    alone: int
+    V: Mat  # (m, n)
+    Z: Mat  # (n, p + 1)
+    centre: Vec  # (p,) of the parameter box
+    half: Vec  # (p,)
+
+
+class Scratch(NamedTuple):
+    """Working memory of one lookup."""
+
+    tau: Vec  # (p,)
+    image: Vec  # (p,)
+    dv: Vec  # (m,)
+    slack: Vec  # (m,)
+    A: Ints  # (m + 1,)
+    lam: Vec  # (n + 2,)
+    x: Vec  # (n + 2,)
+    L: Mat  # (n + 2, n + 2)
+
+
+class Answers(NamedTuple):
+    """What a lookup writes, one row per parameter."""
+
+    region: Ints  # (N,)
+    size: Ints  # (N,) active rows k, -1 when there is no answer
+    z: Mat  # (N, n), NaN when there is no answer
+    A: Ints  # (N, n) active rows
+    lam: Mat  # (N, n) their multipliers
+
+
+def answers(count: int, n: int) -> Answers:
+    """Room for `count` answers."""
+    return Answers(
+        np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64), np.full((count, n), np.nan),
+        np.empty((count, n), dtype=np.int64), np.empty((count, n)),
+    )  # fmt: skip
+
+
+@kernel
+def scratch(form: Form) -> Scratch:
+    """Fresh memory."""
+    q, m = form.d.shape
+    n = form.n + 2
+    return Scratch(
+        np.empty(q - 1), np.empty(q - 1), np.empty(m), np.empty(m), np.empty(m + 1, np.int64),
+        np.empty(n), np.empty(n), np.empty((n, n)),
+    )  # fmt: skip
+
+
+@inner
+def inside_domain(form: Form, tau: Vec) -> bool:
+    """Whether τ lies in the box and in E, each widened by DOMAIN."""
+    p = tau.shape[0]
+    for j in range(form.fixed.shape[1]):
+        s = -form.fixed[p, j] - DOMAIN
+        for c in range(p):
+            s += form.fixed[c, j] * tau[c]
+        if s > 0.0:
+            return False
+    return True
+
+
+@inner
+def twin(tables: Tables, r: int) -> int:
+    """Region id of the mirror image."""
+    h = tables.start.shape[0] - 1
+    if r < tables.alone:
+        return r
+    return int(r + h - tables.alone if r < h else r - (h - tables.alone))
+
+
+@inner
+def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
+    """Stored region behind region r; `image` becomes the point as that region sees it."""
+    h = tables.start.shape[0] - 1
+    sign = 1.0 if r < h else -1.0
+    for c in range(tau.shape[0]):
+        image[c] = sign * tau[c]
+    return r if r < h else r - (h - tables.alone)
+
+
+@inner
+def worst_facet(tables: Tables, s: int, tau: Vec) -> int:
+    """The facet of stored region s that τ violates most, or -1 when it violates none."""
+    p = tau.shape[0]
+    chosen, worst = -1, ROUNDED
+    for f in range(tables.start[s], tables.start[s + 1]):
+        v = -float(tables.rows[f, p])
+        for c in range(p):
+            v += tables.rows[f, c] * tau[c]
+        if v > worst:
+            chosen, worst = f, v
+    return chosen
+
+
+@inner
+def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
+    """Region that a walk from region r ends in, or MISSED; `image` is scratch."""
+    h = tables.start.shape[0] - 1
+    for _ in range(WALK_LIMIT):
+        f = worst_facet(tables, orient(tables, r, tau, image), image)
+        if f < 0:
+            return r
+        beyond = tables.beyond[f]
+        if beyond < 0:
+            return MISSED
+        r = int(beyond) if r < h else twin(tables, beyond)
+    return MISSED
+
+
+@inner
+def certify(tables: Tables, r: int, w: Scratch) -> tuple[int, float]:
+    """Number of active rows of region r and the violation of optimality at w.tau; fills w.A, w.lam."""
+    s = orient(tables, r, w.tau, w.image)
+    k = unpack(tables.sets.keys, s, w.A)
+    right_hand_side(tables.form.d, w.image, w.dv)
+    if not cholesky(tables.form.Q, w.A, 0, k, w.L):
+        return k, np.inf
+    violation = optimality(tables.form.Q, w.dv, w.A, k, w.L, w.lam, w.slack)
+    if s != r:
+        for a in range(k):
+            w.A[a] = tables.sets.mirror[w.A[a]]
+    return k, violation
+
+
+@inner
+def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
+    """Region (or MISSED, OUTSIDE, UNSOLVED) and number of active rows at w.tau, by solving the QP."""
+    form = tables.form
+    right_hand_side(form.d, w.tau, w.dv)
+    k = solve_qp(form.Q, w.dv, form.n, w.A, w.lam, w.L, w.x, w.slack)
+    if k < 0:
+        return (OUTSIDE if k == INFEASIBLE else UNSOLVED), -1
+    k = untie(form.Q, form.delta, w.dv, w.A, k, w.L, w.lam, w.slack, w.x)
+    image = fold(tables.sets, w.A, k)
+    s = tables.sets.slots[seek(tables.sets)]
+    if s < 0:
+        return MISSED, k
+    return (twin(tables, s) if image else int(s)), k
+
+
+@inner
+def locate(tables: Tables, guess: int, w: Scratch) -> tuple[int, int]:
+    """Region at w.tau and its number of active rows; w.A and w.lam hold the rows and multipliers."""
+    if not inside_domain(tables.form, w.tau):
+        return OUTSIDE, -1
+    if guess >= 0:
+        r = walk(tables, w.tau, w.image, guess)
+        if r >= 0:
+            k, violation = certify(tables, r, w)
+            if violation <= OPTIMAL:
+                return r, k
+    return by_qp(tables, w)
+
+
+@inner
+def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
+    """τ of θ; false when a number is not finite."""
+    finite = True
+    for c in range(tau.shape[0]):
+        tau[c] = (theta[c] - tables.centre[c]) / tables.half[c]
+        finite = finite and np.isfinite(tau[c])
+    return bool(finite)
+
+
+@inner
+def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
+    """Z at w.tau with the rows w.A[:k] active."""
+    n, p = tables.Z.shape[0], w.tau.shape[0]
+    for i in range(n):
+        s = tables.Z[i, p]
+        for c in range(p):
+            s += tables.Z[i, c] * w.tau[c]
+        z[i] = s
+    for a in range(k):
+        t, j = w.lam[a], w.A[a]
+        for i in range(n):
+            z[i] -= t * tables.V[j, i]
+
+
+@kernel
+def evaluate(tables: Tables, thetas: Mat, guess: int, answers: Answers) -> None:
+    """Answers at θ (N, p), each walk starting where the last one ended, the first at `guess`."""
+    w = scratch(tables.form)
+    for t in range(thetas.shape[0]):
+        r, k = OUTSIDE, -1
+        if scale(tables, thetas[t], w.tau):
+            r, k = locate(tables, guess, w)
+        answers.region[t], answers.size[t] = r, k
+        if k < 0:
+            continue
+        minimiser(tables, w, k, answers.z[t])
+        for a in range(k):
+            answers.A[t, a], answers.lam[t, a] = w.A[a], w.lam[a]
+        guess = r if r >= 0 else guess
+
+
+@inner
+def contains(tables: Tables, r: int, tau: Vec, margin: float) -> bool:
+    """Whether τ satisfies the stored rows of region r, each tightened by `margin`."""
+    p, h = tau.shape[0], tables.start.shape[0] - 1
+    sign = 1.0 if r < h else -1.0
+    s = r if r < h else r - (h - tables.alone)
+    for f in range(tables.start[s], tables.start[s + 1]):
+        v = margin - tables.rows[f, p]
+        for c in range(p):
+            v += tables.rows[f, c] * sign * tau[c]
+        if v > 0.0:
+            return False
+    return True
+
+
+@inner
+def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
+    """Count the regions whose rows hold τ with `margin`; the first of them go to `hits`."""
+    h = tables.start.shape[0] - 1
+    count = 0
+    for r in range(2 * h - tables.alone):
+        if contains(tables, r, tau, margin):
+            if count < hits.shape[0]:
+                hits[count] = r
+            count += 1
+    return count
+
+
+@inner
+def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int]:
+    """As `locate`, but by the table alone: MISSED when no region of it is optimal at w.tau."""
+    if not inside_domain(tables.form, w.tau):
+        return OUTSIDE, -1
+    r = walk(tables, w.tau, w.image, guess)
+    if r >= 0:
+        k, violation = certify(tables, r, w)
+        if violation <= OPTIMAL:
+            return r, k
+    best, least = MISSED, NEARLY
+    for c in range(min(scan(tables, w.tau, -ROUNDED, hits), hits.shape[0])):
+        k, violation = certify(tables, hits[c], w)
+        if violation < least:
+            best, least = int(hits[c]), violation
+    if best == MISSED:
+        return MISSED, 0
+    k, violation = certify(tables, best, w)
+    return best, k
+
+
+@kernel
+def members(tables: Tables, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
+    """Fill regions (N,) and z (N, n) from the table alone: a walk, else all regions; no QP is solved."""
+    w, hits = scratch(tables.form), np.empty(256, np.int64)
+    for t in range(thetas.shape[0]):
+        r, k = OUTSIDE, -1
+        if scale(tables, thetas[t], w.tau):
+            r, k = member(tables, guess, hits, w)
+        if r >= 0:
+            minimiser(tables, w, k, z[t])
+            guess = r
+        regions[t] = r
+
+
+@kernel
+def census(tables: Tables, taus: Mat, margin: float, counts: Ints) -> None:
+    """How many regions hold each τ (N, p) with `margin` to spare."""
+    none = np.empty(0, np.int64)
+    for t in range(taus.shape[0]):
+        counts[t] = scan(tables, taus[t], margin, none)

@@ -1,0 +1,155 @@
+"""A law of the regions that trajectories visit, growing as they are met.
+
+Notation: as in `lookup`. The law remembers active sets, and for each the sets that followed it. At a
+new parameter the last set and its followers, the latest first, are tried; a try is accepted only when
+the optimality conditions hold with it. When none does the QP is solved and its set remembered, so
+every answer is right and only its cost depends on what has been seen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import kernel
+from otolith.mpqp.expand import Ints32, insert_many
+from otolith.mpqp.law import Evaluation
+from otolith.mpqp.leastdistance import least_distance
+from otolith.mpqp.lookup import (
+    OPTIMAL,
+    Answers,
+    Tables,
+    answers,
+    certify,
+    evaluate,
+    inside_domain,
+    minimiser,
+    scale,
+    scratch,
+)
+from otolith.mpqp.problem import ParametricQp
+from otolith.mpqp.prune import prune
+from otolith.mpqp.region import kernel_form
+from otolith.mpqp.sets import SetTable, grown, set_table
+
+
+@dataclass(frozen=True, slots=True)
+class HitRate:
+    """How often a partial law knew the answer."""
+
+    asked: int  # feasible parameters
+    predicted: int  # answered by a remembered set, without solving a QP
+    known: int  # of those solved, with a set that had been remembered
+
+    @property
+    def predicted_share(self) -> float:
+        """Share answered without a QP."""
+        return self.predicted / max(1, self.asked)
+
+    @property
+    def known_share(self) -> float:
+        """Share whose region the law held, predicted or not."""
+        return (self.predicted + self.known) / max(1, self.asked)
+
+
+class PartialLaw:
+    """Explicit law of the regions met so far; `tries` bounds the sets tried before the QP is solved.
+
+    Not for use by several threads at once.
+    """
+
+    def __init__(self, problem: ParametricQp, *, tries: int = 8) -> None:
+        self.problem = problem
+        self._form = prune(least_distance(problem)).form.unsymmetric()
+        f, m = self._form, self._form.sizes[0]
+        self._sets: SetTable = set_table(m, np.array(f.mirror))
+        self._tables = Tables(
+            kernel_form(f), self._sets, np.zeros((0, len(f.half) + 1), dtype=np.float32), _starts(self._sets),
+            np.zeros(0, dtype=np.int32), 0, np.array(f.V), np.array(f.Z), np.array(f.centre), np.array(f.half),
+        )  # fmt: skip
+        self._followers: list[list[int]] = []
+        self._tries = tries
+        self._asked = self._predicted = self._known = 0
+
+    def __len__(self) -> int:
+        """Number of regions remembered."""
+        return int(self._sets.used[0])
+
+    @property
+    def hit_rate(self) -> HitRate:
+        """How often the law knew the answer since it was made, or since `forget_hits`."""
+        return HitRate(self._asked, self._predicted, self._known)
+
+    def forget_hits(self) -> None:
+        """Start counting anew, for instance after training."""
+        self._asked = self._predicted = self._known = 0
+
+    def learn(self, thetas: Mat) -> None:
+        """Remember the regions that a trajectory (N, p) visits."""
+        region = -1
+        for theta in thetas:
+            region = self.evaluate(theta, region).region
+
+    def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
+        """Minimiser at `theta` (p,); `start` is the region of the last answer. Grows the law on a miss.
+
+        `region` is the number of the remembered set, in the order met.
+        """
+        answer = answers(1, len(self.problem.f))
+        point = np.array(theta, dtype=np.float64, ndmin=2)
+        tried = np.array([start, *self._followers[start]] if start >= 0 else [], dtype=np.int64)
+        region = int(try_sets(self._tables, tried, point[0], answer))
+        if region < 0:
+            evaluate(self._tables, point, -1, answer)
+            if answer.size[0] < 0:
+                return Evaluation(answer.z[0], int(answer.region[0]), tried[:0], answer.lam[0, :0], False)
+            region = self._remember(answer)
+        else:
+            self._predicted += 1
+        self._asked += 1
+        self._follow(start, region)
+        A, lam = answer.A[0, : answer.size[0]], answer.lam[0, : answer.size[0]]
+        return Evaluation(answer.z[0], region, self._form.rows[A], self._form.weights[A] * lam, True)
+
+    def _remember(self, answer: Answers) -> int:
+        """Number of the set just found by the QP, entered when new."""
+        before, codes = len(self), np.zeros(1, dtype=np.int32)
+        larger = grown(self._sets, before + 2)
+        if larger is not self._sets:
+            self._sets = larger
+            self._tables = self._tables._replace(sets=larger, start=_starts(larger))
+        insert_many(self._sets, answer.A, answer.size, codes)
+        if len(self) > before:
+            self._followers.append([])
+        else:
+            self._known += 1
+        return int(codes[0]) >> 1
+
+    def _follow(self, start: int, region: int) -> None:
+        """Note that `region` came after `start`: it is tried first next time."""
+        if start < 0 or start == region:
+            return
+        followers = [region, *(r for r in self._followers[start] if r != region)]
+        self._followers[start] = followers[: self._tries]
+
+
+def _starts(sets: SetTable) -> Ints32:
+    """No facets for any set that the table has room for."""
+    return np.zeros(len(sets.keys) + 1, dtype=np.int32)
+
+
+@kernel
+def try_sets(tables: Tables, tried: Ints, theta: Vec, answers: Answers) -> int:
+    """The first of the sets `tried` that is optimal at θ, its answer in row 0; -1 when none is."""
+    w = scratch(tables.form)
+    if not scale(tables, theta, w.tau) or not inside_domain(tables.form, w.tau):
+        return -1
+    for r in tried:
+        k, violation = certify(tables, r, w)
+        if violation <= OPTIMAL:
+            minimiser(tables, w, k, answers.z[0])
+            answers.region[0], answers.size[0] = r, k
+            for a in range(k):
+                answers.A[0, a], answers.lam[0, a] = w.A[a], w.lam[a]
+            return int(r)
+    return -1

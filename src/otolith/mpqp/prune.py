@@ -1,0 +1,128 @@
+"""Leaves out the constraints that never bind, by linear programs over variables and parameters jointly.
+
+Notation: the joint polytope is {(u, τ): M u - D τ ≤ d0, |τ_i| ≤ 1, E'τ ≤ e}, written A x ≤ b with
+rows of length one. A row is redundant when max A_i x over the other rows does not exceed b_i. Rows
+that a ray from the centre meets first, and alone, bind without any linear program.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linprog
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.mpqp.leastdistance import LeastDistance
+from otolith.mpqp.problem import NoRegions
+
+_REDUNDANT = 1e-9  # excess up to which a row counts as implied by the others
+_FLAT = 1e-10  # inscribed radius up to which the joint polytope counts as flat
+_RAYS = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Pruned:
+    """The problem without redundant rows, and a feasible parameter (p,) deep inside if there is one."""
+
+    form: LeastDistance
+    inside: Vec
+
+
+def prune(form: LeastDistance) -> Pruned:
+    """Drop every redundant row.
+
+    Raises
+    ------
+    NoRegions : no parameter of the box is feasible.
+    """
+    A, b = _joint(form)
+    centre, radius = _deepest(A, b)
+    if not radius > -_REDUNDANT:
+        raise NoRegions("no parameter in the box is feasible")
+    m, _, p = form.sizes
+    unique = _first_of_equals(A, b)
+    binding = _hit_by_rays(A, b, centre) if radius > _FLAT else np.zeros(len(b), dtype=np.bool_)
+    keep = unique | (np.arange(len(b)) >= m)
+    for i in np.flatnonzero(keep[:m] & ~binding[:m]):
+        keep[i] = False
+        keep[i] = not _implied(A[keep], b[keep], A[i], b[i])
+    return Pruned(form.without(np.flatnonzero(~keep[:m])), centre[-p:])
+
+
+def _joint(form: LeastDistance) -> tuple[Mat, Vec]:
+    """A (m + 2p + ne, n + p) and b of the joint polytope."""
+    _, n, p = form.sizes
+    M = _rows_from_gram(form)
+    box = np.vstack([np.eye(p), -np.eye(p), form.E.T])
+    A = np.block([[M, -form.d[:p].T], [np.zeros((len(box), n)), box]])
+    b = np.concatenate([form.d[p], np.ones(2 * p), form.e])
+    length = np.linalg.norm(A, axis=1)
+    return A / length[:, None], b / length
+
+
+def _rows_from_gram(form: LeastDistance) -> Mat:
+    """M (m, n) with M M' = Q, up to a rotation of u that does not matter here."""
+    m, n, _ = form.sizes
+    values, vectors = np.linalg.eigh(form.Q)
+    M = np.zeros((m, n))
+    r = min(m, n)
+    M[:, :r] = vectors[:, ::-1][:, :r] * np.sqrt(np.maximum(values[::-1][:r], 0.0))
+    return M
+
+
+def _maximum(cost: Vec, A: Mat, b: Vec) -> tuple[float, Vec]:
+    """Greatest cost·x over A x ≤ b and its x; infinite when unbounded, NaN when there is no such x."""
+    result = linprog(-cost, A_ub=A, b_ub=b, bounds=(None, None))
+    if result.status == 0 and result.fun is not None:
+        return -float(result.fun), np.asarray(result.x)
+    return (np.inf if result.status == 3 else np.nan), np.full(len(cost), np.nan)
+
+
+def inscribed(A: Mat, b: Vec) -> float:
+    """Radius, at most one, of the largest ball in {x: A x ≤ b}; negative when that is empty."""
+    return _deepest(A, b)[1]
+
+
+def _deepest(A: Mat, b: Vec) -> tuple[Vec, float]:
+    """Centre and radius of a largest ball in the polytope, its radius at most one."""
+    size = A.shape[1]
+    rows = np.vstack([np.column_stack([A, np.ones(len(b))]), np.eye(size + 1)[-1]])
+    radius, x = _maximum(np.eye(size + 1)[-1], rows, np.append(b, 1.0))
+    return x[:-1], radius
+
+
+def _first_of_equals(A: Mat, b: Vec) -> Bools:
+    """Which rows do not repeat an earlier row."""
+    unique = np.ones(len(b), dtype=np.bool_)
+    data = np.column_stack([A, b])
+    for i in range(1, len(b)):
+        unique[i] = not (np.abs(data[:i] - data[i]).max(axis=1) < 1e-12)[unique[:i]].any()
+    return unique
+
+
+def _hit_by_rays(A: Mat, b: Vec, centre: Vec) -> Bools:
+    """Rows that some random ray from the centre meets strictly before every other row."""
+    directions = np.random.default_rng(0).standard_normal((_RAYS, A.shape[1]))
+    directions = np.vstack([directions, A, -A])
+    with np.errstate(divide="ignore"):
+        reach = 1.0 / np.maximum((directions @ A.T) / (b - A @ centre), 0.0)  # (rays, rows)
+    first = reach.argmin(axis=1)
+    nearest = np.partition(reach, 1, axis=1)
+    alone = (nearest[:, 1] - nearest[:, 0] > 1e-6 * nearest[:, 0]) & np.isfinite(nearest[:, 0])
+    hit = np.zeros(len(b), dtype=np.bool_)
+    hit[first[alone]] = True
+    return hit
+
+
+def _implied(A: Mat, b: Vec, row: Vec, bound: float) -> bool:
+    """Whether row x ≤ bound follows from A x ≤ b; solved with the row itself relaxed by one."""
+    greatest, _ = _maximum(row, np.vstack([A, row]), np.append(b, bound + 1.0))
+    return greatest <= bound + _REDUNDANT
+
+
+def flat_directions(form: LeastDistance) -> Ints:
+    """Parameters that the feasible set leaves no room for; see the error of `enumerate_regions`."""
+    A, b = _joint(form)
+    p = form.sizes[2]
+    units = np.eye(A.shape[1])[-p:]
+    widths = [_maximum(unit, A, b)[0] + _maximum(-unit, A, b)[0] for unit in units]
+    return np.flatnonzero(np.array(widths) < 1e-7)

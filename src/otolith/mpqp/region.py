@@ -1,0 +1,355 @@
+"""One critical region: its half-spaces, its largest ball, its facets.
+
+Notation: as in `leastdistance` and `simplex`. With the rows A[:k] active, T = Q_AA⁻¹ d_A (k, p + 1);
+the region is {τ: T τ ≤ 0 in homogeneous form (multipliers), d_i - Q_iA T ≥ 0 (slacks)} within the box
+and E. Columns of the linear program: lower box, one redundant row that closes the start basis, upper
+box, E, then constraints (`ids` says which).
+
+A facet is full-dimensional when it holds a ball of FACET times the region's radius. Three tests, in
+order of cost: a simplex around the region (the optimal basis of the largest ball) that does not reach
+the row; a ray from the centre that meets the row well before the others; else a linear program.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.mpqp.dualqp import cholesky
+from otolith.mpqp.inner import inner
+from otolith.mpqp.leastdistance import LeastDistance
+from otolith.mpqp.simplex import (
+    Program,
+    direction,
+    factorise,
+    leaving,
+    pivot,
+    program,
+    solve,
+)
+
+DEPENDENT, WEAK, EMPTY, FLAT, TIED = -1, -2, -3, -4, -6  # why a set is not a region; -5: undecided
+NULL_ROW = 1e-9  # gradient up to which a half-space is constant
+RELAXED = 10.0  # right-hand side of a row that another makes superfluous
+FACET, FACET_LEAST, FACET_MOST = 1e-5, 1e-12, 1e-8
+RAY = 0.05  # ball on a facet, relative to the region's, that a ray must leave free
+PARALLEL = 1e-9
+CLEAR = 1e-10  # distance to the simplex that proves a row superfluous; basic rows touch it
+
+
+class Form(NamedTuple):
+    """The least-distance problem as kernels need it."""
+
+    Q: Mat  # (m, m)
+    d: Mat  # (p + 1, m)
+    fixed: Mat  # (p + 1, 2p + 1 + ne) rows of box and E, the right-hand side last
+    n: int
+    delta: Vec  # (m,) infinitesimal relaxation that decides between tied active sets
+
+
+class Work(NamedTuple):
+    """Working memory for one region; cap rows of the linear program."""
+
+    lp: Program
+    ids: Ints  # (cap,) constraint of each row, -1 for box and E
+    L: Mat  # (n + 2, n + 2)
+    T: Mat  # (n + 2, p + 1)
+    A: Ints  # (m + 1,) active rows
+    near: Ints  # (m + 1,) active rows of a neighbour
+    leave: Ints  # (n + 2,) positions of A that may leave
+    lam: Vec  # (n + 2,)
+    x: Vec  # (n + 2,)
+    dv: Vec  # (m,)
+    slack: Vec  # (m,)
+    tau: Vec  # (p,)
+    basis: Ints  # (p + 1,) of the largest ball
+    Binv: Mat  # (p + 1, p + 1) of the largest ball
+    cosine: Vec  # (cap,)
+    gap: Vec  # (cap,) slack of every row at the centre
+    reach: Vec  # (cap,) how far a row enters the simplex around the region
+    dead: Bools  # (cap,)
+
+
+def kernel_form(form: LeastDistance) -> Form:
+    """Arrays for the kernels."""
+    p = len(form.half)
+    box = np.vstack([-np.eye(p), np.full((1, p), p**-0.5), np.eye(p), form.E.T])
+    level = np.concatenate([np.ones(p), [p**0.5 + 1.0], np.ones(p), form.e])
+    fixed = np.ascontiguousarray(np.column_stack([box, level]).T)
+    return Form(np.array(form.Q), np.array(form.d), fixed, form.V.shape[1], _relaxation(form))
+
+
+def _relaxation(form: LeastDistance) -> Vec:
+    """Generic numbers in [1, 2], the same for a row and its mirror image."""
+    index = np.arange(len(form.rows))
+    if len(form.mirror):
+        index = np.minimum(index, form.mirror)
+    delta: Vec = 1.0 + np.mod((index + 1) * 0.6180339887498949, 1.0)
+    return delta
+
+
+def work_memory(form: Form) -> Work:
+    """Memory for regions of this problem, its fixed rows filled in."""
+    q, m = form.d.shape
+    off, n = form.fixed.shape[1], form.n
+    cap = off + m
+    lp = program(q - 1, cap)
+    lp.A[:, :off] = form.fixed[:-1]
+    floats = np.zeros
+
+    def ints(size: int) -> Ints:
+        return np.full(size, -1, dtype=np.int64)
+
+    return Work(
+        lp, ints(cap), floats((n + 2, n + 2)), floats((n + 2, q)), ints(m + 1), ints(m + 1), ints(n + 2),
+        floats(n + 2), floats(n + 2), floats(m), floats(m), floats(q - 1), ints(q), floats((q, q)),
+        floats(cap), floats(cap), floats(cap), np.zeros(cap, dtype=np.bool_),
+    )  # fmt: skip
+
+
+@inner
+def multiplier_rows(form: Form, work: Work, k: int) -> bool:
+    """T = Q_AA⁻¹ d_A; false when the active rows are dependent."""
+    L, T = work.L, work.T
+    if not cholesky(form.Q, work.A, 0, k, L):
+        return False
+    q = form.d.shape[0]
+    for a in range(k):
+        for c in range(q):
+            s = form.d[c, work.A[a]]
+            for e in range(a):
+                s -= L[a, e] * T[e, c]
+            T[a, c] = s / L[a, a]
+    for a in range(k - 1, -1, -1):
+        for c in range(q):
+            s = T[a, c]
+            for e in range(a + 1, k):
+                s -= L[e, a] * T[e, c]
+            T[a, c] = s / L[a, a]
+    return True
+
+
+@inner
+def raw_rows(form: Form, work: Work, k: int) -> None:
+    """Half-spaces a'τ ≤ b of all constraints, not normalised, in columns off + i."""
+    m, p = form.d.shape[1], form.d.shape[0] - 1
+    off = form.fixed.shape[1]
+    for c in range(p + 1):
+        sign = 1.0 if c == p else -1.0
+        target = work.lp.b if c == p else work.lp.A[c]
+        for i in range(m):
+            target[off + i] = sign * form.d[c, i]
+        for a in range(k):
+            t, j = -sign * work.T[a, c], work.A[a]
+            for i in range(m):
+                target[off + i] += t * form.Q[j, i]
+        for a in range(k):
+            target[off + work.A[a]] = -sign * work.T[a, c]
+
+
+@inner
+def position_of(A: Ints, k: int, i: int) -> int:
+    """Where row i stands in A[:k], or -1."""
+    for a in range(k):
+        if A[a] == i:
+            return a
+    return -1
+
+
+@inner
+def halfspaces(form: Form, work: Work, k: int) -> int:
+    """Unit half-spaces of the region of rows A[:k] in the linear program.
+
+    work.slack becomes zero for rows that bind throughout without being active, else one. Returns the
+    number of half-spaces with box and E, or DEPENDENT, WEAK (a multiplier is zero throughout: the
+    set without it stands for the region) or EMPTY (a constant is violated).
+    """
+    if not multiplier_rows(form, work, k):
+        return DEPENDENT
+    raw_rows(form, work, k)
+    lp, p, off = work.lp, form.d.shape[0] - 1, form.fixed.shape[1]
+    for j in range(off):
+        lp.b[j] = form.fixed[p, j]
+    M = off
+    for j in range(off, off + form.d.shape[1]):
+        s = 0.0
+        for c in range(p):
+            s += lp.A[c, j] * lp.A[c, j]
+        s = np.sqrt(s)
+        work.slack[j - off] = 1.0
+        if s < NULL_ROW:
+            if abs(lp.b[j]) < NULL_ROW:
+                work.slack[j - off] = 0.0
+            if lp.b[j] < -NULL_ROW:
+                return EMPTY
+            if lp.b[j] < NULL_ROW and position_of(work.A, k, j - off) >= 0:
+                return WEAK
+            continue
+        for c in range(p):
+            lp.A[c, M] = lp.A[c, j] / s
+        lp.b[M] = lp.b[j] / s
+        work.ids[M] = j - off
+        M += 1
+    return int(M)
+
+
+@inner
+def largest_ball(work: Work, M: int, tolerance: float) -> float:
+    """Radius of the largest ball; its centre is then in lp.y and its basis in work.
+
+    Below `tolerance` the value is a proven bound on the radius.
+    """
+    lp = work.lp
+    q = lp.lam.shape[0]
+    for j in range(M):
+        lp.nu[j] = 1.0
+        work.dead[j] = False
+    for i in range(q):
+        lp.basis[i] = i
+    factorise(lp, -1)
+    r = solve(lp, M, -1, tolerance)
+    if r < tolerance:
+        return r
+    factorise(lp, -1)
+    for i in range(q):
+        work.basis[i] = lp.basis[i]
+        for k in range(q):
+            work.Binv[i, k] = lp.Binv[i, k]
+    return r
+
+
+@inner
+def survey(work: Work, M: int, r: float) -> None:
+    """Slack of every row at the centre, and how far it reaches into the simplex around the region.
+
+    The vertex opposite basic row i is x - (r/λ_i) Binv_i; without a positive λ_i it lies at infinity.
+    """
+    lp = work.lp
+    p = lp.A.shape[0]
+    lp.y[p] = 0.0
+    for j in range(M):
+        lp.nu[j] = 1.0
+    for j in range(M):
+        work.gap[j] = lp.b[j]
+        work.reach[j] = -1e300
+    for k in range(p):
+        for j in range(M):
+            work.gap[j] -= lp.y[k] * lp.A[k, j]
+    for i in range(p + 1):
+        scale = -r / max(work.Binv[i, p], 1e-12)
+        for j in range(M):
+            work.cosine[j] = 0.0
+        for k in range(p):
+            t = scale * work.Binv[i, k]
+            for j in range(M):
+                work.cosine[j] += t * lp.A[k, j]
+        for j in range(M):
+            work.reach[j] = max(work.reach[j], work.cosine[j])
+    for j in range(M):
+        work.reach[j] -= work.gap[j]
+
+
+@inner
+def facet_norms(work: Work, M: int, j: int) -> None:
+    """ν_i: length of row i within the hyperplane of row j; row j itself becomes an equality."""
+    lp = work.lp
+    for i in range(M):
+        work.cosine[i] = 0.0
+    for k in range(lp.A.shape[0]):
+        t = lp.A[k, j]
+        for i in range(M):
+            work.cosine[i] += t * lp.A[k, i]
+    for i in range(M):
+        s = work.cosine[i]
+        lp.nu[i] = np.sqrt(max(1.0 - s * s, 1e-12 if s > 0.0 else 1e-6))
+    lp.nu[j] = 0.0
+
+
+@inner
+def drop_parallel(work: Work, M: int, j: int) -> bool:
+    """Relax rows parallel to j that are looser, or equal and later; true when j itself is such a row."""
+    lp = work.lp
+    for i in range(M):
+        if work.cosine[i] < 1.0 - PARALLEL or i == j or work.dead[i]:
+            continue
+        apart = 0.0
+        for k in range(lp.A.shape[0]):
+            apart = max(apart, abs(lp.A[k, i] - lp.A[k, j]))
+        if apart > PARALLEL:
+            continue
+        looser = lp.b[i] - lp.b[j]
+        loser = i if looser > 1e-10 or (looser > -1e-10 and i > j) else j
+        work.dead[loser] = True
+        lp.b[loser] = RELAXED
+        work.gap[loser] = RELAXED
+        if loser == j:
+            return True
+    return False
+
+
+@inner
+def ray_ball(work: Work, M: int, j: int) -> float:
+    """Radius of the ball on facet j about the foot of the centre; negative when the foot is outside."""
+    lp = work.lp
+    h = work.gap[j]
+    least = 1e300
+    for i in range(M):
+        if i != j:
+            least = min(least, (work.gap[i] - h * work.cosine[i]) / lp.nu[i])
+    return least
+
+
+@inner
+def facet_start(work: Work, j: int) -> int:
+    """Basis for facet j from that of the largest ball; returns the position of row j in it.
+
+    Changing the last row of the basis matrix to the new ν is a rank-one update of its inverse.
+    """
+    lp = work.lp
+    q = lp.lam.shape[0]
+    p = q - 1
+    for k in range(q):
+        s = 0.0
+        for i in range(q):
+            s += (lp.nu[work.basis[i]] - 1.0) * work.Binv[i, k]
+        lp.step[k] = s
+    total = 1.0 + lp.step[p]
+    place = -1
+    for i in range(q):
+        f = work.Binv[i, p] / total
+        for k in range(q):
+            lp.Binv[i, k] = work.Binv[i, k] - f * lp.step[k]
+        lp.lam[i] = max(lp.Binv[i, p], 0.0)
+        lp.basis[i] = work.basis[i]
+        if work.basis[i] == j:
+            place = i
+    if place < 0:
+        direction(lp, j)
+        place = leaving(lp, -1.0, -1)
+        if place < 0:
+            place = leaving(lp, 1.0, -1)
+        pivot(lp, place, j, place)
+    return place
+
+
+@inner
+def facet_ball(work: Work, M: int, j: int, centre: Vec, r: float) -> float:
+    """Radius of a ball on facet j with its centre in lp.y; below the threshold j is not a facet."""
+    if work.dead[j] or work.reach[j] < -CLEAR:
+        return -1.0
+    facet_norms(work, M, j)
+    if drop_parallel(work, M, j):
+        return -1.0
+    lp = work.lp
+    rf = ray_ball(work, M, j)
+    if rf > RAY * r:
+        for k in range(centre.shape[0]):
+            lp.y[k] = centre[k] + work.gap[j] * lp.A[k, j]
+        return rf
+    return solve(lp, M, facet_start(work, j), facet_threshold(r))
+
+
+@inner
+def facet_threshold(r: float) -> float:
+    """Least ball that makes a facet of a region with radius r."""
+    return max(FACET_LEAST, min(FACET * r, FACET_MOST))

@@ -1,0 +1,216 @@
+"""A QP with stages: linear dynamics over a horizon, its solution, its certificate, its dense form.
+
+Notation: x_{k+1} = A x_k + B u_k, k = 0 … N−1, x_0 given. Everything indexed k below belongs to the
+pair (x_{k+1}, u_k), so that all arrays have N entries along axis 0:
+
+    min Σ_k ½‖D_k x_{k+1} + e_k‖² + ½ Σ_{i∈I} (W_ki x_i² + 2 p_ki x_i)_{k+1} + ½ u_kᵀ diag(R) u_k + r_kᵀ u_k
+    s.t. l_k ≤ (C x_{k+1}, V_k x_{k+1}, u_k) ≤ u_k
+
+The *rows* of a stage stand in this order: constant rows C, varying rows V_k, inputs. A row with a
+finite penalty w is soft: it may be violated by σ ≥ 0 at the cost w σ (exact L1 penalty). One signed
+multiplier y per row, as in `otolith.qp.problem`; |y| ≤ w on a soft row.
+"""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
+from otolith.core.lti import condense as predict
+from otolith.qp.problem import Qp, Status, row_residual, worst_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageProblem:
+    """What stays the same from one problem to the next; the engines are built for it.
+
+    Raises
+    ------
+    ValueError : a field has another shape than its comment says.
+    """
+
+    horizon: int  # N
+    A: Mat  # (nx, nx)
+    B: Mat  # (nx, nu)
+    C: Mat  # (nc, nx) constant rows
+    output: Bools  # (ny, nx) where D_k may be non-zero
+    varying: Bools  # (nv, nx) where V_k may be non-zero
+    weighted: tuple[int, ...]  # I, the states that have a weight W and a linear term p
+    control_weight: Vec  # (nu,) R, positive
+    penalty: Vec  # (nc + nv + nu,) w, +inf where the row is hard
+
+    def __post_init__(self) -> None:
+        nx, nu = np.shape(self.B)
+        shapes: dict[str, tuple[int, ...]] = {"A": (nx, nx), "B": (nx, nu), "C": (len(self.C), nx)}
+        shapes |= {"output": (len(self.output), nx), "varying": (len(self.varying), nx)}
+        shapes |= {"control_weight": (nu,), "penalty": (len(self.C) + len(self.varying) + nu,)}
+        for name, shape in shapes.items():
+            dtype = np.bool_ if name in {"output", "varying"} else np.float64
+            array = frozen_array(getattr(self, name), dtype=dtype)
+            if array.shape != shape:
+                raise ValueError(f"StageProblem.{name} has shape {array.shape}, expected {shape}")
+            object.__setattr__(self, name, array)
+
+    @property
+    def states(self) -> int:
+        """Nx."""
+        return len(self.B)
+
+    @property
+    def inputs(self) -> int:
+        """Nu."""
+        return int(self.B.shape[1])
+
+    @property
+    def rows(self) -> int:
+        """Rows of one stage: nc + nv + nu."""
+        return len(self.penalty)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageQp:
+    """One problem. Not copied: an engine reads it once per solve."""
+
+    problem: StageProblem
+    x0: Vec  # (nx,)
+    output: Mat  # (N, ny, nx) D_k
+    error: Mat  # (N, ny) e_k
+    state_weight: Mat  # (N, len(I)) W_k ≥ 0
+    state_linear: Mat  # (N, len(I)) p_k
+    input_linear: Mat  # (N, nu) r_k
+    varying: Mat  # (N, nv, nx) V_k
+    lower: Mat  # (N, nc + nv + nu), −inf where there is none
+    upper: Mat  # (N, nc + nv + nu), +inf where there is none
+
+    def well_posed(self) -> bool:
+        """True when every number that must be finite is, no bound is NaN, and lower ≤ upper."""
+        judged = [f.name for f in fields(self) if f.name not in {"problem", "lower", "upper"}]
+        finite = all(np.isfinite(getattr(self, name)).all() for name in judged)
+        return finite and bool((self.lower <= self.upper).all())
+
+    def changed(self, **values: Any) -> "StageQp":
+        """A copy with some fields replaced."""
+        return replace(self, **values)
+
+
+@dataclass(frozen=True, slots=True)
+class StageSolution:
+    """What an engine returns: always arrays, and a status that says whether to trust them."""
+
+    status: Status
+    U: Mat  # (N, nu)
+    X: Mat  # (N, nx) states x_1 … x_N
+    y: Mat  # (N, nc + nv + nu) signed multipliers
+    changes: int  # rows that entered or left the working set, counted from the start
+    factorisations: int  # of the working set's linear system
+    iterations: int  # of the interior point; 0 when it was not needed
+    residual: float  # stage_residual of (U, y); inf when there is no answer
+
+    @property
+    def working_set(self) -> Ints:
+        """(N, nc + nv + nu) +1 where the upper side is active, −1 where the lower is, 0 elsewhere."""
+        return np.sign(self.y).astype(np.int64)
+
+
+def rollout(qp: StageQp, U: Mat) -> Mat:
+    """States x_1 … x_N (N, nx) under the inputs U (N, nu)."""
+    problem, x = qp.problem, qp.x0
+    X = np.empty((problem.horizon, problem.states))
+    for k, u in enumerate(U):
+        x = problem.A @ x + problem.B @ u
+        X[k] = x
+    return X
+
+
+def row_values(qp: StageQp, U: Mat, X: Mat) -> Mat:
+    """(N, nc + nv + nu) values that the bounds `lower` and `upper` apply to."""
+    varying = np.einsum("kvi,ki->kv", qp.varying, X)
+    return np.hstack([X @ qp.problem.C.T, varying, U])
+
+
+def cost(qp: StageQp, U: Mat, X: Mat) -> float:
+    """Value of the objective, without the penalty of soft rows."""
+    xi = X[:, list(qp.problem.weighted)]  # (N, len(I))
+    force = np.einsum("kyi,ki->ky", qp.output, X) + qp.error
+    of_states = 0.5 * np.sum(force**2) + np.sum((0.5 * qp.state_weight * xi + qp.state_linear) * xi)
+    return float(of_states + np.sum((0.5 * qp.problem.control_weight * U + qp.input_linear) * U))
+
+
+def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> Mat:
+    """Gradient (N, nu) of the Lagrangian in U, the dynamics eliminated by their costates.
+
+    With s_k = ∂(stage k)/∂x_{k+1} + Aᵀ s_{k+1}: the gradient is R u_k + r_k + Bᵀ s_k + y_inputs.
+    """
+    problem = qp.problem
+    nc, nv = len(problem.C), len(problem.varying)
+    weighted = list(problem.weighted)
+    gradient = np.einsum("kyi,kyj,kj->ki", qp.output, qp.output, X) + np.einsum(
+        "kyi,ky->ki", qp.output, qp.error
+    )
+    gradient[:, weighted] += qp.state_weight * X[:, weighted] + qp.state_linear
+    gradient += y[:, :nc] @ problem.C + np.einsum("kv,kvi->ki", y[:, nc : nc + nv], qp.varying)
+    of_inputs = problem.control_weight * U + qp.input_linear + y[:, nc + nv :]
+    s = np.zeros(problem.states)
+    for k in reversed(range(problem.horizon)):
+        s = gradient[k] + s
+        of_inputs[k] += problem.B.T @ s
+        s = problem.A.T @ s
+    return np.asarray(of_inputs)
+
+
+def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
+    """Largest violation of the optimality conditions; zero exactly at an optimum.
+
+    Absolute, in the problem's own units; it equals `kkt_residual` of the condensed problem. Anything
+    not finite gives infinity, so that an answer is accepted only on `residual < tolerance`.
+
+    Parameters
+    ----------
+    U : (N, nu); y : (N, nc + nv + nu) signed multipliers.
+    """
+    if not (np.isfinite(U).all() and np.isfinite(y).all()):
+        return np.inf
+    X = rollout(qp, U)
+    penalty = np.broadcast_to(qp.problem.penalty, y.shape)
+    of_rows = row_residual(row_values(qp, U, X), y, qp.lower, qp.upper, penalty)
+    return worst_of(of_rows, np.abs(stationarity(qp, U, X, y)))
+
+
+def condense(qp: StageQp) -> Qp:
+    """The same problem in U alone, stage by stage (n = N·nu): bounds are the inputs', A the others' rows."""
+    problem = qp.problem
+    N, nu, nr = problem.horizon, problem.inputs, problem.rows - problem.inputs
+    Phi, Gamma = predict(problem.A, problem.B, N)  # (N, nx, nx), (N, nx, n)
+    free = Phi @ qp.x0  # (N, nx)
+    weighted = list(problem.weighted)
+
+    D, e = qp.output @ Gamma, np.einsum("kyi,ki->ky", qp.output, free) + qp.error  # (N, ny, n), (N, ny)
+    Gw, xw = Gamma[:, weighted], free[:, weighted]  # (N, len(I), n), (N, len(I))
+    H = np.einsum("kyi,kyj->ij", D, D) + np.einsum("kw,kwi,kwj->ij", qp.state_weight, Gw, Gw)
+    H += np.diag(np.tile(problem.control_weight, N))
+    g = np.einsum("kyi,ky->i", D, e) + np.einsum("kwi,kw->i", Gw, qp.state_weight * xw + qp.state_linear)
+
+    C = np.concatenate([np.broadcast_to(problem.C, (N, *problem.C.shape)), qp.varying], axis=1)  # (N, nr, nx)
+    offset = np.einsum("kri,ki->kr", C, free)
+    return Qp(
+        H,
+        g + qp.input_linear.ravel(),
+        (C @ Gamma).reshape(N * nr, N * nu),
+        np.concatenate([qp.lower[:, nr:].ravel(), (qp.lower[:, :nr] - offset).ravel()]),
+        np.concatenate([qp.upper[:, nr:].ravel(), (qp.upper[:, :nr] - offset).ravel()]),
+        np.concatenate([np.tile(problem.penalty[nr:], N), np.tile(problem.penalty[:nr], N)]),
+    )
+
+
+def by_rows(y: NDArray[Any], problem: StageProblem) -> NDArray[Any]:
+    """Multipliers or working set of the condensed problem (N·(nu + nr),) stage by stage, (N, nr + nu)."""
+    N, nu = problem.horizon, problem.inputs
+    return np.hstack([y[N * nu :].reshape(N, -1), y[: N * nu].reshape(N, nu)])
+
+
+def by_columns(y: NDArray[Any], problem: StageProblem) -> NDArray[Any]:
+    """Inverse of `by_rows`."""
+    nr = problem.rows - problem.inputs
+    return np.concatenate([y[:, nr:].ravel(), y[:, :nr].ravel()])

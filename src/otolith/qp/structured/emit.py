@@ -1,0 +1,320 @@
+"""Source text of the stage recursions, one function each, unrolled within a stage.
+
+Notation as in `otolith.qp.stage`. The rows enter the recursions as ½ w_r r² + c_r r with r the row's
+value, w DIAGONAL and c GRADIENT of the workspace: an augmented Lagrangian or a barrier, see the
+templates. Backward in k, with P, p the cost-to-go ½ xᵀP x + pᵀx of x_{k+1} from the stages after k:
+
+    S = P + Dᵀ D + diag(W) + Σ_r w_r C_rᵀ C_r              Hessian in x_{k+1}
+    s = p + Dᵀ e + p_k + Σ_r c_r C_rᵀ                      its gradient
+    M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0)             Hessian in (u_k, x_k)
+    m = [B A]ᵀ s + (r_k + c_inputs, 0)
+
+and the inputs are eliminated one by one (L D Lᵀ without square roots): with pivot d = 1/M_jj and gains
+f_a = d M_ja, M_ab ← M_ab − f_a M_jb and m_a ← m_a − f_a m_j for a, b after j. What remains of M and m in
+x_k is the next P and p. Forward: u_j = −d m_j − Σ_{a after j} f_a (u, x)_a. C includes V_k here.
+"""
+
+from collections.abc import Iterable
+from itertools import chain
+
+from otolith.qp.structured.algebra import (
+    Matrix,
+    gram,
+    in_column,
+    in_row,
+    product,
+    symmetric,
+    total,
+    upper,
+)
+from otolith.qp.structured.layout import Structure, data
+
+Lines = list[str]
+
+
+def function(name: str, arguments: str, *bodies: Iterable[str], result: str = "") -> str:
+    """Text of one compiled function."""
+    lines = [f"    {line}" for line in chain(*bodies)]
+    ending = [f"    return {result}"] if result else []
+    return "\n".join(["@pure", f"def {name}({arguments}):", *lines, *ending]) + "\n"
+
+
+def loop(header: str, *bodies: Iterable[str]) -> Lines:
+    """A loop over stages, its body indented."""
+    return [header, *(f"    {line}" for line in chain(*bodies))]
+
+
+BACKWARD = "for back in range({}):"
+FORWARD = "for k in range(N):"
+
+
+def load(M: Matrix, part: str, first: int = 0, base: str = "") -> Lines:
+    """Read the data of a sparse matrix from the workspace into its names."""
+    return [f"{M[p]} = W[{part} + {base}{first + n}]" for n, p in enumerate(data(M))]
+
+
+def per_stage(count: int, part: str, letter: str, width: int | None = None) -> Lines:
+    """Read `count` numbers of stage k of a part into letter0, letter1, …"""
+    return [f"{letter}{n} = W[{part} + k*{width or count} + {n}]" for n in range(count)]
+
+
+def constants(s: Structure) -> Lines:
+    """Everything that is the same at all stages: A, B, C and R."""
+    of_inputs = [f"R{j} = W[CONTROL_WEIGHT + {j}]" for j in range(s.nu)]
+    return load(s.A, "DYNAMICS") + load(s.B, "DYNAMICS", len(data(s.A))) + load(s.C, "CONSTANT") + of_inputs
+
+
+def outputs(s: Structure) -> Lines:
+    """D_k of stage k."""
+    return load(s.D, "OUTPUT", base=f"k*{len(s.D)} + ")
+
+
+def all_rows(s: Structure) -> Matrix:
+    """(C; V_k): the rows on the state, varying ones after the constant ones."""
+    return s.C | {(s.nc + r, i): symbol for (r, i), symbol in s.V.items()}
+
+
+def varying(s: Structure) -> Lines:
+    """V_k of stage k."""
+    return load(s.V, "VARYING", base=f"k*{len(s.V)} + ")
+
+
+def stage_gradient(s: Structure, costate: str = "p", *, cost: bool = True) -> Lines:
+    """s_i: from the stages after, the rows, and the cost when asked for."""
+    rows = all_rows(s)
+    lines = varying(s) + per_stage(s.rows, "GRADIENT", "c")
+    if cost:
+        lines += outputs(s) + per_stage(s.ny, "ERROR", "e")
+    for i in range(s.nx):
+        terms = [f"{costate}{i}"] + [product(f"c{r}", a) for r, a in in_column(rows, i)]
+        if cost:
+            terms += [product(f"e{y}", a) for y, a in in_column(s.D, i)]
+            terms += [
+                f"W[STATE_LINEAR + k*{len(s.weighted)} + {n}]" for n, on in enumerate(s.weighted) if on == i
+            ]
+        lines.append(f"s{i} = {total(terms)}")
+    return lines
+
+
+def stage_hessian(s: Structure) -> Lines:
+    """S_ij of the upper triangle."""
+    terms = {(i, j): [f"P{i}_{j}"] for i, j in upper(s.nx)}
+    for more in (gram(s.D, range(s.ny)), gram(all_rows(s), range(s.nc + s.nv), "w")):
+        for position, products in more.items():
+            terms[position] += products
+    for n, i in enumerate(s.weighted):
+        terms[i, i].append(f"W[STATE_WEIGHT + k*{len(s.weighted)} + {n}]")
+    lines = per_stage(s.rows, "DIAGONAL", "w")
+    return lines + [f"S{i}_{j} = {total(sum_)}" for (i, j), sum_ in terms.items()]
+
+
+def joined(s: Structure) -> Matrix:
+    """[B A]: column a < nu belongs to input a, column nu + i to state i."""
+    return s.B | {(i, s.nu + j): symbol for (i, j), symbol in s.A.items()}
+
+
+def input_hessian(s: Structure) -> Lines:
+    """M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0), column by column through Z = S [B A]_b."""
+    BA, S, first = joined(s), symmetric(s.nx, "S"), s.nc + s.nv
+    lines: Lines = []
+    for b in range(s.nu + s.nx):
+        column = in_column(BA, b)
+        lines += [f"Z{i} = {total(product(a, S[i, j]) for j, a in column)}" for i in range(s.nx)]
+        for a in range(b + 1):
+            terms = [product(symbol, f"Z{i}") for i, symbol in in_column(BA, a)]
+            if a == b < s.nu:
+                terms += [f"R{a}", f"w{first + a}"]
+            lines.append(f"M{a}_{b} = {total(terms)}")
+    return lines
+
+
+def gain_index(s: Structure, j: int, a: int) -> int:
+    """Place in GAIN of the pivot of input j (a = j) and of its gains (a > j)."""
+    return sum(s.nx + s.nu - p for p in range(j)) + a - j
+
+
+def eliminate_matrix(s: Structure) -> Lines:
+    """Pivots and gains of the inputs; P of x_k remains."""
+    lines: Lines = []
+    for j in range(s.nu):
+        after = range(j + 1, s.nu + s.nx)
+        lines.append(f"d{j} = 1.0 / M{j}_{j}")
+        lines += [f"f{j}_{a} = d{j}*M{j}_{a}" for a in after]
+        lines += [f"M{a}_{b} -= f{j}_{a}*M{j}_{b}" for a in after for b in after if a <= b]
+        lines.append(f"W[GAIN + k*{s.gains} + {gain_index(s, j, j)}] = d{j}")
+        lines += [f"W[GAIN + k*{s.gains} + {gain_index(s, j, a)}] = f{j}_{a}" for a in after]
+    return lines + [f"P{i}_{j} = M{s.nu + i}_{s.nu + j}" for i, j in upper(s.nx)]
+
+
+def eliminate_vector(s: Structure) -> Lines:
+    """Feed-forward of the inputs; p of x_k remains."""
+    lines = input_gradient(s)
+    for j in range(s.nu):
+        lines.append(f"W[GAIN + k*{s.gains} + {s.gains - s.nu + j}] = d{j}*m{j}")
+        lines += [f"m{a} -= f{j}_{a}*m{j}" for a in range(j + 1, s.nu + s.nx)]
+    return lines + [f"p{i} = m{s.nu + i}" for i in range(s.nx)]
+
+
+def input_gradient(s: Structure, *, cost: bool = True) -> Lines:
+    """M = [B A]ᵀ s + (r_k + c_inputs, 0); without the cost and the inputs' own rows: [B A]ᵀ s."""
+    BA, first = joined(s), s.nc + s.nv
+    lines = []
+    for a in range(s.nu + s.nx):
+        terms = [product(symbol, f"s{i}") for i, symbol in in_column(BA, a)]
+        if cost and a < s.nu:
+            terms += [f"W[INPUT_LINEAR + k*{s.nu} + {a}]", f"c{first + a}"]
+        lines.append(f"m{a} = {total(terms)}")
+    return lines
+
+
+def factor(s: Structure) -> str:
+    """Factor the stages `last` … 0 and sweep the gradient back; stages after `last` keep their factors."""
+    triangle = upper(s.nx)
+    stored = [f"W[COST_TO_GO + k*{len(triangle)} + {n}] = P{i}_{j}" for n, (i, j) in enumerate(triangle)]
+    start = [f"P{i}_{j} = W[COST_TO_GO + last*{len(triangle)} + {n}]" for n, (i, j) in enumerate(triangle)]
+    start += [f"p{i} = W[COSTATE + {i}]" for i in range(s.nx)]
+    return function(
+        "factor",
+        "W, last",
+        ["backward(W, last + 1)"],
+        constants(s),
+        start,
+        loop(
+            BACKWARD.format("last + 1"),
+            ["k = last - back"],
+            stored,
+            stage_gradient(s),
+            stage_hessian(s),
+            input_hessian(s),
+            eliminate_matrix(s),
+            eliminate_vector(s),
+        ),
+    )
+
+
+def backward(s: Structure) -> str:
+    """Sweep the gradient back over the stages N−1 … `first` with the factors they have."""
+    gains = [f"d{j} = W[GAIN + k*{s.gains} + {gain_index(s, j, j)}]" for j in range(s.nu)]
+    gains += [
+        f"f{j}_{a} = W[GAIN + k*{s.gains} + {gain_index(s, j, a)}]"
+        for j in range(s.nu)
+        for a in range(j + 1, s.nu + s.nx)
+    ]
+    return function(
+        "backward",
+        "W, first",
+        constants(s),
+        [f"p{i} = 0.0" for i in range(s.nx)],
+        loop(
+            BACKWARD.format("N - first"), ["k = N - 1 - back"], stage_gradient(s), gains, eliminate_vector(s)
+        ),
+        [f"W[COSTATE + {i}] = p{i}" for i in range(s.nx)],
+    )
+
+
+def next_state(s: Structure) -> Lines:
+    """X ← A x + B u, and what of it is kept: the state and the values of all rows."""
+    lines = []
+    for i in range(s.nx):
+        terms = [product(a, f"x{j}") for j, a in in_row(s.A, i)] + [
+            product(b, f"u{j}") for j, b in in_row(s.B, i)
+        ]
+        lines.append(f"n{i} = {total(terms)}")
+    lines += [f"x{i} = n{i}" for i in range(s.nx)]
+    lines += [f"W[X + k*{s.nx} + {i}] = x{i}" for i in range(s.nx)]
+    values = [total(product(a, f"x{j}") for j, a in in_row(all_rows(s), r)) for r in range(s.nc + s.nv)]
+    values += [f"u{j}" for j in range(s.nu)]
+    return varying(s) + lines + [f"W[VALUE + k*{s.rows} + {r}] = {value}" for r, value in enumerate(values)]
+
+
+def initial_state(s: Structure) -> Lines:
+    """X ← x_0."""
+    return [f"x{i} = W[START + {i}]" for i in range(s.nx)]
+
+
+def forward(s: Structure) -> str:
+    """Inputs by the feedback law of the factors, with their states and rows."""
+    law: Lines = []
+    for j in reversed(range(s.nu)):
+        law.append(f"u{j} = -W[GAIN + k*{s.gains} + {s.gains - s.nu + j}]")
+        for a in reversed(range(j + 1, s.nu + s.nx)):
+            factor_of = f"u{a}" if a < s.nu else f"x{a - s.nu}"
+            law[-1] += f" - W[GAIN + k*{s.gains} + {gain_index(s, j, a)}]*{factor_of}"
+    kept = [f"W[U + k*{s.nu} + {j}] = u{j}" for j in range(s.nu)]
+    return function("forward", "W", constants(s), initial_state(s), loop(FORWARD, law, kept, next_state(s)))
+
+
+def rollout(s: Structure) -> str:
+    """States and rows of the inputs U."""
+    given = per_stage(s.nu, "U", "u")
+    return function("rollout", "W", constants(s), initial_state(s), loop(FORWARD, given, next_state(s)))
+
+
+def stationarity(s: Structure) -> str:
+    """Largest |∂L/∂u| at U, X with the rows' multipliers in GRADIENT; `otolith.qp.stage.stationarity`."""
+    state = per_stage(s.nx, "X", "x")
+    force = [
+        f"e{y} += {total(product(a, f'x{i}') for i, a in in_row(s.D, y))}" for y in range(s.ny)
+    ]  # D x + e: the error at x
+    gradient = stage_gradient(s)
+    at = next(n for n, line in enumerate(gradient) if line.startswith("s0 "))
+    washout = [f"s{i} += W[STATE_WEIGHT + k*{len(s.weighted)} + {n}]*x{i}" for n, i in enumerate(s.weighted)]
+    of_inputs = [f"m{j} += R{j}*W[U + k*{s.nu} + {j}]" for j in range(s.nu)]
+    judged = [f"worst = largest(worst, abs(m{j}))" for j in range(s.nu)]
+    judged += [f"size += m{j}*m{j}" for j in range(s.nu)]  # a maximum forgets NaN, a sum does not
+    return function(
+        "stationarity",
+        "W",
+        constants(s),
+        ["worst = 0.0", "size = 0.0"],
+        [f"p{i} = 0.0" for i in range(s.nx)],
+        loop(
+            BACKWARD.format("N"),
+            ["k = N - 1 - back"],
+            state,
+            gradient[:at],
+            force,
+            gradient[at:],
+            washout,
+            input_gradient(s),
+            of_inputs,
+            judged,
+            [f"p{i} = m{s.nu + i}" for i in range(s.nx)],
+        ),
+        result="worst if size < HUGE else INFINITY",
+    )
+
+
+def least_of_rows(s: Structure) -> str:
+    """Smallest value of Σ c_r r over all inputs within their bounds, c in GRADIENT, rows on states only.
+
+    Σ c_r r = p₀ᵀ x_0 + Σ_k g_kᵀ u_k with g the rows' costates pulled through Bᵀ; the inputs are
+    bounded one by one, so its minimum takes the side that the sign of g tells.
+    """
+    least = []
+    for j in range(s.nu):
+        row = f"k*{s.rows} + {s.nc + s.nv + j}"
+        least.append(f"least += min_of(m{j}, W[LOWER + {row}], W[UPPER + {row}])")
+    free = total(f"p{i}*W[START + {i}]" for i in range(s.nx))
+    return function(
+        "least_of_rows",
+        "W",
+        constants(s),
+        ["least = 0.0"],
+        [f"p{i} = 0.0" for i in range(s.nx)],
+        loop(
+            BACKWARD.format("N"),
+            ["k = N - 1 - back"],
+            stage_gradient(s, cost=False),
+            input_gradient(s, cost=False),
+            least,
+            [f"p{i} = m{s.nu + i}" for i in range(s.nx)],
+        ),
+        result=f"least + {free}",
+    )
+
+
+def recursions(s: Structure) -> str:
+    """Text of all stage recursions."""
+    emitters = (backward, factor, forward, rollout, stationarity, least_of_rows)
+    return "\n\n".join(emit(s) for emit in emitters)

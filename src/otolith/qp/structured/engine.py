@@ -1,0 +1,129 @@
+"""The structured engine: a workspace, the kernels of its structure, and a memory of the last answer."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.lti import condense
+from otolith.qp.problem import Status
+from otolith.qp.stage import StageProblem, StageQp, StageSolution
+from otolith.qp.structured.generate import CODES, INFO, SETTINGS, module_of
+from otolith.qp.structured.layout import Structure, Workspace, values
+
+_STATUS: Final = tuple(Status[name] for name in CODES)
+_HARD: Final = 1e10  # stands for an infinite penalty
+_STIFFNESS: Final = 2e6  # ρ c of an active row, c its compliance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StructuredSettings:
+    """How hard the engine tries, and what it accepts."""
+
+    tolerance: float = 1e-6  # largest certificate that counts as solved
+    exchange_limit: int = 16  # factorisations from the previous working set; 0: cold every time
+    polish_limit: int = 12  # factorisations after each interior point
+    iteration_limit: int = 60  # of the interior point
+
+
+class StructuredSolver:
+    """Solve problems of one structure, each from the working set of the one before.
+
+    `solve` takes a whole `StageQp`. In real time, write into the views that `part` and `rows` give
+    and run `kernels.solve(vector)`.
+
+    Parameters
+    ----------
+    extension : Python source that is compiled together with the engine, to make a whole step one call:
+        a function with `@kernel` that writes parts of the workspace W (its names are their offsets),
+        linearised about the states that `predict_plan(W)` leaves in X, and ends with `solve(W)`.
+    """
+
+    def __init__(
+        self, problem: StageProblem, settings: StructuredSettings | None = None, *, extension: str = ""
+    ) -> None:
+        self.problem, self.settings = problem, settings or StructuredSettings()
+        self.structure = Structure.of(problem)
+        self.kernels: Any = module_of(self.structure, extension)
+        self._workspace = Workspace(self.structure)
+        self._write_constants()
+
+    @property
+    def vector(self) -> Vec:
+        """The workspace, as the kernels take it."""
+        return self._workspace.vector
+
+    def part(self, name: str) -> Mat:
+        """View of a part of the workspace; names and shapes in `otolith.qp.structured.layout`."""
+        return self._workspace[name]
+
+    def rows(self, name: str) -> Mat:
+        """View (N, rows) of a part with one number per row."""
+        return self._workspace.rows(name)
+
+    def reset(self) -> None:
+        """Forget working set, multipliers and plan."""
+        self.kernels.forget(self.vector)
+
+    def load(self, qp: StageQp) -> None:
+        """Copy a problem into the workspace."""
+        s = self.structure
+        self.part("START")[:] = qp.x0
+        self.part("OUTPUT")[:] = values(s.D, qp.output)
+        self.part("ERROR")[:] = qp.error
+        self.part("STATE_WEIGHT")[:] = qp.state_weight
+        self.part("STATE_LINEAR")[:] = qp.state_linear
+        self.part("INPUT_LINEAR")[:] = qp.input_linear
+        self.part("VARYING")[:] = values(s.V, qp.varying)
+        self.rows("LOWER")[:] = qp.lower
+        self.rows("UPPER")[:] = qp.upper
+
+    def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
+        """Solve `qp`.
+
+        Parameters
+        ----------
+        start : (N, rows) as `StageSolution.working_set`; None starts from the previous answer's.
+        """
+        self.load(qp)
+        if start is not None:
+            self.rows("SET")[:] = start
+        self.kernels.solve(self.vector)
+        return self.solution()
+
+    def solution(self) -> StageSolution:
+        """What the last solve left in the workspace."""
+        info = dict(zip(INFO, self.part("INFO"), strict=False))
+        status = _STATUS[int(info["STATUS"])]
+        solved = status is Status.OPTIMAL
+        return StageSolution(
+            status,
+            self.part("PLAN").copy(),
+            self.part("X").copy(),
+            self.rows("MULTIPLIER").copy(),
+            changes=int(info["CHANGES"]),
+            factorisations=int(info["FACTORISATIONS"]),
+            iterations=int(info["ITERATIONS"]),
+            residual=float(info["RESIDUAL"]) if solved else np.inf,
+        )
+
+    def _write_constants(self) -> None:
+        problem, s = self.problem, self.structure
+        self.part("DYNAMICS")[:] = np.concatenate([values(s.A, problem.A), values(s.B, problem.B)])
+        self.part("CONSTANT")[:] = values(s.C, problem.C)
+        self.part("CONTROL_WEIGHT")[:] = problem.control_weight
+        self.part("LOWER")[:], self.part("UPPER")[:] = -1.0, 1.0  # of the padding; never active
+        self.part("SOFT")[:], self.part("RHO")[:] = _HARD, 1.0
+        self.rows("SOFT")[:] = np.where(np.isfinite(problem.penalty), problem.penalty, _HARD)
+        self.rows("RHO")[:] = _STIFFNESS / compliance(problem)
+        given = (self.settings.tolerance, self.settings.exchange_limit, self.settings.polish_limit)
+        self.part("SETTING")[: len(SETTINGS)] = (*given, self.settings.iteration_limit)
+
+
+def compliance(problem: StageProblem) -> Vec:
+    """How far each row moves per unit of multiplier (rows,): max_k c_r Γ_k R⁻¹ Γ_kᵀ c_rᵀ; R⁻¹ of inputs."""
+    _, Gamma = condense(problem.A, problem.B, problem.horizon)  # (N, nx, N·nu)
+    on_states = np.vstack([problem.C, problem.varying.astype(np.float64)]) @ Gamma  # (N, nr, N·nu)
+    of_states = np.max(on_states**2 @ np.tile(1.0 / problem.control_weight, problem.horizon), axis=0)
+    return np.concatenate([np.maximum(of_states, 1e-12), 1.0 / problem.control_weight])

@@ -1,0 +1,17 @@
+"""How the pure arithmetic of the structured engine is compiled."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_FREEDOMS = {"contract", "nsz", "reassoc", "arcp"}  # of fast-math, those that keep NaN and infinity
+
+
+def pure(function: F) -> F:
+    """Compile a kernel that may fuse and reorder its arithmetic; no data are judged in it."""
+    compile_: Any = numba.njit(cache=True, error_model="numpy", fastmath=_FREEDOMS)
+    compiled: F = compile_(function)
+    return compiled

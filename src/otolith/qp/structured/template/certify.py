@@ -1,0 +1,101 @@
+"""Judge data and answers. Strict arithmetic: nothing here may take a NaN for a number.
+
+A maximum forgets NaN; so every test is written to *accept* (`x < limit`), and acceptances are counted.
+"""
+
+from otolith.core.arrays import Vec
+from otolith.qp.structured.template.given import (
+    ACCUMULATOR,
+    GRADIENT,
+    HI,
+    HUGE,
+    INFINITY,
+    INPUTS,
+    LANES,
+    LO,
+    LOWER,
+    MULTIPLIER,
+    NUMBERS,
+    ROWS,
+    SOFT,
+    STAGE_ROWS,
+    UPPER,
+    VALUE,
+    kernel,
+    least_of_rows,
+    rollout,
+    stationarity,
+)
+from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, largest, smallest
+
+# --- template ---
+
+FAR = 1e6  # bounds beyond this are not imposed; the certificate still sees them
+HARD = 1e9  # penalties from here on mean that the row is hard
+PROOF = 1e-9  # relative margin by which infeasibility must be proved
+
+
+@kernel
+def well_posed(W: Vec) -> bool:
+    """True when all numbers are finite, no bound is NaN, and lower ≤ upper; sets the bounds in use."""
+    good = 0
+    for i in range(NUMBERS):
+        good += 1 if abs(W[i]) < HUGE else 0
+    for i in range(ROWS):
+        good += 1 if W[LOWER + i] <= W[UPPER + i] else 0
+        good += 1 if W[SOFT + i] > 0.0 else 0
+        W[LO + i] = largest(W[LOWER + i], -FAR)
+        W[HI + i] = smallest(W[UPPER + i], FAR)
+    return good == NUMBERS + 2 * ROWS
+
+
+@kernel
+def judge_rows(W: Vec) -> float:
+    """The rows' part of the certificate: `otolith.qp.problem.row_residual`, infinity if not finite."""
+    good = 0
+    clear_lanes(W)
+    for block in range(ROWS // LANES):
+        for j in range(LANES):
+            i = block * LANES + j
+            r, y, w = W[VALUE + i], W[MULTIPLIER + i], W[SOFT + i]
+            above, below = r - W[UPPER + i], W[LOWER + i] - r
+            side = -above if y > 0.0 else -below
+            held = abs(y) * largest(side, 0.0) if y != 0.0 else 0.0
+            violation = largest(largest(above, below), 0.0)
+            unpaid = w - y if above > 0.0 else w + y
+            hard = violation * largest(abs(y), 1.0)
+            soft = largest(violation * abs(unpaid), abs(y) - w)
+            bad = largest(held, hard if w >= HARD else soft)
+            good += 1 if abs(r) < HUGE and abs(y) < HUGE and bad < HUGE else 0
+            W[ACCUMULATOR + j] = largest(W[ACCUMULATOR + j], bad)
+    worst = fold_maximum(W)
+    return worst if good == ROWS else INFINITY
+
+
+@kernel
+def certificate(W: Vec) -> float:
+    """`otolith.qp.stage.stage_residual` of U and MULTIPLIER, from the inputs alone."""
+    rollout(W)
+    for i in range(ROWS):
+        W[GRADIENT + i] = W[MULTIPLIER + i]
+    of_rows = judge_rows(W)
+    of_inputs = stationarity(W)
+    return of_rows if of_inputs <= of_rows else of_inputs
+
+
+@kernel
+def impossible(W: Vec) -> bool:
+    """True when the multipliers prove that no inputs within their bounds satisfy the hard rows.
+
+    For any y, Σ y r ≤ Σ y⁺ u − y⁻ l at a feasible point; so when already the least value of Σ y r over
+    the inputs' box exceeds that, there is none. y is tried with the soft rows' and inputs' part removed.
+    """
+    most, size = 0.0, 0.0
+    for i in range(ROWS):
+        of_input = i % STAGE_ROWS >= STAGE_ROWS - INPUTS
+        y = 0.0 if of_input or W[SOFT + i] < HARD else W[MULTIPLIER + i]
+        b = W[HI + i] if y > 0.0 else W[LO + i]
+        W[GRADIENT + i] = y
+        most += y * b
+        size += abs(y) * largest(1.0, abs(b))
+    return least_of_rows(W) > most + PROOF * size

@@ -1,0 +1,105 @@
+"""One call per problem: check, try the working set at hand, exchange, fall back, certify.
+
+The minimiser never depends on the working set that is tried first; the time does.
+"""
+
+from otolith.core.arrays import Vec
+from otolith.qp.structured.template.certify import certificate, impossible, well_posed
+from otolith.qp.structured.template.given import (
+    INFO,
+    INPUTS,
+    MULTIPLIER,
+    PLAN,
+    ROWS,
+    SET,
+    SETTING,
+    N,
+    U,
+    kernel,
+    rollout,
+)
+from otolith.qp.structured.template.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
+from otolith.qp.structured.template.working import PATIENCE, settle
+
+STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = 0
+TOLERANCE = EXCHANGES = POLISH = ITERATION_LIMIT = 0
+OPTIMAL = INFEASIBLE = LIMIT = INVALID = 0
+
+# --- template ---
+
+ATTEMPTS = 3  # interior points, each closer, that a working set is guessed from
+
+
+@kernel
+def forget(W: Vec) -> None:
+    """Forget working set, multipliers and plan."""
+    for i in range(ROWS):
+        W[SET + i] = 0.0
+        W[MULTIPLIER + i] = 0.0
+    for i in range(N * INPUTS):
+        W[PLAN + i] = 0.0
+
+
+@kernel
+def accept(W: Vec) -> bool:
+    """Certify the point at hand and keep it when it is below the tolerance."""
+    residual = certificate(W)
+    W[INFO + RESIDUAL] = residual
+    if not residual < W[SETTING + TOLERANCE]:
+        return False
+    for i in range(N * INPUTS):
+        W[PLAN + i] = W[U + i]
+    return True
+
+
+@kernel
+def search_inside(W: Vec) -> int:
+    """Status after the interior point, each time closer to the optimum when its guess does not settle."""
+    limit, polish = int(W[SETTING + ITERATION_LIMIT]), int(W[SETTING + POLISH])
+    close, infeasibility = CLOSE, 1.0
+    enter(W)
+    for _ in range(ATTEMPTS):
+        infeasibility, proved = approach(W, close, infeasibility, limit)
+        if proved:
+            return INFEASIBLE
+        guess_from_sides(W)
+        if settle(W, polish, polish) and accept(W):
+            return OPTIMAL
+        close *= CLOSER
+    return LIMIT
+
+
+@kernel
+def search(W: Vec) -> int:
+    """Status of a well-posed problem."""
+    exchanges = int(W[SETTING + EXCHANGES])
+    if exchanges > 0:
+        if settle(W, exchanges, PATIENCE) and accept(W):
+            return OPTIMAL
+        if impossible(W):
+            return INFEASIBLE
+    return search_inside(W)
+
+
+@kernel
+def predict_plan(W: Vec) -> None:
+    """Put the states under the plan into X: where an extension linearises its outputs."""
+    for i in range(N * INPUTS):
+        W[U + i] = W[PLAN + i]
+    rollout(W)
+
+
+@kernel
+def solve(W: Vec) -> int:
+    """Solve the problem in the workspace; the answer is U, X, MULTIPLIER, and INFO says what it cost.
+
+    Without an answer the working set is forgotten and the plan stays.
+    """
+    W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
+    status = search(W) if well_posed(W) else INVALID
+    W[INFO + STATUS] = status
+    if status != OPTIMAL:
+        for i in range(ROWS):
+            W[SET + i] = 0.0
+            W[MULTIPLIER + i] = 0.0
+    return status

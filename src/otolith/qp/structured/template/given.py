@@ -1,0 +1,42 @@
+"""What the generated module provides to the templates; declared here for readers and type checkers.
+
+A part of the workspace is known by its offset in the flat vector W, see `otolith.qp.structured.layout`.
+"""
+
+from otolith.core.arrays import Vec
+from otolith.core.jit import kernel
+from otolith.qp.structured.jit import pure
+
+__all__ = ["kernel", "pure"]
+
+N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = 0
+LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = 0
+DISTANCE = T = LAMBDA = SIGMA = NU = INV_LAMBDA = INV_NU = DELTA = E1 = E2 = SCRATCH = 0
+U = PLAN = ACCUMULATOR = SETTING = INFO = 0
+HUGE = INFINITY = 0.0
+
+
+def factor(W: Vec, last: int) -> None:
+    """`otolith.qp.structured.emit.factor`."""
+
+
+def backward(W: Vec, first: int) -> None:
+    """`otolith.qp.structured.emit.backward`."""
+
+
+def forward(W: Vec) -> None:
+    """`otolith.qp.structured.emit.forward`."""
+
+
+def rollout(W: Vec) -> None:
+    """`otolith.qp.structured.emit.rollout`."""
+
+
+def stationarity(W: Vec) -> float:
+    """`otolith.qp.structured.emit.stationarity`."""
+    raise NotImplementedError
+
+
+def least_of_rows(W: Vec) -> float:
+    """`otolith.qp.structured.emit.least_of_rows`."""
+    raise NotImplementedError

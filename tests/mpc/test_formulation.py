@@ -1,0 +1,185 @@
+"""The stage problem against a rollout of its own definition, in 2 and 4 DOF."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import GRAVITY, SURGE_PITCH, SWAY_ROLL, AxisPair
+from otolith.core.lti import zero_order_hold
+from otolith.mpc import linearise, model
+from otolith.mpc.formulation import Formulation
+from otolith.mpc.implicit import ImplicitSettings
+from otolith.mpc.model import BrakingRows, implicit_dynamics
+from otolith.mpc.washout import WashoutWeight, constant
+from otolith.platforms import load
+from otolith.qp.engines import CondensedEngine, expand
+from otolith.qp.stage import StageQp, cost, rollout, row_values
+
+BOTH = (SURGE_PITCH, SWAY_ROLL)
+PAIRS = pytest.mark.parametrize("pairs", [(SURGE_PITCH,), (SWAY_ROLL,), BOTH], ids=["surge", "sway", "both"])
+N = 12
+A, B = zero_order_hold(*implicit_dynamics(0.01), 0.01)
+DEGREE = np.pi / 180
+
+
+def formulation(pairs: tuple[AxisPair, ...], platform: str = "thesis", **options) -> Formulation:  # type: ignore[no-untyped-def]
+    return ImplicitSettings(horizon=N, **options).formulation(load(platform), pairs)
+
+
+def written(of: Formulation, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None = None) -> StageQp:
+    """The problem that the formulation writes, as a value."""
+    engine = CondensedEngine(of.problem, tolerance=1e-6)
+    of.begin(engine.memory)
+    of.write(engine.memory, x, plan, wanted, u_ref)
+    return expand(of.problem, engine.memory)
+
+
+def felt(X: Mat, pairs: tuple[AxisPair, ...]) -> Mat:
+    """(N, P) forces of eq. 4.19 (in our signs), written out by hand."""
+    forces = []
+    for p, pair in enumerate(pairs):
+        cosine = np.cos(X[:, 1]) if pair is SWAY_ROLL and len(pairs) == 2 else 1.0
+        forces.append(X[:, 6 * p + 4] + GRAVITY * cosine * np.sin(X[:, 6 * p + 1]))
+    return np.array(forces).T
+
+
+def test_the_kernels_count_states_as_the_model_does() -> None:
+    assert (linearise.TILT, linearise.POSITION, linearise.ACCELERATION) == (
+        model.TILT,
+        model.POSITION,
+        model.ACCELERATION,
+    )
+
+
+@PAIRS
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_the_cost_at_the_linearisation_point_is_the_nonlinear_one(
+    pairs: tuple[AxisPair, ...], seed: int
+) -> None:
+    """Tracking, washout and control cost added up along a rollout that goes one step at a time."""
+    rng = np.random.default_rng(seed)
+    P = len(pairs)
+    x, plan, u_ref = 0.2 * rng.normal(size=6 * P), rng.normal(size=(N, 2 * P)), rng.normal(size=(N, 2 * P))
+    wanted = rng.normal(size=(N, P))
+    of = formulation(pairs, washout=constant({"velocity": 0.3, "position": 2.0}))
+    qp = written(of, x, plan, wanted, u_ref)
+
+    states, now = [], x.reshape(P, 6)
+    for u in plan:
+        now = now @ A.T + u.reshape(P, 2) @ B.T
+        states.append(now.ravel())
+    X = np.array(states)
+    by_hand = np.sum((felt(X, pairs) - wanted) ** 2) + 1e-3 * np.sum((plan - u_ref) ** 2)
+    by_hand += 0.3 * np.sum(X[:, 2::6] ** 2) + 2.0 * np.sum(X[:, 3::6] ** 2)
+    constant_term = 1e-3 * np.sum(u_ref**2)
+    assert 2 * cost(qp, plan, rollout(qp, plan)) + constant_term == pytest.approx(by_hand, rel=1e-10)
+
+
+@PAIRS
+def test_the_linearised_force_has_the_slope_of_finite_differences(pairs: tuple[AxisPair, ...]) -> None:
+    rng = np.random.default_rng(5)
+    P = len(pairs)
+    x, plan = 0.3 * rng.normal(size=6 * P), 3.0 * rng.normal(size=(N, 2 * P))
+    of = formulation(pairs)
+    qp = written(of, x, plan, np.zeros((N, P)))
+    X = rollout(qp, plan)
+    assert_allclose(np.einsum("kyi,ki->ky", qp.output, X) + qp.error, felt(X, pairs), atol=1e-12)
+    step = 1e-6
+    for i in range(6 * P):
+        nudge = step * np.eye(6 * P)[i]
+        slope = (felt(X + nudge, pairs) - felt(X - nudge, pairs)) / (2 * step)
+        assert_allclose(qp.output[:, :, i], slope, atol=1e-8)
+
+
+@given(seed=st.integers(0, 10_000), pair=st.sampled_from(BOTH))
+@settings(max_examples=20, deadline=None)
+def test_every_row_is_the_limit_it_stands_for(seed: int, pair: AxisPair) -> None:
+    """Rows of eq. 4.10 written out once more by hand (braking: eq. C.2)."""
+    rng = np.random.default_rng(seed)
+    x, plan = 0.1 * rng.normal(size=6), rng.normal(size=(N, 2))
+    qp = written(formulation((pair,)), x, plan, np.zeros((N, 1)))
+    X = rollout(qp, plan)
+    w, th, v, s, at, ar = X.T
+    rate = {SURGE_PITCH: 3.0, SWAY_ROLL: 2.6}[pair] * DEGREE
+    by_hand = [
+        (w, rate),
+        (th, 30 * DEGREE),
+        (v, 7.2),
+        (s, 0.5),
+        (at, 9.81),
+        (s + 2.5 * v + 1.40625 * at, 0.5),
+        (th + 0.5 * w + 0.05625 * ar, 30 * DEGREE),
+        (plan[:, 0], np.inf),
+        (plan[:, 1], 5.0),
+    ]
+    values = row_values(qp, plan, X)
+    assert_allclose(values, np.array([value for value, _ in by_hand]).T, atol=1e-12)
+    assert_allclose(qp.upper, np.tile([bound for _, bound in by_hand], (N, 1)), atol=1e-6)
+    assert_allclose(qp.lower, -qp.upper)
+    assert (np.diff(qp.upper[:, :7], axis=0) < 0.0).all()  # tightened by a hair from stage to stage
+
+
+def test_in_4_dof_the_circle_takes_the_place_of_the_positions_it_implies() -> None:
+    both, one = formulation(BOTH), formulation((SURGE_PITCH,))
+    assert both.problem.rows == 2 * (one.problem.rows - 1) + 1
+    assert formulation((SURGE_PITCH,)).radius is None
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_the_circle_is_touched_where_the_prediction_points(seed: int) -> None:
+    """The half-plane contains the circle, and its boundary passes through the circle's nearest point."""
+    rng = np.random.default_rng(seed)
+    x, plan = 0.3 * rng.normal(size=12), 3 * rng.normal(size=(N, 4))
+    qp = written(formulation(BOTH), x, plan, np.zeros((N, 2)))
+    s = rollout(qp, plan)[:, [3, 9]]
+    row = len(qp.problem.C)
+    n = qp.varying[:, 0][:, [3, 9]]
+    nearest = 0.5 * s / np.linalg.norm(s, axis=1, keepdims=True)
+    assert_allclose(np.sum(n * nearest, axis=1), qp.upper[:, row], atol=2e-5)
+    angles = np.linspace(0, 2 * np.pi, 50)
+    around = 0.5 * np.array([np.cos(angles), np.sin(angles)])
+    assert (n @ around <= qp.upper[:, row, None] + 2e-5).all()
+    assert np.isneginf(qp.lower[:, row]).all()
+
+
+def test_at_the_centre_the_circle_has_no_direction_and_no_effect() -> None:
+    qp = written(formulation(BOTH), np.zeros(12), np.zeros((N, 4)), np.zeros((N, 2)))
+    assert not qp.varying.any()
+    assert np.isfinite(qp.output).all()
+
+
+def test_printed_braking_rows_lack_the_position() -> None:
+    C = {kind: formulation((SURGE_PITCH,), braking=kind).problem.C for kind in BrakingRows}
+    assert_allclose(C[BrakingRows.POSITION][-2] - C[BrakingRows.PRINTED][-2], C[BrakingRows.NONE][3])
+    assert_allclose(C[BrakingRows.POSITION][-1] - C[BrakingRows.PRINTED][-1], C[BrakingRows.NONE][1])
+    assert len(C[BrakingRows.NONE]) == len(C[BrakingRows.PRINTED]) - 2
+
+
+def test_a_terminal_row_holds_at_the_last_stage_only_and_its_wedge_can_be_stayed_in() -> None:
+    of = formulation((SURGE_PITCH,), braking=BrakingRows.NONE, terminal=True)
+    qp = written(of, np.zeros(6), np.zeros((N, 2)), np.zeros((N, 1)))
+    last = len(of.problem.C) - 1
+    assert np.isinf(qp.upper[:-1, last]).all()
+    assert qp.upper[-1, last] == pytest.approx(0.5, abs=1e-6)
+    slope = 1.0 / of.problem.C[last, 2]  # κ of s + v / κ
+    s = np.linspace(-0.5, 0.5, 101)
+    assert (
+        slope**2 * (0.5 - s) <= 5.0 + 1e-12
+    ).all()  # deceleration along the wedge, within the command bound
+
+
+def test_soft_rows_carry_their_penalty() -> None:
+    penalty = formulation(BOTH, soft={"tilt_rate": 100.0}).problem.penalty
+    assert np.isfinite(penalty).sum() == 2
+
+
+def test_weights_follow_eq_4_12() -> None:
+    weight = WashoutWeight(on="position", of="position", coefficients=(0.01, 20.0, 20.0, 20.0), scale=0.5)
+    x = np.array([0, 0, 0, -0.4, 0, 0])
+    qp = written(formulation((SURGE_PITCH,), washout=(weight,)), x, np.zeros((N, 2)), np.zeros((N, 1)))
+    assert_allclose(qp.state_weight, weight.at(x))

@@ -1,0 +1,63 @@
+"""The proof passes for right laws, and fails for wrong ones."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mpqp.models import random_problem
+from otolith.mpqp import Law, enumerate_regions, verify
+
+
+def test_the_blocked_law_passes(blocked: Law) -> None:
+    result = verify(blocked, 3000, np.random.default_rng(0))
+    assert result.passed
+    assert result.feasible > 1000
+    assert result.facets > 100
+    assert (result.regions, result.tolerance) == (len(blocked), 1e-7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_laws_of_random_problems_pass(seed: int) -> None:
+    law = enumerate_regions(random_problem(seed, 4, 8, 3))
+    assert verify(law, 500, np.random.default_rng(seed)).passed
+
+
+def without_region(law: Law, s: int) -> Law:
+    """A law with a hole: the stored region s is gone."""
+    arrays = law.to_arrays()
+    start, h = arrays["start"].astype(np.int64), len(law.radius)
+    kept = np.repeat(np.arange(h), np.diff(start)) != s
+    number = np.full(len(law), -3)
+    ids = [r for r in range(len(law)) if law.stored(r)[0] != s]
+    number[ids] = np.arange(len(ids))
+    beyond = arrays["beyond"].astype(np.int64)[kept]
+    for name in ("keys", "centre", "radius"):
+        arrays[name] = np.delete(arrays[name], s, axis=0)
+    for name in ("rows", "constraint"):
+        arrays[name] = arrays[name][kept]
+    lengths = np.delete(np.diff(start), s)
+    arrays["start"] = np.append(0, np.cumsum(lengths))
+    arrays["beyond"] = np.where(beyond >= 0, number[np.maximum(beyond, 0)], beyond)
+    return Law.from_arrays(arrays)
+
+
+def test_a_hole_is_reported(blocked: Law) -> None:
+    worst = int(blocked.radius.argmax())
+    holed = without_region(blocked, worst)
+    result = verify(holed, 3000, np.random.default_rng(0))
+    assert result.missing > 0
+    assert not result.passed
+    centre, _ = blocked.ball(worst)
+    theta = blocked.form.centre + blocked.form.half * centre
+    answer = holed.evaluate(theta)
+    assert (answer.region, answer.found) == (-1, True)
+    np.testing.assert_allclose(answer.z, blocked.evaluate(theta).z, atol=1e-12)
+
+
+def test_a_law_of_another_model_is_reported(blocked: Law) -> None:
+    problem = blocked.problem
+    foreign = replace(blocked, problem=replace(problem, w=problem.w * 1.01))
+    result = verify(foreign, 100, np.random.default_rng(0))
+    assert result.max_law_error > 1e-6
+    assert not result.passed

@@ -1,0 +1,91 @@
+"""The stage problem against its dense form, finite differences and hand-solved cases."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stage_problems import NU, N, stage_problem, stage_qp
+
+from otolith.qp import DenseSolver, kkt_residual
+from otolith.qp.stage import (
+    StageProblem,
+    by_columns,
+    by_rows,
+    condense,
+    cost,
+    rollout,
+    row_values,
+    stage_residual,
+    stationarity,
+)
+
+seeds = st.integers(0, 10_000)
+
+
+@given(seed=seeds)
+@settings(max_examples=20, deadline=None)
+def test_the_condensed_problem_is_the_rolled_out_one(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    qp = stage_qp(rng).changed(x0=rng.standard_normal(4))
+    dense, U, zero = condense(qp), rng.standard_normal((N, NU)), np.zeros((N, NU))
+    X = rollout(qp, U)
+    quadratic = 0.5 * U.ravel() @ dense.H @ U.ravel() + dense.g @ U.ravel()
+    assert quadratic == pytest.approx(cost(qp, U, X) - cost(qp, zero, rollout(qp, zero)), rel=1e-9, abs=1e-9)
+    slack = by_rows(dense.upper - dense.rows(U.ravel()), qp.problem)
+    np.testing.assert_allclose(slack, qp.upper - row_values(qp, U, X), atol=1e-10)
+
+
+@given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]))
+@settings(max_examples=30, deadline=None)
+def test_both_certificates_agree_on_any_point(seed: int, soft: float) -> None:
+    rng = np.random.default_rng(seed)
+    qp = stage_qp(rng, soft=soft).changed(x0=rng.standard_normal(4))
+    U, y = rng.standard_normal((N, NU)), rng.standard_normal((N, qp.problem.rows))
+    y[rng.uniform(size=y.shape) < 0.3] = 0.0
+    dense = kkt_residual(condense(qp), U.ravel(), by_columns(y, qp.problem))
+    assert stage_residual(qp, U, y) == pytest.approx(dense, rel=1e-9)
+
+
+def test_stationarity_is_the_slope_of_the_lagrangian() -> None:
+    rng = np.random.default_rng(5)
+    qp = stage_qp(rng)
+    U, y = rng.standard_normal((N, NU)), rng.standard_normal((N, qp.problem.rows))
+
+    def lagrangian(U: np.ndarray) -> float:
+        X = rollout(qp, U)
+        return cost(qp, U, X) + float(np.sum(y * row_values(qp, U, X)))
+
+    step = 1e-5
+    slope = np.empty_like(U)
+    for position in np.ndindex(*U.shape):
+        there = np.zeros_like(U)
+        there[position] = step
+        slope[position] = (lagrangian(U + there) - lagrangian(U - there)) / (2 * step)
+    np.testing.assert_allclose(stationarity(qp, U, rollout(qp, U), y), slope, atol=1e-8)
+
+
+def test_multipliers_by_rows_and_by_columns_are_the_same_numbers() -> None:
+    problem = stage_problem(np.random.default_rng(1))
+    y = np.arange(float(N * problem.rows)).reshape(N, -1)
+    np.testing.assert_array_equal(by_rows(by_columns(y, problem), problem), y)
+
+
+def test_the_dense_engine_certifies_a_stage_problem() -> None:
+    qp = stage_qp(np.random.default_rng(2))
+    found = DenseSolver().solve(condense(qp)).or_raise()
+    assert stage_residual(qp, found.z.reshape(N, NU), by_rows(found.y, qp.problem)) < 1e-8
+
+
+@pytest.mark.parametrize("damage", [np.nan, np.inf])
+def test_a_point_that_is_not_finite_has_no_certificate(damage: float) -> None:
+    qp = stage_qp(np.random.default_rng(2))
+    U, y = np.zeros((N, NU)), np.zeros((N, qp.problem.rows))
+    U[3, 1] = damage
+    assert stage_residual(qp, U, y) == np.inf
+
+
+def test_a_wrong_shape_is_refused_by_name() -> None:
+    good = stage_problem(np.random.default_rng(0))
+    fields = {name: getattr(good, name) for name in StageProblem.__slots__}
+    with pytest.raises(ValueError, match="penalty has shape"):
+        StageProblem(**fields | {"penalty": np.ones(3)})

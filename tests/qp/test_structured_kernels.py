@@ -1,0 +1,140 @@
+"""The compiled pieces one by one, each against plain numpy."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stage_problems import NU, NX, N, stage_problem, stage_qp
+
+from otolith.core.arrays import Mat
+from otolith.qp.stage import StageQp, by_columns, condense, rollout, row_values, stage_residual, stationarity
+from otolith.qp.structured import StructuredSolver
+from otolith.qp.structured.generate import module_of, source, write
+from otolith.qp.structured.layout import Structure
+
+seeds = st.integers(0, 10_000)
+
+
+def loaded(seed: int, soft: float = np.inf) -> tuple[StructuredSolver, StageQp, np.random.Generator]:
+    rng = np.random.default_rng(seed)
+    qp = stage_qp(rng, soft=soft).changed(x0=rng.standard_normal(NX))
+    solver = StructuredSolver(qp.problem)
+    solver.load(qp)
+    return solver, qp, rng
+
+
+def by_dense_algebra(qp: StageQp, weight: Mat, gradient: Mat) -> Mat:
+    """Minimiser (N, nu) of the cost plus Σ ½ w r² + c r over all rows r, one linear solve in U."""
+    dense = condense(qp)
+    R = np.vstack([np.eye(N * NU), dense.A])  # rows in the order of the dense problem
+    free = row_values(qp, np.zeros((N, NU)), rollout(qp, np.zeros((N, NU))))
+    w, c = by_columns(weight, qp.problem), by_columns(gradient + weight * free, qp.problem)
+    return np.linalg.solve(dense.H + R.T @ (w[:, None] * R), -dense.g - R.T @ c).reshape(N, NU)
+
+
+@given(seed=seeds)
+@settings(max_examples=15, deadline=None)
+def test_riccati_is_the_dense_solve(seed: int) -> None:
+    solver, qp, rng = loaded(seed)
+    weight, gradient = rng.uniform(0, 5, (N, qp.problem.rows)), rng.standard_normal((N, qp.problem.rows))
+    solver.rows("DIAGONAL")[:], solver.rows("GRADIENT")[:] = weight, gradient
+    solver.kernels.factor(solver.vector, N - 1)
+    solver.kernels.forward(solver.vector)
+    expected = by_dense_algebra(qp, weight, gradient)
+    np.testing.assert_allclose(solver.part("U"), expected, atol=1e-9)
+    np.testing.assert_allclose(solver.part("X"), rollout(qp, expected), atol=1e-9)
+    np.testing.assert_allclose(
+        solver.rows("VALUE"), row_values(qp, expected, rollout(qp, expected)), atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("last", range(N))
+def test_stages_after_the_last_change_keep_their_factors(last: int) -> None:
+    solver, qp, rng = loaded(3)
+    W, rows = solver.vector, qp.problem.rows
+    solver.rows("DIAGONAL")[:], solver.rows("GRADIENT")[:] = rng.uniform(0, 5, (2, N, rows))
+    solver.kernels.factor(W, N - 1)
+    solver.rows("DIAGONAL")[: last + 1] = rng.uniform(0, 5, (last + 1, rows))
+    solver.rows("GRADIENT")[:] = rng.standard_normal((N, rows))
+    solver.kernels.factor(W, last)
+    solver.kernels.forward(W)
+    expected = by_dense_algebra(qp, solver.rows("DIAGONAL"), solver.rows("GRADIENT"))
+    np.testing.assert_allclose(solver.part("U"), expected, atol=1e-9)
+
+
+def test_a_new_gradient_needs_no_new_factors() -> None:
+    solver, qp, rng = loaded(4)
+    W, rows = solver.vector, qp.problem.rows
+    solver.rows("DIAGONAL")[:] = rng.uniform(0, 5, (N, rows))
+    solver.kernels.factor(W, N - 1)
+    solver.rows("GRADIENT")[:] = rng.standard_normal((N, rows))
+    solver.kernels.backward(W, 0)
+    solver.kernels.forward(W)
+    expected = by_dense_algebra(qp, solver.rows("DIAGONAL"), solver.rows("GRADIENT"))
+    np.testing.assert_allclose(solver.part("U"), expected, atol=1e-9)
+
+
+@given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]))
+@settings(max_examples=20, deadline=None)
+def test_the_compiled_certificate_is_the_plain_one(seed: int, soft: float) -> None:
+    solver, qp, rng = loaded(seed, soft)
+    U, y = rng.standard_normal((N, NU)), rng.standard_normal((N, qp.problem.rows))
+    y[rng.uniform(size=y.shape) < 0.3] = 0.0
+    solver.part("U")[:], solver.rows("MULTIPLIER")[:] = U, y
+    assert solver.kernels.well_posed(solver.vector)
+    assert solver.kernels.certificate(solver.vector) == pytest.approx(stage_residual(qp, U, y), rel=1e-10)
+    slope = np.max(np.abs(stationarity(qp, U, rollout(qp, U), y)))
+    assert solver.kernels.stationarity(solver.vector) == pytest.approx(slope, rel=1e-10)
+
+
+@pytest.mark.parametrize("part", ["U", "MULTIPLIER", "ERROR", "START"])
+def test_the_compiled_certificate_of_a_nan_is_infinite(part: str) -> None:
+    solver, _, _ = loaded(1)
+    solver.kernels.well_posed(solver.vector)
+    solver.part(part).flat[3] = np.nan
+    assert solver.kernels.certificate(solver.vector) == np.inf
+
+
+@given(seed=seeds)
+@settings(max_examples=15, deadline=None)
+def test_the_least_value_of_combined_rows_is_that_of_the_best_corner(seed: int) -> None:
+    solver, qp, rng = loaded(seed)
+    y = rng.standard_normal((N, qp.problem.rows))
+    y[:, -NU:] = 0.0  # rows on states only
+    solver.rows("GRADIENT")[:] = y
+    dense = condense(qp)
+    pull = dense.A.T @ by_columns(y, qp.problem)[N * NU :]  # (N·nu,)
+    corner = np.where(pull > 0, qp.lower[:, -NU:].ravel(), qp.upper[:, -NU:].ravel()).reshape(N, NU)
+    expected = np.sum(y * row_values(qp, corner, rollout(qp, corner)))
+    assert solver.kernels.least_of_rows(solver.vector) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_numbers_are_data_and_only_the_structure_is_compiled() -> None:
+    first, second = (StructuredSolver(stage_problem(np.random.default_rng(seed))) for seed in (1, 2))
+    assert first.kernels is second.kernels
+
+
+def test_another_sparsity_is_another_module() -> None:
+    problem = stage_problem(np.random.default_rng(1))
+    A = problem.A.copy()
+    A[0, 2] = 0.3
+    fields = {name: getattr(problem, name) for name in type(problem).__slots__}
+    other = type(problem)(**fields | {"A": A})
+    assert source(Structure.of(problem)) != source(Structure.of(other))
+
+
+def test_many_writers_leave_one_whole_module(tmp_path: Path) -> None:
+    text = source(Structure.of(stage_problem(np.random.default_rng(1))))
+    with ThreadPoolExecutor(8) as pool:
+        paths = set(pool.map(lambda _: write(text, tmp_path), range(32)))
+    assert [path.read_text("utf-8") for path in paths] == [text]
+    assert list(tmp_path.iterdir()) == list(paths)
+
+
+def test_an_extension_is_compiled_with_the_engine(tmp_path: Path) -> None:
+    structure = Structure.of(stage_problem(np.random.default_rng(1)))
+    module = module_of(structure, "\n@kernel\ndef horizon(W):\n    return W[START] + N\n", tmp_path)
+    assert module.horizon(np.ones(4)) == N + 1
