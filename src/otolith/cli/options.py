@@ -43,7 +43,7 @@ class Choices:
         None
     )
     causal: Annotated[
-        bool, typer.Option("--causal", help="Filter a log causally, as live [default: zero-phase].")
+        bool, typer.Option("--causal", help="Filter a log causally, as live (default: zero-phase).")
     ] = False
     scale: Annotated[float, typer.Option(help="Scale the reference by this factor.")] = 1.0
     literal: Annotated[
@@ -53,7 +53,7 @@ class Choices:
         "thesis"
     )
     plant: Annotated[
-        str | None, typer.Option(help="A name of 'otolith list plants' [default: the algorithm's own model].")
+        str | None, typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes).")
     ] = None
     dofs: Annotated[
         str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")
@@ -62,7 +62,7 @@ class Choices:
         "structured"
     )
     preview: Annotated[
-        bool, typer.Option("--preview", help="Tell the controller the future reference [default: held].")
+        bool, typer.Option("--preview", help="Tell the controller the future reference (default: held).")
     ] = False
     washout: Annotated[
         str, typer.Option(help="Washout weights of the implicit MPC: printed, thesis-fit or none.")
@@ -76,7 +76,7 @@ class Choices:
     braking: Annotated[
         str | None,
         typer.Option(
-            help="Braking rows: position, printed or none [default: implicit position, explicit none]."
+            help="Braking rows: position, printed or none (default: implicit position, explicit none)."
         ),
     ] = None
     guess_entry: Annotated[str, typer.Option(help="How a guess enters: reference (eq. 3.1) or primal.")] = (

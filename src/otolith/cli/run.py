@@ -20,7 +20,7 @@ from otolith.simulate import Run, simulate
 
 _FOUR_MODELS = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]  # section 3.1
 
-Out = Annotated[Path | None, typer.Option(help="Folder for the results [default: out/SCENARIO-CUEING].")]
+Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
@@ -48,7 +48,7 @@ def run(
 def compare(
     choices: Choices,
     cueing: Annotated[
-        list[str] | None, typer.Option(help="An algorithm; repeat to compare [default: the thesis's four].")
+        list[str] | None, typer.Option(help="An algorithm; repeat to compare (default: the thesis's four).")
     ] = None,
     out: Out = None,
     json: Json = False,
@@ -98,7 +98,7 @@ def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[
 def _progress_bar(console: Console, text: str) -> Iterator[Any]:
     """Show a bar with an estimate on standard error; yields what to call with the fraction done."""
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(text, total=1.0)
         yield lambda fraction: bar.update(task, completed=fraction)
 
