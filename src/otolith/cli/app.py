@@ -10,7 +10,7 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from otolith.cli import catalog, run  # noqa: E402
+from otolith.cli import catalog, explicit, reproduce, run  # noqa: E402
 from otolith.core.errors import OtolithError  # noqa: E402
 
 app = typer.Typer(
@@ -23,6 +23,8 @@ app = typer.Typer(
 app.command("list")(catalog.list_)
 app.command("run")(run.run)
 app.command("compare")(run.compare)
+app.command("reproduce")(reproduce.reproduce_)
+app.add_typer(explicit.app, name="explicit")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from otolith import files, registry
+from otolith.cli.output import progress_line
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import PAIRS, AxisPair
 from otolith.mpc.design import Design
@@ -53,7 +54,8 @@ class Choices:
         "thesis"
     )
     plant: Annotated[
-        str | None, typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes).")
+        str | None,
+        typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes)."),
     ] = None
     dofs: Annotated[
         str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")
@@ -103,9 +105,7 @@ class Choices:
             ),
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
-            progress=lambda now: tell(
-                f"explicit law: {now.regions} regions, {now.open} sets to examine, {now.seconds:.1f} s"
-            ),
+            progress=lambda now: tell(f"explicit law: {progress_line(now)}"),
         )
 
     def reference(self, design: Design, console: Console) -> Scenario:

@@ -4,10 +4,18 @@ import json
 import sys
 from typing import Any
 
+from otolith.mpqp import Progress
+
 
 def print_json(value: object) -> None:
     """One JSON object on standard output; NaN and infinity would not be JSON and are refused."""
     sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
+
+
+def progress_line(now: Progress) -> str:
+    """How far an enumeration is."""
+    rate = now.regions / max(now.seconds, 1e-9)
+    return f"{now.regions} regions, {now.open} sets to examine, {rate:.0f} regions/s, {now.seconds:.1f} s"
 
 
 def sentence(summary: dict[str, Any]) -> str:

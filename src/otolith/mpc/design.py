@@ -1,7 +1,7 @@
 """The thesis's cueing models, composed so that their difference is visible (section 3.1)."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -12,6 +12,20 @@ from otolith.mpc.hybrid import FromExplicit, Guess, HeldPlan, NoGuess
 from otolith.mpc.implicit import Entry, Implicit, ImplicitSettings
 from otolith.mpqp import Law, Progress, enumerate_regions
 from otolith.platforms import PairLimits, Platform
+
+
+def explicit_limits(platform: Platform, pairs: Sequence[AxisPair]) -> tuple[PairLimits, ...]:
+    """Limits of the pairs' explicit laws; beside another pair, the reach is a square inside the circle.
+
+    A circle is no linear constraint, so the thesis, too, takes a box inside it (0.35 m, eq. 4.17).
+    """
+    limits = tuple(platform.pair_limits(pair) for pair in pairs)
+    if platform.circle is None or len(pairs) < 2:
+        return limits
+    side = platform.circle / math.sqrt(2.0)
+    return tuple(
+        replace(one, position=(max(one.position[0], -side), min(one.position[1], side))) for one in limits
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,20 +41,6 @@ class Design:
     progress: Callable[[Progress], None] | None = None  # is told how the enumeration goes
 
     @cached_property
-    def explicit_limits(self) -> tuple[PairLimits, ...]:
-        """Limits of the explicit laws; beside another pair, the reach is a square inside the limit circle.
-
-        A circle is no linear constraint, so the thesis, too, takes a box inside it (0.35 m, eq. 4.17).
-        """
-        limits = [self.platform.pair_limits(pair) for pair in self.pairs]
-        if self.platform.circle is None or len(self.pairs) == 1:
-            return tuple(limits)
-        side = self.platform.circle / math.sqrt(2.0)
-        return tuple(
-            replace(one, position=(max(one.position[0], -side), min(one.position[1], side))) for one in limits
-        )
-
-    @cached_property
     def laws(self) -> tuple[Law, ...]:
         """The explicit law of each pair; enumerated once.
 
@@ -49,7 +49,8 @@ class Design:
         InputError : none of the stored laws belongs to this platform, pair and settings.
         """
         problems = [
-            explicit_problem(limits, self.platform.braking, self.explicit) for limits in self.explicit_limits
+            explicit_problem(limits, self.platform.braking, self.explicit)
+            for limits in explicit_limits(self.platform, self.pairs)
         ]
         if not self.stored_laws:
             return tuple(enumerate_regions(problem, progress=self.progress) for problem in problems)
@@ -74,7 +75,7 @@ class Design:
 
 def explicit(design: Design) -> Explicit:
     """The explicit laws alone."""
-    return Explicit(design.pairs, design.explicit_limits, design.laws_at_work())
+    return Explicit(design.pairs, explicit_limits(design.platform, design.pairs), design.laws_at_work())
 
 
 def implicit(design: Design) -> Implicit:

@@ -22,6 +22,7 @@ _BESIDE = 1e-6  # distance of points beside a facet, in τ
 _STRICT = 2e-6  # margin of the overlap census, above the rounding of the stored rows
 _BOUNDARY = 1e-8  # slack of the whole QP below which feasibility is a matter of rounding
 _FACETS = 1000
+_RADIUS = 1e-2  # relative error of a radius of the order of the tolerance
 _SCANS = 20_000_000  # region tests spent on the overlap census
 
 
@@ -170,8 +171,15 @@ def _jump(law: Law, one: int, other: int, theta: Vec) -> float:
     rows, bound = law.halfspaces(other)
     if (rows @ theta > bound + 1e-12).any():
         return 0.0
-    (K, k), (J, j) = law.gains(one), law.gains(other)
-    return float(np.abs(K @ theta + k - J @ theta - j).max())
+    return float(np.abs(_law_at(law, one, theta) - _law_at(law, other, theta)).max())
+
+
+def _law_at(law: Law, region: int, theta: Vec) -> Vec:
+    """Minimiser by a region's law at any θ; more accurate than through gains, which may be large."""
+    f, A = law.form, law.form_rows(region)
+    tau = np.append(f.scaled(theta), 1.0)
+    z: Vec = f.Z @ tau + f.V[A].T @ np.linalg.solve(f.Q[np.ix_(A, A)], tau @ f.d[:, A])
+    return z
 
 
 def _decided(problem: ParametricQp, theta: Vec) -> bool:
@@ -190,7 +198,7 @@ def _is_sliver(law: Law, theta: Vec) -> bool:
     p = len(theta)
     box = np.vstack([np.eye(p), -np.eye(p), law.form.E.T])
     level = np.concatenate([rows[:, -1], np.ones(2 * p), law.form.e])
-    return inscribed(np.vstack([rows[:, :-1], box]), level) < law.tolerance * (1.0 + 1e-3)
+    return inscribed(np.vstack([rows[:, :-1], box]), level) < law.tolerance * (1.0 + _RADIUS)
 
 
 def _all_rows(law: Law, A: Ints) -> Mat:

@@ -4,6 +4,9 @@ Method: start where the problem is feasible, cross every facet of every region f
 then look at random parameters until a whole round meets nothing new. When the problem is centrally
 symmetric, one region of each mirror pair is examined and the other follows. See `expand`, `region`.
 
+Where several active sets give the same solution throughout a region (more constraints bind than there
+are independent ones) only one of them is counted, see `dualqp`: regions never overlap.
+
 The count depends on the tolerance: a set is a region when the largest ball in it, with the parameter
 box scaled to [-1, 1]^p, has at least that radius.
 

@@ -18,18 +18,20 @@ from otolith.mpqp.dualqp import cholesky, optimality, right_hand_side, substitut
 from otolith.mpqp.inner import inner
 from otolith.mpqp.region import (
     FLAT,
+    SEEN,
     TIED,
     Form,
     Work,
-    facet_ball,
+    facet_test,
     facet_threshold,
     halfspaces,
-    largest_ball,
+    keep_basis,
     position_of,
+    start_ball,
     survey,
 )
 from otolith.mpqp.sets import SetTable, insert, unpack
-from otolith.mpqp.simplex import UNDECIDED
+from otolith.mpqp.simplex import UNDECIDED, solve
 
 STEP = 1e-6  # beyond a facet, in the unit box
 INSIDE = 1e-12  # violation up to which a candidate set is optimal at that point
@@ -200,7 +202,8 @@ def expand_many(
         if M < 0:
             refused[-M] += 1
             continue
-        r = largest_ball(work, M, tolerance)
+        start_ball(work, M)
+        r = solve(lp, M, -1, tolerance)
         if r < tolerance:
             refused[-FLAT if r > UNDECIDED else 5] += 1
             continue
@@ -212,9 +215,12 @@ def expand_many(
         for c in range(centre.shape[0]):
             centre[c] = lp.y[c]
         found.owner[region], found.radius[region] = index, r
+        keep_basis(work)
         survey(work, M, r)
+        threshold = facet_threshold(r)
         for j in range(form.fixed.shape[1], M):
-            if facet_ball(work, M, j, centre, r) >= facet_threshold(r):
+            place = facet_test(work, M, j, centre, r)
+            if place == SEEN or (place >= 0 and solve(lp, M, place, threshold) >= threshold):
                 record_facet(work, found, j, cross(form, work, table, k, j, found))
         found.used[0] = region + 1
         found.start[region + 1] = found.used[1]

@@ -62,6 +62,7 @@ def _tables(law: Law, outputs: int) -> str:
             _array("int", "beyond", law.beyond),
             _array("double", "rows", rows),
             _array("double", "gains", gains),
+            _array("double", "unconstrained", law.form.Z[:outputs, -1]),
         )
     )
 
@@ -171,14 +172,11 @@ int {name}_evaluate(const double theta[P], int from, double z[N])
     int region = from >= 0 && from < 2 * STORED - ALONE ? walk(tau, from) : -1;
     if (region < 0) region = scan(tau);
     if (region < 0) return -1;
-    /* The law of a mirror image differs from the stored one in the sign of what is odd: reflect the
-       deviation from the law's constant part, which the first region's problem centre defines. */
-    const double sign = region < STORED ? 1.0 : -1.0;
     for (int i = 0; i < N; i++) {{
         const double *gain = gains + ((long)stored(region) * N + i) * (P + 1);
-        double v = gain[P];
-        for (int c = 0; c < P; c++) v += sign * gain[c] * tau[c];
-        z[i] = MIRRORED
+        double v = region < STORED ? gain[P] : 2.0 * unconstrained[i] - gain[P]; /* odd about the centre */
+        for (int c = 0; c < P; c++) v += gain[c] * tau[c];
+        z[i] = v;
     }}
     return region;
 }}

@@ -115,7 +115,7 @@ class Law:
     def locate_many(self, thetas: Mat) -> Evaluations:
         """As `evaluate_many`, from the regions alone: region -1 where none of them is optimal.
 
-        No QP is solved, so a hole in the table shows. Slow where walks fail: all regions are tried.
+        A hole in the table shows. Slow where walks fail: all regions are tried.
         """
         regions = np.empty(len(thetas), dtype=np.int64)
         z = np.full((len(thetas), len(self.problem.f)), np.nan)

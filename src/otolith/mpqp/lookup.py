@@ -93,7 +93,10 @@ def scratch(form: Form) -> Scratch:
 def inside_domain(form: Form, tau: Vec) -> bool:
     """Whether τ lies in the box and in E, each widened by DOMAIN."""
     p = tau.shape[0]
-    for j in range(form.fixed.shape[1]):
+    for c in range(p):
+        if abs(tau[c]) > 1.0 + DOMAIN:
+            return False
+    for j in range(2 * p + 1, form.fixed.shape[1]):
         s = -form.fixed[p, j] - DOMAIN
         for c in range(p):
             s += form.fixed[c, j] * tau[c]
@@ -182,20 +185,6 @@ def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
 
 
 @inner
-def locate(tables: Tables, guess: int, w: Scratch) -> tuple[int, int]:
-    """Region at w.tau and its number of active rows; w.A and w.lam hold the rows and multipliers."""
-    if not inside_domain(tables.form, w.tau):
-        return OUTSIDE, -1
-    if guess >= 0:
-        r = walk(tables, w.tau, w.image, guess)
-        if r >= 0:
-            k, violation = certify(tables, r, w)
-            if violation <= OPTIMAL:
-                return r, k
-    return by_qp(tables, w)
-
-
-@inner
 def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
     """τ of θ; false when a number is not finite."""
     finite = True
@@ -225,9 +214,13 @@ def evaluate(tables: Tables, thetas: Mat, guess: int, answers: Answers) -> None:
     """Answers at θ (N, p), each walk starting where the last one ended, the first at `guess`."""
     w = scratch(tables.form)
     for t in range(thetas.shape[0]):
-        r, k = OUTSIDE, -1
-        if scale(tables, thetas[t], w.tau):
-            r, k = locate(tables, guess, w)
+        r, k, violation = OUTSIDE, -1, np.inf
+        if scale(tables, thetas[t], w.tau) and inside_domain(tables.form, w.tau):
+            r = walk(tables, w.tau, w.image, guess) if guess >= 0 else MISSED
+            if r >= 0:
+                k, violation = certify(tables, r, w)
+            if violation > OPTIMAL:
+                r, k = by_qp(tables, w)
         answers.region[t], answers.size[t] = r, k
         if k < 0:
             continue
@@ -267,7 +260,7 @@ def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
 
 @inner
 def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int]:
-    """As `locate`, but by the table alone: MISSED when no region of it is optimal at w.tau."""
+    """Region whose rows hold w.tau, and its number of active rows; MISSED when the table has none."""
     if not inside_domain(tables.form, w.tau):
         return OUTSIDE, -1
     r = walk(tables, w.tau, w.image, guess)
@@ -280,15 +273,16 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
         k, violation = certify(tables, hits[c], w)
         if violation < least:
             best, least = int(hits[c]), violation
-    if best == MISSED:
-        return MISSED, 0
-    k, violation = certify(tables, best, w)
-    return best, k
+    if best != MISSED:
+        k, violation = certify(tables, best, w)
+        return best, k
+    r, k = by_qp(tables, w)  # rounding in an ill-conditioned region: its active set names it
+    return (r, k) if r >= 0 and contains(tables, r, w.tau, -ROUNDED) else (MISSED, -1)
 
 
 @kernel
 def members(tables: Tables, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
-    """Fill regions (N,) and z (N, n) from the table alone: a walk, else all regions; no QP is solved."""
+    """Fill regions (N,) and z (N, n) from the table alone: a walk, else all regions."""
     w, hits = scratch(tables.form), np.empty(256, np.int64)
     for t in range(thetas.shape[0]):
         r, k = OUTSIDE, -1

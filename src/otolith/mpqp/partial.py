@@ -65,7 +65,8 @@ class PartialLaw:
         self._sets: SetTable = set_table(m, np.array(f.mirror))
         self._tables = Tables(
             kernel_form(f), self._sets, np.zeros((0, len(f.half) + 1), dtype=np.float32), _starts(self._sets),
-            np.zeros(0, dtype=np.int32), 0, np.array(f.V), np.array(f.Z), np.array(f.centre), np.array(f.half),
+            np.zeros(0, dtype=np.int32), 0, np.array(f.V), np.array(f.Z), np.array(f.centre),
+            np.array(f.half),
         )  # fmt: skip
         self._followers: list[list[int]] = []
         self._tries = tries

@@ -17,6 +17,7 @@ from otolith.mpqp.problem import NoRegions
 _REDUNDANT = 1e-9  # excess up to which a row counts as implied by the others
 _FLAT = 1e-10  # inscribed radius up to which the joint polytope counts as flat
 _RAYS = 2000
+_EXACT = 1e-10  # tolerance of the linear programs
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,13 @@ def _rows_from_gram(form: LeastDistance) -> Mat:
 
 def _maximum(cost: Vec, A: Mat, b: Vec) -> tuple[float, Vec]:
     """Greatest cost·x over A x ≤ b and its x; infinite when unbounded, NaN when there is no such x."""
-    result = linprog(-cost, A_ub=A, b_ub=b, bounds=(None, None))
+    result = linprog(
+        -cost,
+        A_ub=A,
+        b_ub=b,
+        bounds=(None, None),
+        options={"primal_feasibility_tolerance": _EXACT, "dual_feasibility_tolerance": _EXACT},
+    )
     if result.status == 0 and result.fun is not None:
         return -float(result.fun), np.asarray(result.x)
     return (np.inf if result.status == 3 else np.nan), np.full(len(cost), np.nan)

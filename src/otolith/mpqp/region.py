@@ -25,16 +25,16 @@ from otolith.mpqp.simplex import (
     leaving,
     pivot,
     program,
-    solve,
 )
 
 DEPENDENT, WEAK, EMPTY, FLAT, TIED = -1, -2, -3, -4, -6  # why a set is not a region; -5: undecided
 NULL_ROW = 1e-9  # gradient up to which a half-space is constant
+NO_FACET, SEEN = -1, -2
 RELAXED = 10.0  # right-hand side of a row that another makes superfluous
 FACET, FACET_LEAST, FACET_MOST = 1e-5, 1e-12, 1e-8
 RAY = 0.05  # ball on a facet, relative to the region's, that a ray must leave free
-PARALLEL = 1e-9
-CLEAR = 1e-10  # distance to the simplex that proves a row superfluous; basic rows touch it
+PARALLEL, SAME = 1e-9, 2e-8  # 1 - cosine worth a look; difference up to which two rows are one
+CLEAR = 5e-8  # distance to the simplex that proves a row superfluous; above SAME, since a twin may bound it
 
 
 class Form(NamedTuple):
@@ -194,28 +194,27 @@ def halfspaces(form: Form, work: Work, k: int) -> int:
 
 
 @inner
-def largest_ball(work: Work, M: int, tolerance: float) -> float:
-    """Radius of the largest ball; its centre is then in lp.y and its basis in work.
-
-    Below `tolerance` the value is a proven bound on the radius.
-    """
+def start_ball(work: Work, M: int) -> None:
+    """Set the linear program to the largest ball in the region, its basis the first rows of the box."""
     lp = work.lp
-    q = lp.lam.shape[0]
     for j in range(M):
         lp.nu[j] = 1.0
         work.dead[j] = False
-    for i in range(q):
+    for i in range(lp.lam.shape[0]):
         lp.basis[i] = i
     factorise(lp, -1)
-    r = solve(lp, M, -1, tolerance)
-    if r < tolerance:
-        return r
+
+
+@inner
+def keep_basis(work: Work) -> None:
+    """Remember the optimal basis of the largest ball: all facets start from it."""
+    lp = work.lp
+    q = lp.lam.shape[0]
     factorise(lp, -1)
     for i in range(q):
         work.basis[i] = lp.basis[i]
         for k in range(q):
             work.Binv[i, k] = lp.Binv[i, k]
-    return r
 
 
 @inner
@@ -267,7 +266,11 @@ def facet_norms(work: Work, M: int, j: int) -> None:
 
 @inner
 def drop_parallel(work: Work, M: int, j: int) -> bool:
-    """Relax rows parallel to j that are looser, or equal and later; true when j itself is such a row."""
+    """Relax rows parallel to j that are looser, or equal and later; true when j itself is such a row.
+
+    Where many rows bind together rounding sets them apart by up to 1e-8; taken for different rows they
+    would cut each other off, and none would be a facet.
+    """
     lp = work.lp
     for i in range(M):
         if work.cosine[i] < 1.0 - PARALLEL or i == j or work.dead[i]:
@@ -275,10 +278,10 @@ def drop_parallel(work: Work, M: int, j: int) -> bool:
         apart = 0.0
         for k in range(lp.A.shape[0]):
             apart = max(apart, abs(lp.A[k, i] - lp.A[k, j]))
-        if apart > PARALLEL:
+        if apart > SAME:
             continue
         looser = lp.b[i] - lp.b[j]
-        loser = i if looser > 1e-10 or (looser > -1e-10 and i > j) else j
+        loser = i if looser > SAME or (looser > -SAME and i > j) else j
         work.dead[loser] = True
         lp.b[loser] = RELAXED
         work.gap[loser] = RELAXED
@@ -333,20 +336,18 @@ def facet_start(work: Work, j: int) -> int:
 
 
 @inner
-def facet_ball(work: Work, M: int, j: int, centre: Vec, r: float) -> float:
-    """Radius of a ball on facet j with its centre in lp.y; below the threshold j is not a facet."""
+def facet_test(work: Work, M: int, j: int, centre: Vec, r: float) -> int:
+    """NO_FACET, or SEEN with a centre of facet j in lp.y, or where its linear program starts (≥ 0)."""
     if work.dead[j] or work.reach[j] < -CLEAR:
-        return -1.0
+        return NO_FACET
     facet_norms(work, M, j)
     if drop_parallel(work, M, j):
-        return -1.0
-    lp = work.lp
-    rf = ray_ball(work, M, j)
-    if rf > RAY * r:
-        for k in range(centre.shape[0]):
-            lp.y[k] = centre[k] + work.gap[j] * lp.A[k, j]
-        return rf
-    return solve(lp, M, facet_start(work, j), facet_threshold(r))
+        return NO_FACET
+    if ray_ball(work, M, j) <= RAY * r:
+        return facet_start(work, j)
+    for k in range(centre.shape[0]):
+        work.lp.y[k] = centre[k] + work.gap[j] * work.lp.A[k, j]
+    return SEEN
 
 
 @inner

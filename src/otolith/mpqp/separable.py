@@ -1,7 +1,8 @@
 """Problems that fall apart: independent sub-problems are found from the data and solved one by one.
 
-Notation: variables are the nodes of a graph; H joins two of them, and every constraint those it holds. The connected components are the parts. A
-parameter that several parts read goes to each of them: their minimisers are still found apart.
+Notation: variables are the nodes of a graph; H joins two of them, and every constraint those it holds.
+The connected components are the parts. A parameter that several parts read goes to each of them:
+their minimisers are still found apart.
 
 The regions of the whole are products of the parts' regions: n1·n2·… of them, never stored (fewer when
 parts share parameters: then some products are empty).
@@ -38,9 +39,9 @@ def separate(problem: ParametricQp) -> list[Part]:
     n = len(problem.f)
     hold_z, hold_theta = _present(problem.G), _present(problem.S)
     links = np.vstack([_present(problem.H), hold_z])
-    bare = hold_theta & ~hold_z.any(axis=1)[:, None]
+    bare = hold_theta & ~hold_z.any(axis=1, keepdims=True)
     if bare.any():  # constraints on parameters alone join whatever reads these parameters
-        links = np.vstack([links, (bare[bare.any(axis=1)].astype(int) @ _readers(problem).T) > 0])
+        links = np.vstack([links, np.asarray(bare[bare.any(axis=1)].astype(int) @ _readers(problem).T) > 0])
     rows, columns = np.nonzero(links)
     graph = coo_array((np.ones(len(rows)), (rows + n, columns)), shape=(n + len(links),) * 2)
     count, label = connected_components(graph, directed=False)
@@ -50,7 +51,10 @@ def separate(problem: ParametricQp) -> list[Part]:
 
 
 def _present(A: Mat) -> Bools:
-    return np.asarray(np.abs(A) > _ABSENT * max(1e-300, float(np.abs(A).max(initial=0.0))), dtype=np.bool_)
+    """Which entries are not zero."""
+    size = np.abs(A)
+    present: Bools = np.asarray(size > _ABSENT * max(1e-300, float(size.max(initial=0.0))))
+    return present
 
 
 def _readers(problem: ParametricQp) -> Bools:

@@ -106,6 +106,15 @@ class PairLimits:
     tilt_acceleration: float  # ± [rad/s²]; inf where the file gives none
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisLimits:
+    """Limits of one axis on its own; SI units and radians."""
+
+    position: tuple[float, float]  # (low, high) [m or rad]
+    velocity: float  # ± [m/s or rad/s]
+    acceleration: float  # ± [m/s² or rad/s²]
+
+
 class Platform(_Table):
     """A motion platform. Axes that the machine does not have are left out of its file.
 
@@ -165,6 +174,30 @@ class Platform(_Table):
             tilt=(low, high),
             tilt_rate=math.radians(threshold if turn.rate_degps is None else min(threshold, turn.rate_degps)),
             tilt_acceleration=_radians_or_unlimited(turn.acceleration_degps2),
+        )
+
+    def axis_limits(self, axis: str) -> AxisLimits:
+        """Limits of one axis of `axes`, for those that are cued on their own.
+
+        Raises
+        ------
+        InputError : the platform lacks the axis, or its file gives no rate or acceleration for it.
+        """
+        limits = getattr(self, axis)
+        if isinstance(limits, Translation):
+            return AxisLimits(
+                position=limits.position_m,
+                velocity=limits.velocity_mps,
+                acceleration=limits.acceleration_mps2,
+            )
+        if limits is None or limits.rate_degps is None or limits.acceleration_degps2 is None:
+            what = axis if limits is None else f"rate or acceleration of {axis}"
+            raise InputError(f"{what} of platform {self.name}", "missing", "in its file for it to be cued")
+        low, high = (math.radians(angle) for angle in limits.angle_deg)
+        return AxisLimits(
+            position=(low, high),
+            velocity=math.radians(limits.rate_degps),
+            acceleration=math.radians(limits.acceleration_degps2),
         )
 
     def _axis(self, pair: AxisPair, index: int, kind: type[T]) -> T:

@@ -15,8 +15,8 @@ from otolith.mpc.design import Design, explicit
 from otolith.mpc.explicit import ExplicitSettings, explicit_problem
 from otolith.mpc.model import BrakingRows
 from otolith.mpqp import Law, enumerate_regions
-from otolith.platforms import PairLimits, load
 from otolith.plant.ideal import without_lag
+from otolith.platforms import PairLimits, load
 from otolith.reproduce.published import published
 from otolith.scenarios import scenario
 from otolith.simulate import simulate

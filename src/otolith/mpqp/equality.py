@@ -1,0 +1,58 @@
+"""Equality constraints, removed before the engine sees the problem.
+
+Notation: minimise ½ z'Hz + (f + F θ)'z subject to A z = b + B θ and G z ≤ w + S θ. With Y spanning the
+kernel of A and A⁺ its pseudo-inverse, z = Y y + A⁺(b + B θ); the problem in y has no equalities. H need
+be positive definite on the kernel of A only. Rows of A may depend on each other when their
+right-hand sides agree for every θ.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.mpqp.problem import InvalidProblem, NoRegions, ParametricQp
+
+_RANK = 1e-10  # singular value of A, relative to its largest, that counts as zero
+
+
+@dataclass(frozen=True, slots=True)
+class Eliminated:
+    """A problem without equalities, and the way back: z = Y y + z0 + Z θ."""
+
+    problem: ParametricQp
+    Y: Mat  # (n, n')
+    z0: Vec  # (n,)
+    Z: Mat  # (n, p)
+
+    def lift(self, y: Vec, theta: Vec) -> Vec:
+        """Z (n,) of the reduced minimiser y (n',) at θ (p,)."""
+        z: Vec = self.Y @ y + self.z0 + self.Z @ theta
+        return z
+
+
+def eliminate(
+    *, H: Mat, F: Mat, f: Vec, G: Mat, w: Vec, S: Mat, lower: Vec, upper: Vec, A: Mat, b: Vec, B: Mat
+) -> Eliminated:
+    """Solve A z = b + B θ for some of the variables.
+
+    Raises
+    ------
+    NoRegions : the equalities contradict each other, for all θ or for all but a flat set of θ.
+    InvalidProblem : nothing is left to choose, or the reduced problem is not strictly convex.
+    """
+    U, size, Vt = np.linalg.svd(A)
+    rank = int((size > _RANK * size.max(initial=1e-300)).sum())
+    rest = U[:, rank:].T
+    if np.abs(rest @ np.column_stack([b, B])).max(initial=0.0) > 1e-9 * (1.0 + np.abs(b).max(initial=0.0)):
+        raise NoRegions("the equality constraints contradict each other for almost every parameter")
+    if rank == A.shape[1]:
+        raise InvalidProblem(f"{rank} independent equalities fix all {rank} variables")
+    Y, inverse = Vt[rank:].T, Vt[:rank].T @ (U[:, :rank].T / size[:rank, None])
+    z0, Z = inverse @ b, inverse @ B
+    curvature = Y.T @ H @ Y
+    problem = ParametricQp(
+        H=(curvature + curvature.T) / 2, F=Y.T @ (F + H @ Z), f=Y.T @ (f + H @ z0), G=G @ Y,
+        w=w - G @ z0, S=S - G @ Z, lower=lower, upper=upper,
+    )  # fmt: skip
+    return Eliminated(problem, Y, z0, Z)

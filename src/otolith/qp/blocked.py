@@ -1,0 +1,52 @@
+"""Move blocking: the same stage problem with inputs that stay for several steps and rows at the blocks' ends.
+
+A long horizon with few blocks costs less than a short one without; the cost still counts every step.
+`lengths` are the blocks' steps, their sum is the horizon. What holds for a block holds with the rows of
+its last step; its inputs obey the tightest of its steps' bounds.
+"""
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat
+from otolith.qp.problem import Qp
+from otolith.qp.stage import StageQp, condense
+
+Lengths = tuple[int, ...]
+
+
+def block_ends(lengths: Lengths) -> Ints:
+    """Index of the last step of every block."""
+    return np.asarray(np.cumsum(lengths) - 1, dtype=np.int64)
+
+
+def block_starts(lengths: Lengths) -> Ints:
+    """Index of the first step of every block."""
+    return np.asarray(block_ends(lengths) - np.asarray(lengths) + 1, dtype=np.int64)
+
+
+def block_bounds(qp: StageQp, lengths: Lengths) -> tuple[Mat, Mat]:
+    """Bounds (blocks, rows) of the blocked problem."""
+    nr, starts, ends = qp.problem.rows - qp.problem.inputs, block_starts(lengths), block_ends(lengths)
+    lower, upper = qp.lower[ends].copy(), qp.upper[ends].copy()
+    lower[:, nr:] = np.maximum.reduceat(qp.lower[:, nr:], starts, axis=0)
+    upper[:, nr:] = np.minimum.reduceat(qp.upper[:, nr:], starts, axis=0)
+    return lower, upper
+
+
+def condense_blocked(qp: StageQp, lengths: Lengths) -> Qp:
+    """The blocked problem in its inputs alone (n = blocks·nu), rows in the order of `condense`."""
+    problem, ends = qp.problem, block_ends(lengths)
+    nu, nr, N, M = problem.inputs, problem.rows - problem.inputs, problem.horizon, len(lengths)
+    fine = condense(qp)
+    T = np.kron(np.repeat(np.eye(M), lengths, axis=0), np.eye(nu))  # (N·nu, M·nu): u of every step
+    A = fine.A.reshape(N, nr, N * nu)[ends].reshape(M * nr, N * nu) @ T
+    lower, upper = block_bounds(qp, lengths)
+    of_states = [side[N * nu :].reshape(N, nr)[ends].ravel() for side in (fine.lower, fine.upper)]
+    return Qp(
+        T.T @ fine.H @ T,
+        T.T @ fine.g,
+        A,
+        np.concatenate([lower[:, nr:].ravel(), of_states[0]]),
+        np.concatenate([upper[:, nr:].ravel(), of_states[1]]),
+        np.concatenate([np.tile(problem.penalty[nr:], M), np.tile(problem.penalty[:nr], M)]),
+    )
