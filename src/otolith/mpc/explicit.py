@@ -59,6 +59,8 @@ class ExplicitSettings:
             raise InputError("explicit horizon", self.horizon, "at least 1 step")
         if not self.period > 0.0:
             raise InputError("explicit period", self.period, "greater than 0 s")
+        if not 0.0 < self.control_weight < math.inf:
+            raise InputError("control weight", self.control_weight, "finite and greater than 0")
         if self.block_from is not None and not 1 <= self.block_from <= self.horizon:
             raise InputError("block-from", self.block_from, f"from 1 to the horizon of {self.horizon} steps")
 
