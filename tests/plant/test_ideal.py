@@ -49,5 +49,5 @@ def test_the_step_size_changes_nothing(lag: float, a: float, steps: int) -> None
 
 
 def test_a_negative_lag_is_refused() -> None:
-    with pytest.raises(InputError, match="plant lag is -1.0, must be finite and at least 0 s"):
+    with pytest.raises(InputError, match=r"plant lag is -1\.0, must be finite and at least 0 s"):
         Ideal(lag=-1.0)

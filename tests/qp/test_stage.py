@@ -89,3 +89,15 @@ def test_a_wrong_shape_is_refused_by_name() -> None:
     fields = {name: getattr(good, name) for name in StageProblem.__slots__}
     with pytest.raises(ValueError, match="penalty has shape"):
         StageProblem(**fields | {"penalty": np.ones(3)})
+
+
+@pytest.mark.parametrize(
+    ("field", "bad"), [("A", np.nan), ("control_weight", 0.0), ("penalty", -1.0), ("penalty", np.nan)]
+)
+def test_values_that_no_problem_can_have_are_refused(field: str, bad: float) -> None:
+    good = stage_problem(np.random.default_rng(0))
+    fields = {name: getattr(good, name) for name in StageProblem.__slots__}
+    damaged = fields[field].copy()
+    damaged.flat[0] = bad
+    with pytest.raises(ValueError, match="positive control weights"):
+        StageProblem(**fields | {field: damaged})

@@ -164,6 +164,12 @@ def test_an_engine_recovers_from_bad_data() -> None:
     bad = solver.solve(qp.changed(x0=np.full(4, np.nan)))
     assert bad.status is Status.INVALID
     np.testing.assert_array_equal(bad.U, good.U)  # the last certified plan
+    impossible = solver.solve(qp.changed(x0=np.array([50.0, 0.0, 0.0, 0.0])))
+    assert impossible.status is Status.INFEASIBLE
+    np.testing.assert_array_equal(impossible.U, good.U)
+    np.testing.assert_allclose(
+        impossible.X, rollout(qp.changed(x0=np.array([50.0, 0, 0, 0])), good.U), atol=1e-9
+    )
     np.testing.assert_allclose(solver.solve(qp).U, good.U, atol=1e-8)
 
 

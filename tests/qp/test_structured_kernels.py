@@ -1,5 +1,6 @@
 """The compiled pieces one by one, each against plain numpy."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -115,6 +116,14 @@ def test_the_least_value_of_combined_rows_is_that_of_the_best_corner(seed: int) 
 def test_numbers_are_data_and_only_the_structure_is_compiled() -> None:
     first, second = (StructuredSolver(stage_problem(np.random.default_rng(seed))) for seed in (1, 2))
     assert first.kernels is second.kernels
+
+
+@pytest.mark.parametrize("lengths", [(), (3, 4)])
+def test_no_name_of_a_generated_module_is_given_twice(lengths: tuple[int, ...]) -> None:
+    text = source(Structure.of(stage_problem(np.random.default_rng(1)), lengths))
+    names = re.findall(r"^(?:def )?([A-Za-z_0-9]+)(?: = |\()", text, re.MULTILINE)
+    assert len(names) > 100
+    assert sorted(set(names)) == sorted(names)
 
 
 def test_another_sparsity_is_another_module() -> None:

@@ -31,7 +31,9 @@ def reproduce_(
         print_json(as_json)
     else:
         for table in tables:
-            Console().print(_grid(table))
+            wide = Console()
+            wide.width = max(wide.width, 120)  # a table that is cut is no table
+            wide.print(_grid(table))
     console.print(f"written to {out / 'tables.json'}", highlight=False, soft_wrap=True)
 
 
@@ -40,7 +42,7 @@ def _tell(console: Console, name: str, case: str) -> None:
 
 
 def _grid(table: Table) -> Grid:
-    keys = list(dict.fromkeys(key for row in table.rows for key in row))
+    keys = [key for key in dict.fromkeys(key for row in table.rows for key in row) if key != "tolerance"]
     grid = Grid(title=table.title, title_justify="left")
     for key in keys:
         grid.add_column(key.replace("_", " "), justify="right")

@@ -62,10 +62,13 @@ class StructuredEngine:
     condensed engine, which is exact: either solved and certified, or reported infeasible.
     """
 
-    def __init__(self, problem: StageProblem, *, tolerance: float) -> None:
+    def __init__(self, problem: StageProblem, *, tolerance: float, guesses: bool = True) -> None:
         self._exact = CondensedSolver(problem, DenseSolver(tolerance=tolerance))
         self.undecided = 0  # problems handed on since the last reset
-        self._solver = StructuredSolver(problem, StructuredSettings(tolerance=tolerance))
+        settings = StructuredSettings(tolerance=tolerance)
+        if not guesses:  # every problem cold, by the interior point
+            settings = replace(settings, exchange_limit=0)
+        self._solver = StructuredSolver(problem, settings)
         part, rows = self._solver.part, self._solver.rows
         self.memory = StageMemory(
             start=part("START"),

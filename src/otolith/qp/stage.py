@@ -28,7 +28,7 @@ class StageProblem:
 
     Raises
     ------
-    ValueError : a field has another shape than its comment says.
+    ValueError : a field has another shape than its comment says, or a value that no problem can have.
     """
 
     horizon: int  # N
@@ -52,6 +52,9 @@ class StageProblem:
             if array.shape != shape:
                 raise ValueError(f"StageProblem.{name} has shape {array.shape}, expected {shape}")
             object.__setattr__(self, name, array)
+        finite = all(np.isfinite(getattr(self, name)).all() for name in ("A", "B", "C", "control_weight"))
+        if not (finite and (self.control_weight > 0).all() and (self.penalty > 0).all()):
+            raise ValueError("StageProblem needs finite matrices, positive control weights and penalties")
 
     @property
     def states(self) -> int:

@@ -9,9 +9,14 @@ templates. Backward in k, with P, p the cost-to-go ½ xᵀP x + pᵀx of x_{k+1}
     M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0)             Hessian in (u_k, x_k)
     m = [B A]ᵀ s + (r_k + c_inputs, 0)
 
-and the inputs are eliminated one by one (L D Lᵀ without square roots): with pivot d = 1/M_jj and gains
-f_a = d M_ja, M_ab ← M_ab − f_a M_jb and m_a ← m_a − f_a m_j for a, b after j. What remains of M and m in
-x_k is the next P and p. Forward: u_j = −d m_j − Σ_{a after j} f_a (u, x)_a. C includes V_k here.
+(when stages are blocks, their cost stands in M and m instead, and A, B are the block's: see `cost`)
+and the inputs are eliminated one by one (L D Lᵀ without square roots). For input j, with all a, b after it,
+
+    E_jb = M_jb − Σ_{i<j} f_ij E_ib,   d_j = 1/E_jj,   f_ja = d_j E_ja,   h_j = m_j − Σ_{i<j} f_ij h_i,
+
+and what remains in x_k is the next P_ab = M_ab − Σ_j f_ja E_jb and p_a = m_a − Σ_j f_ja h_j. Forward:
+u_j = −d_j h_j − Σ_{a after j} f_ja (u, x)_a. C includes V_k here. Every name is assigned once per stage,
+which the compiler rewards.
 """
 
 from collections.abc import Iterable
@@ -27,9 +32,8 @@ from otolith.qp.structured.algebra import (
     total,
     upper,
 )
+from otolith.qp.structured.cost import Lines, cost_of
 from otolith.qp.structured.layout import Structure, data
-
-Lines = list[str]
 
 
 def function(name: str, arguments: str, *bodies: Iterable[str], result: str = "") -> str:
@@ -53,20 +57,27 @@ def load(M: Matrix, part: str, first: int = 0, base: str = "") -> Lines:
     return [f"{M[p]} = W[{part} + {base}{first + n}]" for n, p in enumerate(data(M))]
 
 
-def per_stage(count: int, part: str, letter: str, width: int | None = None) -> Lines:
+def per_stage(count: int, part: str, letter: str) -> Lines:
     """Read `count` numbers of stage k of a part into letter0, letter1, …"""
-    return [f"{letter}{n} = W[{part} + k*{width or count} + {n}]" for n in range(count)]
+    return [f"{letter}{n} = W[{part} + k*{count} + {n}]" for n in range(count)]
+
+
+def dynamics(s: Structure, base: str = "") -> Lines:
+    """A and B."""
+    return load(s.A, "DYNAMICS", base=base) + load(s.B, "DYNAMICS", len(data(s.A)), base)
 
 
 def constants(s: Structure) -> Lines:
-    """Everything that is the same at all stages: A, B, C and R."""
+    """Everything that is the same at all stages: C, R, and A, B unless stages are blocks."""
     of_inputs = [f"R{j} = W[CONTROL_WEIGHT + {j}]" for j in range(s.nu)]
-    return load(s.A, "DYNAMICS") + load(s.B, "DYNAMICS", len(data(s.A))) + load(s.C, "CONSTANT") + of_inputs
+    return load(s.C, "CONSTANT") + (of_inputs + dynamics(s) if not s.lengths else [])
 
 
-def outputs(s: Structure) -> Lines:
-    """D_k of stage k."""
-    return load(s.D, "OUTPUT", base=f"k*{len(s.D)} + ")
+def of_stage(s: Structure) -> Lines:
+    """What differs from stage to stage: V_k, and A, B of a block."""
+    return load(s.V, "VARYING", base=f"k*{len(s.V)} + ") + (
+        dynamics(s, f"k*{s.dynamics} + ") if s.lengths else []
+    )
 
 
 def all_rows(s: Structure) -> Matrix:
@@ -74,38 +85,24 @@ def all_rows(s: Structure) -> Matrix:
     return s.C | {(s.nc + r, i): symbol for (r, i), symbol in s.V.items()}
 
 
-def varying(s: Structure) -> Lines:
-    """V_k of stage k."""
-    return load(s.V, "VARYING", base=f"k*{len(s.V)} + ")
-
-
-def stage_gradient(s: Structure, costate: str = "p", *, cost: bool = True) -> Lines:
+def stage_gradient(s: Structure, *, cost: bool = True) -> Lines:
     """s_i: from the stages after, the rows, and the cost when asked for."""
-    rows = all_rows(s)
-    lines = varying(s) + per_stage(s.rows, "GRADIENT", "c")
-    if cost:
-        lines += outputs(s) + per_stage(s.ny, "ERROR", "e")
+    rows, of_cost = all_rows(s), cost_of(s)
+    lines = per_stage(s.rows, "GRADIENT", "c")
     for i in range(s.nx):
-        terms = [f"{costate}{i}"] + [product(f"c{r}", a) for r, a in in_column(rows, i)]
-        if cost:
-            terms += [product(f"e{y}", a) for y, a in in_column(s.D, i)]
-            terms += [
-                f"W[STATE_LINEAR + k*{len(s.weighted)} + {n}]" for n, on in enumerate(s.weighted) if on == i
-            ]
-        lines.append(f"s{i} = {total(terms)}")
+        terms = [f"p{i}"] + [product(f"c{r}", a) for r, a in in_column(rows, i)]
+        lines.append(f"s{i} = {total(terms + (of_cost.in_state_gradient(i) if cost else []))}")
     return lines
 
 
 def stage_hessian(s: Structure) -> Lines:
     """S_ij of the upper triangle."""
-    terms = {(i, j): [f"P{i}_{j}"] for i, j in upper(s.nx)}
-    for more in (gram(s.D, range(s.ny)), gram(all_rows(s), range(s.nc + s.nv), "w")):
-        for position, products in more.items():
-            terms[position] += products
-    for n, i in enumerate(s.weighted):
-        terms[i, i].append(f"W[STATE_WEIGHT + k*{len(s.weighted)} + {n}]")
+    of_rows, of_cost = gram(all_rows(s), range(s.nc + s.nv), "w"), cost_of(s)
     lines = per_stage(s.rows, "DIAGONAL", "w")
-    return lines + [f"S{i}_{j} = {total(sum_)}" for (i, j), sum_ in terms.items()]
+    for i, j in upper(s.nx):
+        terms = [f"P{i}_{j}", *of_cost.in_state_hessian(i, j), *of_rows.get((i, j), [])]
+        lines.append(f"S{i}_{j} = {total(terms)}")
+    return lines
 
 
 def joined(s: Structure) -> Matrix:
@@ -115,15 +112,14 @@ def joined(s: Structure) -> Matrix:
 
 def input_hessian(s: Structure) -> Lines:
     """M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0), column by column through Z = S [B A]_b."""
-    BA, S, first = joined(s), symmetric(s.nx, "S"), s.nc + s.nv
+    BA, S, first, cost = joined(s), symmetric(s.nx, "S"), s.nc + s.nv, cost_of(s)
     lines: Lines = []
     for b in range(s.nu + s.nx):
         column = in_column(BA, b)
-        lines += [f"Z{i} = {total(product(a, S[i, j]) for j, a in column)}" for i in range(s.nx)]
+        lines += [f"Z{i}_{b} = {total(product(a, S[i, j]) for j, a in column)}" for i in range(s.nx)]
         for a in range(b + 1):
-            terms = [product(symbol, f"Z{i}") for i, symbol in in_column(BA, a)]
-            if a == b < s.nu:
-                terms += [f"R{a}", f"w{first + a}"]
+            terms = [product(symbol, f"Z{i}_{b}") for i, symbol in in_column(BA, a)]
+            terms += cost.in_joint_hessian(a, b) + ([f"w{first + a}"] if a == b < s.nu else [])
             lines.append(f"M{a}_{b} = {total(terms)}")
     return lines
 
@@ -134,35 +130,44 @@ def gain_index(s: Structure, j: int, a: int) -> int:
 
 
 def eliminate_matrix(s: Structure) -> Lines:
-    """Pivots and gains of the inputs; P of x_k remains."""
+    """Pivots d and gains f of the inputs, kept in GAIN; P of x_k remains."""
     lines: Lines = []
     for j in range(s.nu):
         after = range(j + 1, s.nu + s.nx)
-        lines.append(f"d{j} = 1.0 / M{j}_{j}")
-        lines += [f"f{j}_{a} = d{j}*M{j}_{a}" for a in after]
-        lines += [f"M{a}_{b} -= f{j}_{a}*M{j}_{b}" for a in after for b in after if a <= b]
+        lines += [f"E{j}_{b} = {reduced(f'M{j}_{b}', 'E', j, j, b)}" for b in (j, *after)]
+        lines.append(f"d{j} = 1.0 / E{j}_{j}")
+        lines += [f"f{j}_{a} = d{j}*E{j}_{a}" for a in after]
         lines.append(f"W[GAIN + k*{s.gains} + {gain_index(s, j, j)}] = d{j}")
         lines += [f"W[GAIN + k*{s.gains} + {gain_index(s, j, a)}] = f{j}_{a}" for a in after]
-    return lines + [f"P{i}_{j} = M{s.nu + i}_{s.nu + j}" for i, j in upper(s.nx)]
+    for i, j in upper(s.nx):
+        a, b = s.nu + i, s.nu + j
+        lines.append(f"P{i}_{j} = {reduced(f'M{a}_{b}', 'E', s.nu, a, b)}")
+    return lines
+
+
+def reduced(entry: str, letter: str, inputs: int, a: int, b: int | None = None) -> str:
+    """An entry of M or m in row a after the elimination of the first `inputs` inputs."""
+    column = "" if b is None else f"_{b}"
+    return entry + "".join(f" - f{i}_{a}*{letter}{i}{column}" for i in range(inputs))
 
 
 def eliminate_vector(s: Structure) -> Lines:
-    """Feed-forward of the inputs; p of x_k remains."""
+    """Feed-forward d h of the inputs, kept in GAIN; p of x_k remains."""
     lines = input_gradient(s)
     for j in range(s.nu):
-        lines.append(f"W[GAIN + k*{s.gains} + {s.gains - s.nu + j}] = d{j}*m{j}")
-        lines += [f"m{a} -= f{j}_{a}*m{j}" for a in range(j + 1, s.nu + s.nx)]
-    return lines + [f"p{i} = m{s.nu + i}" for i in range(s.nx)]
+        lines.append(f"h{j} = {reduced(f'm{j}', 'h', j, j)}")
+        lines.append(f"W[GAIN + k*{s.gains} + {s.gains - s.nu + j}] = d{j}*h{j}")
+    return lines + [f"p{i} = {reduced(f'm{s.nu + i}', 'h', s.nu, s.nu + i)}" for i in range(s.nx)]
 
 
 def input_gradient(s: Structure, *, cost: bool = True) -> Lines:
-    """M = [B A]ᵀ s + (r_k + c_inputs, 0); without the cost and the inputs' own rows: [B A]ᵀ s."""
+    """Lines of m = [B A]ᵀ s + (r_k + c_inputs, 0); without the cost and the inputs' own rows: [B A]ᵀ s."""
     BA, first = joined(s), s.nc + s.nv
     lines = []
     for a in range(s.nu + s.nx):
         terms = [product(symbol, f"s{i}") for i, symbol in in_column(BA, a)]
-        if cost and a < s.nu:
-            terms += [f"W[INPUT_LINEAR + k*{s.nu} + {a}]", f"c{first + a}"]
+        if cost:
+            terms += cost_of(s).in_joint_gradient(a) + ([f"c{first + a}"] if a < s.nu else [])
         lines.append(f"m{a} = {total(terms)}")
     return lines
 
@@ -183,6 +188,8 @@ def factor(s: Structure) -> str:
             BACKWARD.format("last + 1"),
             ["k = last - back"],
             stored,
+            of_stage(s),
+            cost_of(s).loads(),
             stage_gradient(s),
             stage_hessian(s),
             input_hessian(s),
@@ -206,7 +213,13 @@ def backward(s: Structure) -> str:
         constants(s),
         [f"p{i} = 0.0" for i in range(s.nx)],
         loop(
-            BACKWARD.format("N - first"), ["k = N - 1 - back"], stage_gradient(s), gains, eliminate_vector(s)
+            BACKWARD.format("N - first"),
+            ["k = N - 1 - back"],
+            of_stage(s),
+            cost_of(s).loads(),
+            stage_gradient(s),
+            gains,
+            eliminate_vector(s),
         ),
         [f"W[COSTATE + {i}] = p{i}" for i in range(s.nx)],
     )
@@ -224,7 +237,7 @@ def next_state(s: Structure) -> Lines:
     lines += [f"W[X + k*{s.nx} + {i}] = x{i}" for i in range(s.nx)]
     values = [total(product(a, f"x{j}") for j, a in in_row(all_rows(s), r)) for r in range(s.nc + s.nv)]
     values += [f"u{j}" for j in range(s.nu)]
-    return varying(s) + lines + [f"W[VALUE + k*{s.rows} + {r}] = {value}" for r, value in enumerate(values)]
+    return lines + [f"W[VALUE + k*{s.rows} + {r}] = {value}" for r, value in enumerate(values)]
 
 
 def initial_state(s: Structure) -> Lines:
@@ -241,25 +254,22 @@ def forward(s: Structure) -> str:
             factor_of = f"u{a}" if a < s.nu else f"x{a - s.nu}"
             law[-1] += f" - W[GAIN + k*{s.gains} + {gain_index(s, j, a)}]*{factor_of}"
     kept = [f"W[U + k*{s.nu} + {j}] = u{j}" for j in range(s.nu)]
-    return function("forward", "W", constants(s), initial_state(s), loop(FORWARD, law, kept, next_state(s)))
+    return function(
+        "forward", "W", constants(s), initial_state(s), loop(FORWARD, of_stage(s), law, kept, next_state(s))
+    )
 
 
 def rollout(s: Structure) -> str:
     """States and rows of the inputs U."""
     given = per_stage(s.nu, "U", "u")
-    return function("rollout", "W", constants(s), initial_state(s), loop(FORWARD, given, next_state(s)))
+    return function(
+        "rollout", "W", constants(s), initial_state(s), loop(FORWARD, of_stage(s), given, next_state(s))
+    )
 
 
 def stationarity(s: Structure) -> str:
     """Largest |∂L/∂u| at U, X with the rows' multipliers in GRADIENT; `otolith.qp.stage.stationarity`."""
-    state = per_stage(s.nx, "X", "x")
-    force = [
-        f"e{y} += {total(product(a, f'x{i}') for i, a in in_row(s.D, y))}" for y in range(s.ny)
-    ]  # D x + e: the error at x
-    gradient = stage_gradient(s)
-    at = next(n for n, line in enumerate(gradient) if line.startswith("s0 "))
-    washout = [f"s{i} += W[STATE_WEIGHT + k*{len(s.weighted)} + {n}]*x{i}" for n, i in enumerate(s.weighted)]
-    of_inputs = [f"m{j} += R{j}*W[U + k*{s.nu} + {j}]" for j in range(s.nu)]
+    at_errors, at_states, at_inputs = cost_of(s).at_point()
     judged = [f"worst = largest(worst, abs(m{j}))" for j in range(s.nu)]
     judged += [f"size += m{j}*m{j}" for j in range(s.nu)]  # a maximum forgets NaN, a sum does not
     return function(
@@ -271,13 +281,13 @@ def stationarity(s: Structure) -> str:
         loop(
             BACKWARD.format("N"),
             ["k = N - 1 - back"],
-            state,
-            gradient[:at],
-            force,
-            gradient[at:],
-            washout,
+            of_stage(s),
+            cost_of(s).loads(),
+            at_errors,
+            stage_gradient(s),
+            at_states,
             input_gradient(s),
-            of_inputs,
+            at_inputs,
             judged,
             [f"p{i} = m{s.nu + i}" for i in range(s.nx)],
         ),
@@ -305,6 +315,7 @@ def least_of_rows(s: Structure) -> str:
         loop(
             BACKWARD.format("N"),
             ["k = N - 1 - back"],
+            of_stage(s),
             stage_gradient(s, cost=False),
             input_gradient(s, cost=False),
             least,

@@ -7,10 +7,11 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.lti import condense
+from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts
 from otolith.qp.problem import Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution
 from otolith.qp.structured.generate import CODES, INFO, SETTINGS, module_of
-from otolith.qp.structured.layout import Structure, Workspace, values
+from otolith.qp.structured.layout import Structure, Workspace, powers, values
 
 _STATUS: Final = tuple(Status[name] for name in CODES)
 _HARD: Final = 1e10  # stands for an infinite penalty
@@ -35,16 +36,25 @@ class StructuredSolver:
 
     Parameters
     ----------
+    blocks : steps of each block of constant inputs, see `otolith.qp.blocked`; none: every step its own.
+        The answers' N then counts blocks.
     extension : Python source that is compiled together with the engine, to make a whole step one call:
         a function with `@kernel` that writes parts of the workspace W (its names are their offsets),
-        linearised about the states that `predict_plan(W)` leaves in X, and ends with `solve(W)`.
+        linearised about the states that `predict_plan(W)` leaves in STEP_STATE, and ends with `solve(W)`.
     """
 
     def __init__(
-        self, problem: StageProblem, settings: StructuredSettings | None = None, *, extension: str = ""
+        self,
+        problem: StageProblem,
+        settings: StructuredSettings | None = None,
+        *,
+        blocks: Lengths = (),
+        extension: str = "",
     ) -> None:
+        if blocks and (min(blocks) < 1 or sum(blocks) != problem.horizon):
+            raise ValueError(f"blocks {blocks} do not fill a horizon of {problem.horizon} steps")
         self.problem, self.settings = problem, settings or StructuredSettings()
-        self.structure = Structure.of(problem)
+        self.structure = Structure.of(problem, blocks)
         self.kernels: Any = module_of(self.structure, extension)
         self._workspace = Workspace(self.structure)
         self._write_constants()
@@ -67,17 +77,17 @@ class StructuredSolver:
         self.kernels.forget(self.vector)
 
     def load(self, qp: StageQp) -> None:
-        """Copy a problem into the workspace."""
+        """Copy a problem into the workspace; its arrays are those of all steps, blocked or not."""
         s = self.structure
         self.part("START")[:] = qp.x0
         self.part("OUTPUT")[:] = values(s.D, qp.output)
         self.part("ERROR")[:] = qp.error
         self.part("STATE_WEIGHT")[:] = qp.state_weight
         self.part("STATE_LINEAR")[:] = qp.state_linear
-        self.part("INPUT_LINEAR")[:] = qp.input_linear
-        self.part("VARYING")[:] = values(s.V, qp.varying)
-        self.rows("LOWER")[:] = qp.lower
-        self.rows("UPPER")[:] = qp.upper
+        lengths = s.lengths or (1,) * s.N
+        self.part("INPUT_LINEAR")[:] = np.add.reduceat(qp.input_linear, block_starts(lengths), axis=0)
+        self.part("VARYING")[:] = values(s.V, qp.varying)[block_ends(lengths)]
+        self.rows("LOWER")[:], self.rows("UPPER")[:] = block_bounds(qp, lengths)
 
     def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
         """Solve `qp`.
@@ -93,7 +103,7 @@ class StructuredSolver:
         return self.solution()
 
     def solution(self) -> StageSolution:
-        """What the last solve left in the workspace."""
+        """What the last solve left in the workspace: when it failed, U is still the last certified plan."""
         info = dict(zip(INFO, self.part("INFO"), strict=False))
         status = _STATUS[int(info["STATUS"])]
         solved = status is Status.OPTIMAL
@@ -110,20 +120,29 @@ class StructuredSolver:
 
     def _write_constants(self) -> None:
         problem, s = self.problem, self.structure
-        self.part("DYNAMICS")[:] = np.concatenate([values(s.A, problem.A), values(s.B, problem.B)])
+        A, B = powers(problem.A, problem.B, max(s.lengths, default=1))
+        steps = np.hstack([values(s.A, A), values(s.B, B)])  # (longest, numbers of A and B)
+        self.part("DYNAMICS")[:] = steps[np.asarray(s.lengths) - 1] if s.lengths else steps[0]
+        self.part("POWERS")[:] = steps[: len(self.part("POWERS"))]
         self.part("CONSTANT")[:] = values(s.C, problem.C)
         self.part("CONTROL_WEIGHT")[:] = problem.control_weight
         self.part("LOWER")[:], self.part("UPPER")[:] = -1.0, 1.0  # of the padding; never active
         self.part("SOFT")[:], self.part("RHO")[:] = _HARD, 1.0
         self.rows("SOFT")[:] = np.where(np.isfinite(problem.penalty), problem.penalty, _HARD)
-        self.rows("RHO")[:] = _STIFFNESS / compliance(problem)
+        self.rows("RHO")[:] = _STIFFNESS / compliance(problem, s.lengths or (1,) * s.N)
         given = (self.settings.tolerance, self.settings.exchange_limit, self.settings.polish_limit)
         self.part("SETTING")[: len(SETTINGS)] = (*given, self.settings.iteration_limit)
 
 
-def compliance(problem: StageProblem) -> Vec:
-    """How far each row moves per unit of multiplier (rows,): max_k c_r Γ_k R⁻¹ Γ_kᵀ c_rᵀ; R⁻¹ of inputs."""
+def compliance(problem: StageProblem, lengths: Lengths) -> Vec:
+    """How far each row moves per unit of multiplier (rows,): max_k c_r Γ_k R⁻¹ Γ_kᵀ c_rᵀ; R⁻¹ of inputs.
+
+    Γ_k are the effects of the blocks' inputs on the state at the end of block k, R their weights.
+    """
     _, Gamma = condense(problem.A, problem.B, problem.horizon)  # (N, nx, N·nu)
-    on_states = np.vstack([problem.C, problem.varying.astype(np.float64)]) @ Gamma  # (N, nr, N·nu)
-    of_states = np.max(on_states**2 @ np.tile(1.0 / problem.control_weight, problem.horizon), axis=0)
-    return np.concatenate([np.maximum(of_states, 1e-12), 1.0 / problem.control_weight])
+    T = np.kron(np.repeat(np.eye(len(lengths)), lengths, axis=0), np.eye(problem.inputs))
+    at_ends = Gamma[block_ends(lengths)] @ T  # (blocks, nx, blocks·nu)
+    on_states = np.vstack([problem.C, problem.varying.astype(np.float64)]) @ at_ends
+    weight = np.outer(lengths, problem.control_weight).ravel()
+    of_states = np.max(on_states**2 @ (1.0 / weight), axis=0)
+    return np.concatenate([np.maximum(of_states, 1e-12), 1.0 / (max(lengths) * problem.control_weight)])

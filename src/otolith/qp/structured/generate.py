@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
+from otolith.qp.structured.blocks import preparation
 from otolith.qp.structured.emit import recursions
 from otolith.qp.structured.layout import LANES, Structure, offsets
 
@@ -29,7 +30,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.jit import kernel
-from otolith.qp.structured.jit import pure
+from otolith.qp.structured.jit import pure, woven
 
 INFINITY = np.inf
 HUGE = 1e300
@@ -45,10 +46,12 @@ def constants(structure: Structure) -> dict[str, int]:
         "STAGE_ROWS": structure.rows,
         "ROWS": structure.total,
         "LANES": LANES,
+        "NX": structure.nx,
         "NUMBERS": at["LOWER"],  # the parts before it hold what must be finite
     }
     places = {name: n for group in (SETTINGS, INFO, CODES) for n, name in enumerate(group)}
-    return sizes | at | places
+    step_state = at["STEP_STATE"] if structure.lengths else at["X"]
+    return sizes | at | places | {"STEP_STATE": step_state, "ALL_STEPS": structure.steps}
 
 
 def source(structure: Structure, extension: str = "") -> str:
@@ -56,8 +59,11 @@ def source(structure: Structure, extension: str = "") -> str:
     folder = Path(__file__).with_name("template")
     written = [folder.joinpath(f"{name}.py").read_text("utf-8").split(MARKER)[1] for name in TEMPLATES]
     lines = "\n".join(f"{name} = {value}" for name, value in constants(structure).items())
+    lines += f"\nLENGTHS = {structure.lengths}\n"
     lanes, *others = written
-    return "\n\n".join([_HEAD + lines, lanes, recursions(structure), *others, extension])
+    return "\n\n".join(
+        [_HEAD + lines, lanes, recursions(structure), preparation(structure), *others, extension]
+    )
 
 
 def cache_folder() -> Path:

@@ -34,16 +34,20 @@ class Structure:
     nc: int
     nv: int
     weighted: tuple[int, ...]
+    lengths: tuple[int, ...] = ()  # steps of each block, when the stages are blocks; N counts the blocks
 
     @classmethod
-    def of(cls, problem: StageProblem) -> "Structure":
-        """Structure of a problem; outputs' and varying rows' entries are always data."""
+    def of(cls, problem: StageProblem, lengths: tuple[int, ...] = ()) -> "Structure":
+        """Structure of a problem, with blocks of `lengths` steps; entries of D and V are always data."""
+        A, B = problem.A, problem.B
+        if lengths:
+            A, B = (_over_all(steps) for steps in powers(A, B, max(lengths)))
         return cls(
-            N=problem.horizon,
+            N=len(lengths) or problem.horizon,
             nx=problem.states,
             nu=problem.inputs,
-            A=named(problem.A, "A"),
-            B=named(problem.B, "B"),
+            A=named(A, "A"),
+            B=named(B, "B"),
             C=named(problem.C, "C"),
             D=named(_as_data(problem.output), "D"),
             V=named(_as_data(problem.varying), "V"),
@@ -51,6 +55,7 @@ class Structure:
             nc=len(problem.C),
             nv=len(problem.varying),
             weighted=problem.weighted,
+            lengths=lengths,
         )
 
     @property
@@ -64,9 +69,34 @@ class Structure:
         return -(-self.N * self.rows // LANES) * LANES
 
     @property
+    def steps(self) -> int:
+        """Steps of the whole horizon."""
+        return sum(self.lengths) or self.N
+
+    @property
+    def dynamics(self) -> int:
+        """Numbers of A and B."""
+        return len(data(self.A)) + len(data(self.B))
+
+    @property
     def gains(self) -> int:
         """Numbers that the elimination of one stage's inputs leaves: pivots, gains, feed-forward."""
         return sum(self.nx + self.nu - p for p in range(self.nu)) + self.nu
+
+
+def _over_all(steps: Mat) -> Mat:
+    """One matrix whose zeros and ones are those of all steps (n, rows, columns); 2 elsewhere."""
+    same = (steps == steps[0]).all(axis=0) & np.isin(steps[0], (0.0, 1.0))
+    return np.where(same, steps[0], 2.0)
+
+
+def powers(A: Mat, B: Mat, steps: int) -> tuple[Mat, Mat]:
+    """Powers A^j (steps, nx, nx) and B_j = Σ_{i<j} A^i B (steps, nx, nu) for j = 1 … steps."""
+    of_A, of_B = [A], [B]
+    for _ in range(steps - 1):
+        of_A.append(A @ of_A[-1])
+        of_B.append(A @ of_B[-1] + B)
+    return np.array(of_A), np.array(of_B)
 
 
 def _as_data(pattern: Bools) -> Mat:
@@ -89,15 +119,17 @@ def values(M: Matrix, numbers: Mat) -> Vec:
 def parts(s: Structure) -> dict[str, tuple[int, ...]]:
     """Shape of every part, in order. Those up to VARYING are the problem's numbers that must be finite."""
     N, nx, nu, total, weighted = s.N, s.nx, s.nu, s.total, len(s.weighted)
+    longest, size = max(s.lengths, default=0), nu + nx
     problem = {
         "START": (nx,),  # x_0
-        "DYNAMICS": (len(data(s.A)) + len(data(s.B)),),
+        "DYNAMICS": (N, s.dynamics) if s.lengths else (s.dynamics,),  # A and B, of each block
+        "POWERS": (longest, s.dynamics),  # A^j and B_j within a block
         "CONSTANT": (len(data(s.C)),),
         "CONTROL_WEIGHT": (nu,),
-        "OUTPUT": (N, len(s.D)),
-        "ERROR": (N, s.ny),
-        "STATE_WEIGHT": (N, weighted),
-        "STATE_LINEAR": (N, weighted),
+        "OUTPUT": (s.steps, len(s.D)),
+        "ERROR": (s.steps, s.ny),
+        "STATE_WEIGHT": (s.steps, weighted),
+        "STATE_LINEAR": (s.steps, weighted),
         "INPUT_LINEAR": (N, nu),
         "VARYING": (N, len(s.V)),
     }
@@ -111,8 +143,11 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "DISTANCE T LAMBDA SIGMA NU INV_LAMBDA INV_NU DELTA E1 E2 SCRATCH"  # interior point: 2 sides a row
     )
     own = {
+        "BLOCK_HESSIAN": (N * bool(s.lengths), size * (size + 1) // 2),
+        "BLOCK_GRADIENT": (N * bool(s.lengths), size),
         "U": (N, nu),
         "X": (N, nx),
+        "STEP_STATE": (s.steps * bool(s.lengths), nx),  # states of all steps of the plan
         "PLAN": (N, nu),  # last certified inputs
         "GAIN": (N, s.gains),
         "COST_TO_GO": (N, nx * (nx + 1) // 2),  # P of the stage after

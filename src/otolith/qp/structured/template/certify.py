@@ -25,6 +25,7 @@ from otolith.qp.structured.template.given import (
     least_of_rows,
     rollout,
     stationarity,
+    woven,
 )
 from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, largest, smallest
 
@@ -72,7 +73,7 @@ def judge_rows(W: Vec) -> float:
     return worst if good == ROWS else INFINITY
 
 
-@kernel
+@woven
 def certificate(W: Vec) -> float:
     """`otolith.qp.stage.stage_residual` of U and MULTIPLIER, from the inputs alone."""
     rollout(W)

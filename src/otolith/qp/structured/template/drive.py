@@ -15,8 +15,11 @@ from otolith.qp.structured.template.given import (
     SETTING,
     N,
     U,
+    condense_blocks,
     kernel,
     rollout,
+    states_within,
+    woven,
 )
 from otolith.qp.structured.template.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
 from otolith.qp.structured.template.working import PATIENCE, settle
@@ -40,7 +43,7 @@ def forget(W: Vec) -> None:
         W[PLAN + i] = 0.0
 
 
-@kernel
+@woven
 def accept(W: Vec) -> bool:
     """Certify the point at hand and keep it when it is below the tolerance."""
     residual = certificate(W)
@@ -52,7 +55,7 @@ def accept(W: Vec) -> bool:
     return True
 
 
-@kernel
+@woven
 def search_inside(W: Vec) -> int:
     """Status after the interior point, each time closer to the optimum when its guess does not settle."""
     limit, polish = int(W[SETTING + ITERATION_LIMIT]), int(W[SETTING + POLISH])
@@ -69,9 +72,10 @@ def search_inside(W: Vec) -> int:
     return LIMIT
 
 
-@kernel
+@woven
 def search(W: Vec) -> int:
     """Status of a well-posed problem."""
+    condense_blocks(W)
     exchanges = int(W[SETTING + EXCHANGES])
     if exchanges > 0:
         if settle(W, exchanges, PATIENCE) and accept(W):
@@ -83,17 +87,18 @@ def search(W: Vec) -> int:
 
 @kernel
 def predict_plan(W: Vec) -> None:
-    """Put the states under the plan into X: where an extension linearises its outputs."""
+    """Put the states of all steps under the plan into STEP_STATE: where an extension linearises."""
     for i in range(N * INPUTS):
         W[U + i] = W[PLAN + i]
     rollout(W)
+    states_within(W)
 
 
 @kernel
 def solve(W: Vec) -> int:
     """Solve the problem in the workspace; the answer is U, X, MULTIPLIER, and INFO says what it cost.
 
-    Without an answer the working set is forgotten and the plan stays.
+    Without an answer the working set is forgotten and the plan stays, with its states in X.
     """
     W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
     status = search(W) if well_posed(W) else INVALID
@@ -102,4 +107,5 @@ def solve(W: Vec) -> int:
         for i in range(ROWS):
             W[SET + i] = 0.0
             W[MULTIPLIER + i] = 0.0
+        predict_plan(W)
     return status

@@ -5,13 +5,14 @@ A part of the workspace is known by its offset in the flat vector W, see `otolit
 
 from otolith.core.arrays import Vec
 from otolith.core.jit import kernel
-from otolith.qp.structured.jit import pure
+from otolith.qp.structured.jit import pure, woven
 
-__all__ = ["kernel", "pure"]
+__all__ = ["kernel", "pure", "woven"]
 
 N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = 0
 LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = 0
 DISTANCE = T = LAMBDA = SIGMA = NU = INV_LAMBDA = INV_NU = DELTA = E1 = E2 = SCRATCH = 0
+STEP_STATE = ALL_STEPS = 0
 U = PLAN = ACCUMULATOR = SETTING = INFO = 0
 HUGE = INFINITY = 0.0
 
@@ -26,6 +27,14 @@ def backward(W: Vec, first: int) -> None:
 
 def forward(W: Vec) -> None:
     """`otolith.qp.structured.emit.forward`."""
+
+
+def condense_blocks(W: Vec) -> None:
+    """`otolith.qp.structured.blocks.condense_blocks`; nothing where the stages are steps."""
+
+
+def states_within(W: Vec) -> None:
+    """`otolith.qp.structured.blocks.states_within`; nothing where the stages are steps."""
 
 
 def rollout(W: Vec) -> None:

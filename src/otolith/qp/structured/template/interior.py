@@ -51,6 +51,7 @@ from otolith.qp.structured.template.given import (
     pure,
     rollout,
     stationarity,
+    woven,
 )
 from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest, smallest
 
@@ -177,7 +178,7 @@ def advance(W: Vec, alpha: float) -> None:
         W[NU + i] -= alpha * dlam
 
 
-@pure
+@woven
 def newton(W: Vec, mu: float) -> float:
     """One predictor-corrector step; its length."""
     pull_of_sides(W, 0.0)
@@ -212,7 +213,7 @@ def net_multipliers(W: Vec) -> None:
         W[MULTIPLIER + i] = W[LAMBDA + i] - W[LAMBDA + ROWS + i]
 
 
-@pure
+@woven
 def enter(W: Vec) -> None:
     """Start in the interior, near the plan; the cost's gradient there is the scale of the multipliers."""
     for i in range(N * INPUTS):
@@ -223,7 +224,7 @@ def enter(W: Vec) -> None:
     start_sides(W, COMPLEMENTARITY * largest(1.0, stationarity(W)))
 
 
-@pure
+@woven
 def approach(W: Vec, close: float, infeasibility: float, limit: int) -> tuple[float, bool]:
     """Iterate until `close`; the part of the initial infeasibility that is left, and whether it is proved.
 

@@ -37,6 +37,7 @@ from otolith.qp.structured.template.given import (
     factor,
     forward,
     pure,
+    woven,
 )
 from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest
 
@@ -48,7 +49,7 @@ PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
 DUAL = 1e-9  # a multiplier has the wrong sign beyond this
 GREAT = 500.0  # multipliers above this ask for smaller distances, so that y (r − b) is small too
 STEPS = 20  # multiplier steps at most for one working set
-PATIENCE = 9  # exchanges without progress that are borne
+PATIENCE = 5  # exchanges without progress that are borne
 
 
 @pure
@@ -68,7 +69,7 @@ def impose(W: Vec) -> None:
 
 @pure
 def step_multipliers(W: Vec) -> float:
-    """One step y ← y + ρ (r − b) on active rows; the largest |r − b|, times |y| / GREAT where that is more."""
+    """One step y ← y + ρ (r − b) on active rows; the largest |r − b|, times |y| / GREAT above it."""
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
@@ -127,14 +128,14 @@ def last_changed_stage(W: Vec) -> int:
     return i // STAGE_ROWS
 
 
-@pure
+@woven
 def review(W: Vec, cautious: bool) -> float:
     """Exchange rows at the present point; when cautious, add none while there are wrong signs."""
     adding = 0.0 if cautious and wrong_signs(W) > 0.0 else 1.0
     return exchange_rows(W, adding)
 
 
-@pure
+@woven
 def refine(W: Vec) -> float:
     """One more multiplier step with the factors at hand."""
     backward(W, 0)
@@ -143,7 +144,7 @@ def refine(W: Vec) -> float:
     return step_multipliers(W)
 
 
-@pure
+@woven
 def settle(W: Vec, limit: int, patience: int) -> bool:
     """Exchange from the working set in SET; True when it has settled on a stationary feasible point."""
     last, fewest, stalled = N - 1, 1e9, 0

@@ -1,0 +1,192 @@
+"""Step times of every QP engine on the same recorded problems, in one run.
+
+The closed loop is recorded once; each engine then replays the same states, plans and forces wanted, so
+that all solve identical problems from their own previous working sets. A step is what a controller does
+per period: predict, linearise, write the problem, solve and certify it. Times are thread CPU time, the
+least of several passes over the whole sequence, since every pass does exactly the same work.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from otolith.core.arrays import Bools, Mat, Vec
+from otolith.core.frames import AxisPair
+from otolith.mpc.design import Design, implicit
+from otolith.mpc.formulation import Formulation
+from otolith.mpc.implicit import Implicit
+from otolith.plant import Ideal
+from otolith.platforms import Platform
+from otolith.qp import Status
+from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
+from otolith.scenarios import Scenario, scenario
+from otolith.simulate import simulate
+
+SCENARIOS: Final = (
+    "sine-0.5",
+    "sine-1",
+    "sine-2",
+    "combined",
+    "step-1",
+    "step-2",
+    "step-sine-0.5",
+    "step-sine-1",
+    "multisine:seed=7,amplitude=1.5,duration=20",
+)
+_AXES: Final = {0: "longitudinal", 1: "lateral"}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One recorded decision: all that its problem is written from."""
+
+    x: Vec
+    plan: Mat
+    wanted: Mat
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """One engine on one recording."""
+
+    dofs: str
+    engine: str
+    times: Vec  # (steps,) [s]
+    certified: Bools  # (steps,)
+    changes: Vec  # (steps,)
+    residual: Vec  # (steps,) of the certified
+    first: Mat  # (steps, 2P) first inputs of the plans
+
+    def account(self, reference: "Timing") -> dict[str, Any]:
+        """Plain figures; `reference` is the dense engine of the same recording."""
+        micro = 1e6 * self.times
+        both = self.certified & reference.certified
+        return {
+            "dofs": self.dofs,
+            "engine": self.engine,
+            "steps": len(micro),
+            "median_us": float(np.median(micro)),
+            "p99_us": float(np.percentile(micro, 99)),
+            "p999_us": float(np.percentile(micro, 99.9)),
+            "max_us": float(np.max(micro)),
+            "certified": float(np.mean(self.certified)),
+            "residual_max": float(np.max(self.residual, initial=0.0)),
+            "unchanged": float(np.mean(self.changes == 0)),
+            "changes_mean": float(np.mean(self.changes)),
+            "first_input_gap": float(np.max(np.abs(self.first - reference.first)[both], initial=0.0)),
+            "times_faster_than_dense": float(np.median(reference.times) / np.median(self.times)),
+        }
+
+
+Engines = dict[str, Callable[..., StageEngine]]
+ENGINES: Final[Engines] = {
+    "structured": StructuredEngine,
+    "structured-cold": lambda problem, *, tolerance: StructuredEngine(
+        problem, tolerance=tolerance, guesses=False
+    ),
+    "dense": CondensedEngine,
+}
+
+
+class _Recorder:
+    """A formulation that remembers what it was asked to write."""
+
+    def __init__(self, formulation: Formulation) -> None:
+        self._formulation, self.steps = formulation, list[Step]()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._formulation, name)
+
+    def write(self, memory: Any, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
+        """Write as the formulation does, and keep a copy of the question."""
+        self.steps.append(Step(x.copy(), plan.copy(), wanted.copy()))
+        self._formulation.write(memory, x, plan, wanted, u_ref)
+
+
+def record(
+    platform: Platform, pairs: Sequence[AxisPair], names: Sequence[str]
+) -> tuple[Implicit, list[Step]]:
+    """Close the loop over the scenarios along all axes and keep every decision's question."""
+    cueing = implicit(Design(platform=platform, pairs=tuple(pairs)))
+    formulation = cueing.formulation
+    recorder = _Recorder(formulation)
+    cueing.formulation = recorder  # type: ignore[assignment]
+    for name in names:
+        simulate(cueing, Ideal(), _along(name, pairs), platform=platform, pairs=tuple(p.name for p in pairs))
+    cueing.formulation = formulation
+    return cueing, recorder.steps
+
+
+def _along(name: str, pairs: Sequence[AxisPair]) -> Scenario:
+    """A scenario along every axis; seeds differ from axis to axis."""
+    first, *others = (
+        scenario(name.replace("seed=7", f"seed={7 + i}"), axis=_AXES[pair.translation])
+        for i, pair in enumerate(pairs)
+    )
+    for other in others:
+        first = first.beside(other)
+    return first
+
+
+def replay(
+    name: str, make: Callable[..., StageEngine], cueing: Implicit, steps: Sequence[Step], *, passes: int
+) -> Timing:
+    """Let an engine answer a recording `passes` times."""
+    engine = make(cueing.problem, tolerance=cueing.settings.tolerance)
+    formulation = cueing.formulation
+    formulation.begin(engine.memory)
+    clock = time.thread_time
+    times = np.full(len(steps), np.inf)
+    certified = np.zeros(len(steps), dtype=np.bool_)
+    changes, residual = np.zeros(len(steps)), np.zeros(len(steps))
+    first = np.zeros((len(steps), cueing.problem.inputs))
+    with threadpool_limits(limits=1):
+        engine.run()  # whatever is compiled or allocated on first use
+        for _ in range(passes):
+            engine.reset()
+            for i, step in enumerate(steps):
+                started = clock()
+                formulation.write(engine.memory, step.x, step.plan, step.wanted, None)
+                solution = engine.run()
+                times[i] = min(times[i], clock() - started)
+                certified[i] = solution.status is Status.OPTIMAL
+                changes[i], first[i] = solution.changes, solution.U[0]
+                residual[i] = solution.residual if certified[i] else 0.0
+    dofs = ",".join(pair.name for pair in formulation.pairs)
+    return Timing(
+        dofs=dofs,
+        engine=name,
+        times=times,
+        certified=certified,
+        changes=changes,
+        residual=residual,
+        first=first,
+    )
+
+
+def bench(
+    platform: Platform,
+    pair_sets: Sequence[Sequence[AxisPair]],
+    *,
+    names: Sequence[str] = SCENARIOS,
+    passes: int = 3,
+    engines: Engines = ENGINES,
+    tell: Callable[[str], None] = lambda _: None,
+) -> list[tuple[Timing, dict[str, Any]]]:
+    """Time every engine on every set of pairs; the dense engine is the reference of its set."""
+    done = []
+    for pairs in pair_sets:
+        dofs = ",".join(pair.name for pair in pairs)
+        tell(f"recording {dofs}")
+        cueing, steps = record(platform, pairs, names)
+        timings = []
+        for name, make in engines.items():
+            tell(f"{name} on {len(steps)} problems of {dofs}")
+            timings.append(replay(name, make, cueing, steps, passes=passes))
+        reference = next(timing for timing in timings if timing.engine == "dense")
+        done += [(timing, timing.account(reference)) for timing in timings]
+    return done

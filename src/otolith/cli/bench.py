@@ -1,0 +1,79 @@
+"""`otolith bench` and `otolith warmup`: how fast it is here, and compiling before it matters."""
+
+import platform as machine
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from otolith import __version__, files
+from otolith.bench import SCENARIOS, bench
+from otolith.cli.output import print_json
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
+from otolith.mpc.design import Design, hybrid_all
+from otolith.platforms import load
+from otolith.report import save_figure, step_time_figure
+
+_SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
+_COLUMNS = (
+    "dofs",
+    "engine",
+    "steps",
+    "median_us",
+    "p99_us",
+    "max_us",
+    "certified",
+    "times_faster_than_dense",
+)
+
+
+def bench_(
+    out: Annotated[Path, typer.Option(help="Folder for bench.json and the figure.")] = Path("out/bench"),
+    passes: Annotated[
+        int, typer.Option(min=1, help="Passes over every recording; the least time counts.")
+    ] = 3,
+    quick: Annotated[bool, typer.Option("--quick", help="Two scenarios only.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
+) -> None:
+    """Time one full real-time-iteration step of every QP engine on the same recorded problems."""
+    console = Console(stderr=True)
+    names = SCENARIOS[:2] if quick else SCENARIOS
+    with console.status("preparing") as status:
+        found = bench(load("thesis"), _SETS, names=names, passes=passes, tell=status.update)
+    account = {
+        "version": __version__,
+        "machine": f"{machine.machine()}, Python {machine.python_version()}",
+        "scenarios": list(names),
+        "results": [figures for _, figures in found],
+    }
+    files.write_json(out / "bench.json", account)
+    figure = step_time_figure([(f"{t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found])
+    for ending in ("pdf", "png"):
+        files.write_figure(out / f"bench.{ending}", lambda path: save_figure(figure, path))
+    if json:
+        print_json(account)
+    table = Table(box=None, pad_edge=False)
+    for column in _COLUMNS:
+        table.add_column(
+            column.replace("_", " "), justify="left" if column in {"dofs", "engine"} else "right"
+        )
+    for _, figures in found:
+        cells = (figures[column] for column in _COLUMNS)
+        table.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in cells))
+    console.print(table)
+    console.print(f"written to {out}: bench.json, bench.pdf", highlight=False, soft_wrap=True)
+
+
+def warmup() -> None:
+    """Compile and cache every kernel now: explicit engine, structured solver in 2 and 4 DOF."""
+    console = Console(stderr=True)
+    thesis = load("thesis")
+    for pairs in _SETS:
+        started = time.perf_counter()
+        with console.status(f"{2 * len(pairs)} DOF: compiling what is not cached, up to half a minute"):
+            hybrid_all(Design(platform=thesis, pairs=pairs))
+        seconds = time.perf_counter() - started
+        console.print(f"{2 * len(pairs)} DOF ready after {seconds:.1f} s", highlight=False)

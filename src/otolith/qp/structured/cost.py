@@ -1,0 +1,101 @@
+"""How the cost of a stage enters the recursions of `emit`: two forms, one set of questions.
+
+Each form names the terms that it adds to the Hessian and gradient in x_{k+1} (S, s) and in (u_k, x_k)
+(M, m), the loads that these need, and what turns the gradient at zero into the gradient at a point.
+"""
+
+from otolith.qp.structured.algebra import gram, in_column, in_row, product, total, upper
+from otolith.qp.structured.layout import Structure, data
+
+Lines = list[str]
+Terms = list[str]
+
+
+class OnOutputs:
+    """½‖D x_{k+1} + e‖² + Σ (½ W x² + p x)_{k+1} + ½ uᵀ diag(R) u + rᵀ u."""
+
+    def __init__(self, s: Structure) -> None:
+        self._s = s
+        self._squares = gram(s.D, range(s.ny))
+
+    def loads(self) -> Lines:
+        """D_k and e_k of stage k."""
+        s = self._s
+        entries = [f"{s.D[p]} = W[OUTPUT + k*{len(s.D)} + {n}]" for n, p in enumerate(data(s.D))]
+        return entries + [f"e{y} = W[ERROR + k*{s.ny} + {y}]" for y in range(s.ny)]
+
+    def in_state_hessian(self, i: int, j: int) -> Terms:
+        """Terms of S_ij."""
+        return self._squares.get((i, j), []) + (self._weighted("STATE_WEIGHT", i) if i == j else [])
+
+    def in_state_gradient(self, i: int) -> Terms:
+        """Terms of s_i."""
+        return [product(f"e{y}", a) for y, a in in_column(self._s.D, i)] + self._weighted("STATE_LINEAR", i)
+
+    def in_joint_hessian(self, a: int, b: int) -> Terms:
+        """Terms of M_ab."""
+        return [f"R{a}"] if a == b < self._s.nu else []
+
+    def in_joint_gradient(self, a: int) -> Terms:
+        """Terms of m_a."""
+        return [f"W[INPUT_LINEAR + k*{self._s.nu} + {a}]"] if a < self._s.nu else []
+
+    def at_point(self) -> tuple[Lines, Lines, Lines]:
+        """What the point (u_k, x_{k+1}) adds to e, to s and to m."""
+        s = self._s
+        state = [f"x{i} = W[X + k*{s.nx} + {i}]" for i in range(s.nx)]
+        force = [f"e{y} += {total(product(a, f'x{i}') for i, a in in_row(s.D, y))}" for y in range(s.ny)]
+        washout = [f"s{i} += {self._weighted('STATE_WEIGHT', i)[0]}*x{i}" for i in s.weighted]
+        return state + force, washout, [f"m{j} += R{j}*W[U + k*{s.nu} + {j}]" for j in range(s.nu)]
+
+    def _weighted(self, part: str, state: int) -> Terms:
+        weighted = self._s.weighted
+        return [f"W[{part} + k*{len(weighted)} + {n}]" for n, i in enumerate(weighted) if i == state]
+
+
+class OnBlocks:
+    """½ zᵀ H z + hᵀ z with z = (u_k, x_k): what the cost of all steps of a block comes to, see `blocks`."""
+
+    def __init__(self, s: Structure) -> None:
+        self._s = s
+        self._place = {pair: n for n, pair in enumerate(upper(s.nu + s.nx))}
+
+    def loads(self) -> Lines:
+        """Nothing: each number is used once."""
+        return []
+
+    def in_state_hessian(self, i: int, j: int) -> Terms:
+        """Terms of S_ij: none, the cost is all in z."""
+        del i, j
+        return []
+
+    def in_state_gradient(self, i: int) -> Terms:
+        """Terms of s_i: none."""
+        del i
+        return []
+
+    def in_joint_hessian(self, a: int, b: int) -> Terms:
+        """Terms of M_ab."""
+        place = self._place[min(a, b), max(a, b)]
+        return [f"W[BLOCK_HESSIAN + k*{len(self._place)} + {place}]"]
+
+    def in_joint_gradient(self, a: int) -> Terms:
+        """Terms of m_a."""
+        return [f"W[BLOCK_GRADIENT + k*{self._s.nu + self._s.nx} + {a}]"]
+
+    def at_point(self) -> tuple[Lines, Lines, Lines]:
+        """What the point z adds to m."""
+        s = self._s
+        state = ["before = X + (k - 1)*NX if k > 0 else START"]
+        state += [f"z{s.nu + i} = W[before + {i}]" for i in range(s.nx)]
+        state += [f"z{j} = W[U + k*{s.nu} + {j}]" for j in range(s.nu)]
+        size = s.nu + s.nx
+        rows = (
+            total(product(*self.in_joint_hessian(a, b), f"z{b}") for b in range(size)) for a in range(size)
+        )
+        return state, [], [f"m{a} += {row}" for a, row in enumerate(rows)]
+
+
+def cost_of(s: Structure) -> OnOutputs | OnBlocks:
+    """The form of a structure."""
+    return OnBlocks(s) if s.lengths else OnOutputs(s)
