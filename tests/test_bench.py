@@ -1,0 +1,33 @@
+"""The benchmark times what it says it times: the same problems, the same answers."""
+
+import numpy as np
+import pytest
+
+from otolith.bench import ENGINES, bench
+from otolith.core.frames import SURGE_PITCH
+from otolith.platforms import load
+from otolith.report import step_time_figure
+
+
+def test_every_engine_answers_the_same_problems_alike() -> None:
+    told: list[str] = []
+    found = bench(load("thesis"), [(SURGE_PITCH,)], names=["step:duration=2"], passes=1, tell=told.append)
+    assert [figures["engine"] for _, figures in found] == list(ENGINES)
+    assert len(told) == 1 + len(ENGINES)
+    for timing, figures in found:
+        assert figures["steps"] == 200
+        assert figures["certified"] == 1.0
+        assert figures["residual_max"] < 1e-6
+        assert figures["first_input_gap"] < 1e-5  # both certified to 1e-6 in stationarity, R is 1e-3
+        assert 0 < figures["median_us"] <= figures["p99_us"] <= figures["max_us"]
+        np.testing.assert_array_equal(timing.times > 0, True)
+    assert found[-1][1]["times_faster_than_dense"] == pytest.approx(1.0)
+
+
+def test_the_figure_holds_every_step() -> None:
+    times = np.array([1e-5, 2e-5, 4e-5])
+    (axes,) = step_time_figure([("a", times), ("b", 2 * times)]).axes
+    lines = axes.get_lines()
+    np.testing.assert_allclose(lines[0].get_xdata(), [10, 20, 40])
+    np.testing.assert_allclose(lines[1].get_ydata(), [1, 2 / 3, 1 / 3])
+    assert axes.get_xlabel() == "step time [µs], thread CPU"
