@@ -9,7 +9,7 @@ from otolith.reproduce.published import published
 def test_every_table_has_published_rows_and_a_case() -> None:
     for name in TABLES:
         title, rows = published(name)
-        assert title.lower().startswith(f"table {name.removeprefix('table-')}")
+        assert title.lower().startswith(name.replace("-", " ", 1))
         assert rows
 
 
@@ -31,3 +31,11 @@ def test_table_c2_shows_what_braking_rows_bring() -> None:
     for row in reproduce("table-c.2", lambda _: None).rows:
         assert row["our_rmse_with"] < row["our_rmse_without"]
         assert row["our_rmse_with"] == pytest.approx(row["rmse_with"], rel=0.2)
+
+
+def test_the_benchmark_controller_uses_its_rail_and_stays_on_it() -> None:
+    rows = reproduce("benchmark-c.2", lambda _: None).rows
+    for row in rows:
+        assert row["our_violations"] == 0
+        assert 0.1 < row["our_travel"] <= 2.6
+        assert row["our_rmse"] < 0.4

@@ -1,5 +1,6 @@
 """`otolith run` and `otolith compare`: close the loop, judge it, write the results."""
 
+import functools
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,7 +41,7 @@ def run(
     folder = out or Path("out") / f"{_file_name(result.scenario)}-{cueing}"
     files.write_run(result, folder / "run.h5")
     page = render(result, summary, date=_today())
-    _write(folder, summary, page, cueing_figure(result, result.pairs[0]))
+    _write(folder, summary, page, {pair: cueing_figure(result, pair) for pair in result.pairs})
     _tell(summary if json else None, [summary], folder, console)
 
 
@@ -61,7 +62,7 @@ def compare(
     for result in runs:
         files.write_run(result, folder / f"{result.cueing}.h5")
     page = render_comparison(runs, summaries, date=_today())
-    _write(folder, summaries, page, comparison_figure(runs, runs[0].pairs[0]))
+    _write(folder, summaries, page, {pair: comparison_figure(runs, pair) for pair in runs[0].pairs})
     _tell(summaries if json else None, list(summaries.values()), folder, console)
 
 
@@ -103,11 +104,14 @@ def _progress_bar(console: Console, text: str) -> Iterator[Any]:
         yield lambda fraction: bar.update(task, completed=fraction)
 
 
-def _write(folder: Path, summary: dict[str, Any], page: str, figure: Figure) -> None:
+def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, Figure]) -> None:
+    """Summary, page, and one figure per axis pair."""
     files.write_json(folder / "summary.json", summary)
     files.write_text(folder / "report.html", page)
-    for ending in ("pdf", "png"):
-        files.write_figure(folder / f"figure.{ending}", lambda path: save_figure(figure, path))
+    for pair, figure in figures.items():
+        name = "figure" if len(figures) == 1 else f"figure-{pair}"
+        for ending in ("pdf", "png"):
+            files.write_figure(folder / f"{name}.{ending}", functools.partial(save_figure, figure))
 
 
 def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Path, console: Console) -> None:
@@ -116,7 +120,7 @@ def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Pa
     for summary in summaries:
         console.print(sentence(summary), highlight=False, soft_wrap=True)
     console.print(
-        f"written to {folder}: report.html, figure.pdf, summary.json", highlight=False, soft_wrap=True
+        f"written to {folder}: report.html, figures, summary.json, run data", highlight=False, soft_wrap=True
     )
 
 

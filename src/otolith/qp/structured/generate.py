@@ -75,22 +75,19 @@ def cache_folder() -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
-        return Path(tempfile.gettempdir()) / "otolith-kernels"
-    return folder if os.access(folder, os.W_OK) else Path(tempfile.gettempdir()) / "otolith-kernels"
+        return _temporary_folder()
+    return folder if os.access(folder, os.W_OK) else _temporary_folder()
 
 
-def write(text: str, folder: Path) -> Path:
-    """Put a module's text where its hash says, unless it is there.
-
-    Several processes may do so at once: each writes its own file and renames it into place.
-    """
-    path = folder / f"otolith_stage_{hashlib.sha256(text.encode()).hexdigest()[:16]}.py"
-    if not path.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as own:
-            own.write(text.encode())
-        Path(own.name).replace(path)
-    return path
+def _temporary_folder() -> Path:
+    """A temporary folder that nobody else can write to, since code is imported from it."""
+    if hasattr(os, "getuid"):
+        folder = Path(tempfile.gettempdir()) / f"otolith-kernels-{os.getuid()}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+        owner = folder.stat()
+        if owner.st_uid == os.getuid() and not owner.st_mode & 0o077:
+            return folder
+    return Path(tempfile.mkdtemp(prefix="otolith-kernels-"))
 
 
 def module_of(structure: Structure, extension: str = "", folder: Path | None = None) -> ModuleType:
