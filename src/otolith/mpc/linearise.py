@@ -61,15 +61,17 @@ def linearise_force(X: Mat, under: Ints, wanted: Mat, D: Mat, error: Mat) -> Non
 
 
 @kernel
-def linearise_circle(X: Mat, directions: Mat) -> None:
-    """Unit directions n (N, 2) of the predicted positions: n·(s_long, s_lat) ≤ radius touches the circle.
+def linearise_circle(X: Mat, ends: Ints, directions: Mat) -> None:
+    """Unit directions n (M, 2) of the positions predicted for the steps `ends` (M,).
+
+    With them, n·(s_long, s_lat) ≤ radius touches the circle.
 
     The half-plane through the circle's point nearest to the prediction contains the whole circle, and
     cuts off what lies beyond it in that direction; a position that turns by φ from its prediction may
     leave the circle by radius·φ²/2 at most.
     """
-    for k in range(X.shape[0]):
-        x, y = X[k, POSITION], X[k, 6 + POSITION]
+    for k in range(len(ends)):
+        x, y = X[ends[k], POSITION], X[ends[k], 6 + POSITION]
         length = np.hypot(x, y)
         near = length <= _NO_DIRECTION
         directions[k, 0] = 0.0 if near else x / length
@@ -87,10 +89,20 @@ def polynomial_weights(x: Vec, of: Ints, coefficients: Mat, scale: Vec, weights:
 
 @kernel
 def prepare(
-    A: Mat, B: Mat, x0: Vec, plan: Mat, under: Ints, wanted: Mat, X: Mat, D: Mat, error: Mat, circle: Mat
+    A: Mat,
+    B: Mat,
+    x0: Vec,
+    plan: Mat,
+    under: Ints,
+    wanted: Mat,
+    X: Mat,
+    D: Mat,
+    error: Mat,
+    ends: Ints,
+    circle: Mat,
 ) -> None:
     """Everything above about the plan, in one call; `circle` has no columns where there is no circle."""
     predict(A, B, x0, plan, X)
     linearise_force(X, under, wanted, D, error)
     if circle.shape[1] == 2:
-        linearise_circle(X, circle)
+        linearise_circle(X, ends, circle)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp import archive
 from otolith.mpqp.expand import Ints16, Ints32, Rows32
 from otolith.mpqp.geometry import exact_rows
@@ -147,6 +147,18 @@ class Law:
         k = unpack(self.keys, s, A)
         return A[:k] if sign > 0 else np.sort(self.form.mirror[A[:k]])
 
+    def facets(self, region: int) -> Ints:
+        """The row of `form` behind each facet of a region."""
+        s, sign = self.stored(region)
+        chosen = self.constraint[self.start[s] : self.start[s + 1]].astype(np.int64)
+        return chosen if sign > 0 else self.form.mirror[chosen]
+
+    def bits(self) -> Bools:
+        """Active rows (h, m) of `form`, of every stored region."""
+        octets = self.keys.astype("<u8").view(np.uint8).reshape(len(self.keys), -1)
+        bits = np.unpackbits(octets, axis=1, bitorder="little", count=len(self.form.rows))
+        return bits.astype(np.bool_)
+
     def active(self, region: int) -> Ints:
         """Active constraints of the problem, ascending."""
         return np.sort(self.form.rows[self.form_rows(region)])
@@ -169,10 +181,7 @@ class Law:
 
         The bounds of the parameter, and constraints on the parameter alone, hold besides.
         """
-        s, sign = self.stored(region)
-        chosen = self.constraint[self.start[s] : self.start[s + 1]].astype(np.int64)
-        facets = chosen if sign > 0 else self.form.mirror[chosen]
-        rows = exact_rows(self.form, self.form_rows(region), facets)
+        rows = exact_rows(self.form, self.form_rows(region), self.facets(region))
         A = rows[:, :-1] / self.form.half
         return A, rows[:, -1] + A @ self.form.centre
 

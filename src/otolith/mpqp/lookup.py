@@ -260,7 +260,11 @@ def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
 
 @inner
 def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int]:
-    """Region whose rows hold w.tau, and its number of active rows; MISSED when the table has none."""
+    """Region whose rows hold w.tau, and its number of active rows; MISSED when the table has none.
+
+    A walk comes first, then the region that the QP names, if its rows hold the point. Only where the
+    QP names none are all regions tried; where it is infeasible none can be optimal.
+    """
     if not inside_domain(tables.form, w.tau):
         return OUTSIDE, -1
     r = walk(tables, w.tau, w.image, guess)
@@ -268,16 +272,18 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
         k, violation = certify(tables, r, w)
         if violation <= OPTIMAL:
             return r, k
+    r, k = by_qp(tables, w)
+    if r == OUTSIDE or (r >= 0 and contains(tables, r, w.tau, -ROUNDED)):
+        return r, k
     best, least = MISSED, NEARLY
     for c in range(min(scan(tables, w.tau, -ROUNDED, hits), hits.shape[0])):
         k, violation = certify(tables, hits[c], w)
         if violation < least:
             best, least = int(hits[c]), violation
-    if best != MISSED:
-        k, violation = certify(tables, best, w)
-        return best, k
-    r, k = by_qp(tables, w)  # rounding in an ill-conditioned region: its active set names it
-    return (r, k) if r >= 0 and contains(tables, r, w.tau, -ROUNDED) else (MISSED, -1)
+    if best == MISSED:
+        return MISSED, -1
+    k, violation = certify(tables, best, w)
+    return best, k
 
 
 @kernel

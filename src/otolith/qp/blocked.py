@@ -9,7 +9,7 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat
 from otolith.qp.problem import Qp
-from otolith.qp.stage import StageQp, condense
+from otolith.qp.stage import StageQp, by_columns, condense
 
 Lengths = tuple[int, ...]
 
@@ -22,6 +22,11 @@ def block_ends(lengths: Lengths) -> Ints:
 def block_starts(lengths: Lengths) -> Ints:
     """Index of the first step of every block."""
     return np.asarray(block_ends(lengths) - np.asarray(lengths) + 1, dtype=np.int64)
+
+
+def hold(lengths: Lengths, inputs: int) -> Mat:
+    """(N·nu, blocks·nu) that gives the inputs of every step from those of the blocks."""
+    return np.kron(np.repeat(np.eye(len(lengths)), lengths, axis=0), np.eye(inputs))
 
 
 def block_bounds(qp: StageQp, lengths: Lengths) -> tuple[Mat, Mat]:
@@ -38,7 +43,7 @@ def condense_blocked(qp: StageQp, lengths: Lengths) -> Qp:
     problem, ends = qp.problem, block_ends(lengths)
     nu, nr, N, M = problem.inputs, problem.rows - problem.inputs, problem.horizon, len(lengths)
     fine = condense(qp)
-    T = np.kron(np.repeat(np.eye(M), lengths, axis=0), np.eye(nu))  # (N·nu, M·nu): u of every step
+    T = hold(lengths, nu)
     A = fine.A.reshape(N, nr, N * nu)[ends].reshape(M * nr, N * nu) @ T
     lower, upper = block_bounds(qp, lengths)
     of_states = [side[N * nu :].reshape(N, nr)[ends].ravel() for side in (fine.lower, fine.upper)]
@@ -48,5 +53,5 @@ def condense_blocked(qp: StageQp, lengths: Lengths) -> Qp:
         A,
         np.concatenate([lower[:, nr:].ravel(), of_states[0]]),
         np.concatenate([upper[:, nr:].ravel(), of_states[1]]),
-        np.concatenate([np.tile(problem.penalty[nr:], M), np.tile(problem.penalty[:nr], M)]),
+        by_columns(problem.penalty[ends], problem),
     )

@@ -6,52 +6,63 @@ that counts its working-set changes.
 
 import numpy as np
 
-from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.arrays import Ints
 from otolith.core.lti import condense as predict
+from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, hold
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Qp, Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution, by_columns, by_rows, rollout
 
 
 class CondensedSolver:
-    """Solve problems of one structure, each from the working set of the one before."""
+    """Solve problems of one structure, each from the working set of the one before.
 
-    def __init__(self, problem: StageProblem, dense: DenseSolver | None = None) -> None:
+    Parameters
+    ----------
+    blocks : steps of each block of constant inputs, see `otolith.qp.blocked`; none: every step its own.
+        The M stages of working sets and answers are then the blocks.
+    """
+
+    def __init__(
+        self, problem: StageProblem, dense: DenseSolver | None = None, *, blocks: Lengths = ()
+    ) -> None:
         self.problem, self._dense = problem, dense or DenseSolver()
-        N, nu = problem.horizon, problem.inputs
-        self._Phi, self._Gamma = predict(problem.A, problem.B, N)
-        constant = problem.C @ self._Gamma  # (N, nc, N·nu): only the varying rows change
-        self._rows = np.concatenate([constant, np.zeros((N, len(problem.varying), N * nu))], axis=1)
+        self._lengths = blocks or (1,) * problem.horizon
+        self._ends, M = block_ends(self._lengths), len(self._lengths)
+        self._Phi, Gamma = predict(problem.A, problem.B, problem.horizon)
+        self._Gamma = Gamma @ hold(self._lengths, problem.inputs)  # (N, nx, n), n = M·nu
+        self._at_ends = self._Gamma[self._ends]
+        constant = problem.C @ self._at_ends  # (M, nc, n): only the varying rows change
+        n = constant.shape[2]
+        self._rows = np.concatenate([constant, np.zeros((M, len(problem.varying), n))], axis=1)
         self._weighted = np.ascontiguousarray(self._Gamma[:, list(problem.weighted)])
-        nr = problem.rows - nu
-        self._penalty = np.concatenate([np.tile(problem.penalty[nr:], N), np.tile(problem.penalty[:nr], N)])
-        self._set: Ints = np.zeros((N, problem.rows), dtype=np.int64)
+        self._control_weight = np.outer(self._lengths, problem.control_weight).ravel()
+        self._penalty = by_columns(problem.penalty[self._ends], problem)
+        self._set: Ints = np.zeros((M, problem.rows), dtype=np.int64)
 
     def reset(self) -> None:
         """Forget the working set."""
         self._set = np.zeros_like(self._set)
 
     def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
-        """Solve `qp` from the working set `start` (N, rows), by default the previous answer's."""
+        """Solve `qp` from the working set `start` (M, rows), by default the previous answer's."""
         problem = self.problem
-        N, nu, nx = problem.horizon, problem.inputs, problem.states
         if not qp.well_posed():
-            return _nothing(qp, Status.INVALID, 0)
+            return self._nothing(qp, Status.INVALID, 0)
         dense = self.condense(qp)
         start = self._set if start is None else start
         found = self._dense.solve(dense, by_columns(start, problem))
         if found.status is not Status.OPTIMAL:
             self.reset()
-            return _nothing(qp, found.status, found.changes)
-        U, y = found.z.reshape(N, nu), by_rows(found.y, problem)
+            return self._nothing(qp, found.status, found.changes)
+        U, y = found.z.reshape(-1, problem.inputs), by_rows(found.y, problem)
         self._set = np.sign(y).astype(np.int64)
-        X = (self._Phi @ qp.x0 + self._Gamma @ found.z).reshape(N, nx)
+        X = self._Phi[self._ends] @ qp.x0 + self._at_ends @ found.z
         return StageSolution(found.status, U, X, y, found.changes, 0, 0, found.residual)
 
     def condense(self, qp: StageQp) -> Qp:
-        """The problem in U alone, as `otolith.qp.stage.condense`, with what is constant computed once."""
-        problem = self.problem
-        N, n = problem.horizon, problem.horizon * problem.inputs
+        """The problem in U alone, as `condense_blocked` gives it, with what is constant computed once."""
+        problem, M, n = self.problem, len(self._ends), self._Gamma.shape[2]
         nr, nc = problem.rows - problem.inputs, len(problem.C)
         free = self._Phi @ qp.x0  # (N, nx)
         D = (qp.output @ self._Gamma).reshape(-1, n)
@@ -59,24 +70,19 @@ class CondensedSolver:
         root = np.sqrt(qp.state_weight)[:, :, None] * self._weighted  # (N, w, n)
         stacked = np.concatenate([D, root.reshape(-1, n)])
         H = stacked.T @ stacked
-        H[np.diag_indices(n)] += np.tile(problem.control_weight, N)
+        H[np.diag_indices(n)] += self._control_weight
         linear = qp.state_weight * free[:, list(problem.weighted)] + qp.state_linear
-        g = D.T @ e + self._weighted.reshape(-1, n).T @ linear.ravel() + qp.input_linear.ravel()
+        g = D.T @ e + self._weighted.reshape(-1, n).T @ linear.ravel()
+        g += np.add.reduceat(qp.input_linear, block_starts(self._lengths), axis=0).ravel()
 
-        A, offset = self._rows, np.empty((N, nr))
-        A[:, nc:] = qp.varying @ self._Gamma
-        offset[:, :nc] = free @ problem.C.T
-        offset[:, nc:] = np.einsum("kvi,ki->kv", qp.varying, free)
-        lower, upper = _by_columns(qp.lower, offset), _by_columns(qp.upper, offset)
-        return Qp(H, g, A.reshape(N * nr, n), lower, upper, self._penalty)
+        A, offset, varying = self._rows, np.zeros((M, problem.rows)), qp.varying[self._ends]
+        A[:, nc:] = varying @ self._at_ends
+        offset[:, :nc] = free[self._ends] @ problem.C.T
+        offset[:, nc:nr] = np.einsum("kvi,ki->kv", varying, free[self._ends])
+        lower, upper = (by_columns(side - offset, problem) for side in block_bounds(qp, self._lengths))
+        return Qp(H, g, A.reshape(M * nr, n), lower, upper, self._penalty)
 
-
-def _by_columns(bound: Mat, offset: Mat) -> Vec:
-    nr = offset.shape[1]
-    return np.concatenate([bound[:, nr:].ravel(), (bound[:, :nr] - offset).ravel()])
-
-
-def _nothing(qp: StageQp, status: Status, changes: int) -> StageSolution:
-    problem = qp.problem
-    U, y = np.zeros((problem.horizon, problem.inputs)), np.zeros((problem.horizon, problem.rows))
-    return StageSolution(status, U, rollout(qp, U), y, changes, 0, 0, np.inf)
+    def _nothing(self, qp: StageQp, status: Status, changes: int) -> StageSolution:
+        U, y = np.zeros((len(self._ends), self.problem.inputs)), np.zeros(self._set.shape)
+        X = rollout(qp, np.zeros_like(qp.input_linear))[self._ends]
+        return StageSolution(status, U, X, y, changes, 0, 0, np.inf)

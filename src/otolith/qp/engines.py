@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Status
@@ -18,41 +19,56 @@ from otolith.qp.structured import StructuredSettings, StructuredSolver
 
 
 class StageMemory(NamedTuple):
-    """One stage QP as an engine holds it; symbols as in `otolith.qp.stage`."""
+    """One stage QP as an engine holds it; symbols as in `otolith.qp.stage`, M blocks (M = N without)."""
 
     start: Vec  # (nx,) x_0
     output: Mat  # (N, non-zeros of D_k)
     error: Mat  # (N, ny)
     state_weight: Mat  # (N, weighted)
     state_linear: Mat  # (N, weighted)
-    input_linear: Mat  # (N, nu)
-    varying: Mat  # (N, non-zeros of V_k)
-    lower: Mat  # (N, rows)
-    upper: Mat  # (N, rows)
+    input_linear: Mat  # (M, nu), the sum over a block's steps
+    varying: Mat  # (M, non-zeros of V_k) at the blocks' ends
+    lower: Mat  # (M, rows)
+    upper: Mat  # (M, rows)
 
 
 class StageEngine(Protocol):
-    """Solves what lies in its memory, from the working set of the answer before."""
+    """Solves what lies in its memory, from the working set of the answer before.
+
+    Engines are built by calls (problem, *, tolerance, blocks), see `otolith.qp.blocked`; with blocks, the
+    answers' stages are the blocks.
+    """
 
     memory: StageMemory
 
     def run(self, start: Ints | None = None) -> StageSolution:
-        """Solve; `start` (N, rows) replaces the remembered working set."""
+        """Solve; `start` (M, rows) replaces the remembered working set."""
 
     def reset(self) -> None:
         """Forget the last answer."""
 
 
-def expand(problem: StageProblem, memory: StageMemory) -> StageQp:
-    """The problem in memory as a value of its own."""
-    N = problem.horizon
+def expand(problem: StageProblem, memory: StageMemory, blocks: Lengths = ()) -> StageQp:
+    """The problem in memory as a value of its own; steps within a block have no bounds on states."""
+    N, nr, lengths = problem.horizon, problem.rows - problem.inputs, blocks or (1,) * problem.horizon
     output, varying = np.zeros((N, *problem.output.shape)), np.zeros((N, *problem.varying.shape))
-    output[:, problem.output], varying[:, problem.varying] = memory.output, memory.varying
-    same = {name: getattr(memory, name).copy() for name in _SAME}
-    return StageQp(problem=problem, x0=memory.start.copy(), output=output, varying=varying, **same)
-
-
-_SAME = ("error", "state_weight", "state_linear", "input_linear", "lower", "upper")
+    output[:, problem.output] = memory.output
+    varying[:, problem.varying] = np.repeat(memory.varying, lengths, axis=0)
+    lower, upper = (np.repeat(side, lengths, axis=0) for side in (memory.lower, memory.upper))
+    within = np.delete(np.arange(N), block_ends(lengths))
+    lower[within, :nr], upper[within, :nr] = -np.inf, np.inf
+    return StageQp(
+        problem=problem,
+        x0=memory.start.copy(),
+        output=output,
+        error=memory.error.copy(),
+        state_weight=memory.state_weight.copy(),
+        state_linear=memory.state_linear.copy(),
+        input_linear=np.repeat(memory.input_linear / np.reshape(lengths, (-1, 1)), lengths, axis=0),
+        varying=varying,
+        lower=lower,
+        upper=upper,
+    )
 
 
 class StructuredEngine:
@@ -62,13 +78,16 @@ class StructuredEngine:
     condensed engine, which is exact: either solved and certified, or reported infeasible.
     """
 
-    def __init__(self, problem: StageProblem, *, tolerance: float, guesses: bool = True) -> None:
-        self._exact = CondensedSolver(problem, DenseSolver(tolerance=tolerance))
+    def __init__(
+        self, problem: StageProblem, *, tolerance: float, blocks: Lengths = (), guesses: bool = True
+    ) -> None:
+        self._exact = CondensedSolver(problem, DenseSolver(tolerance=tolerance), blocks=blocks)
         self.undecided = 0  # problems handed on since the last reset
         settings = StructuredSettings(tolerance=tolerance)
         if not guesses:  # every problem cold, by the interior point
             settings = replace(settings, exchange_limit=0)
-        self._solver = StructuredSolver(problem, settings)
+        self._blocks = blocks
+        self._solver = StructuredSolver(problem, settings, blocks=blocks)
         part, rows = self._solver.part, self._solver.rows
         self.memory = StageMemory(
             start=part("START"),
@@ -97,8 +116,8 @@ class StructuredEngine:
 
     def _decide(self, given_up: StageSolution) -> StageSolution:
         self.undecided += 1
-        nothing = np.zeros((self._solver.problem.horizon, self._solver.problem.rows), dtype=np.int64)
-        exact = self._exact.solve(expand(self._solver.problem, self.memory), nothing)
+        nothing = np.zeros(self.memory.lower.shape, dtype=np.int64)
+        exact = self._exact.solve(expand(self._solver.problem, self.memory, self._blocks), nothing)
         if exact.status is Status.OPTIMAL:  # the next problem starts from this answer
             self._solver.rows("SET")[:] = exact.working_set
             self._solver.rows("MULTIPLIER")[:] = exact.y
@@ -109,24 +128,25 @@ class StructuredEngine:
 class CondensedEngine:
     """The condensed engine: `daqp`, warm-started, counts its working-set changes."""
 
-    def __init__(self, problem: StageProblem, *, tolerance: float) -> None:
-        self._solver = CondensedSolver(problem, DenseSolver(tolerance=tolerance))
-        N, weighted = problem.horizon, len(problem.weighted)
+    def __init__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> None:
+        self._solver = CondensedSolver(problem, DenseSolver(tolerance=tolerance), blocks=blocks)
+        self._blocks = blocks
+        N, M, weighted = problem.horizon, len(blocks) or problem.horizon, len(problem.weighted)
         self.memory = StageMemory(
             start=np.zeros(problem.states),
             output=np.zeros((N, np.count_nonzero(problem.output))),
             error=np.zeros((N, len(problem.output))),
             state_weight=np.zeros((N, weighted)),
             state_linear=np.zeros((N, weighted)),
-            input_linear=np.zeros((N, problem.inputs)),
-            varying=np.zeros((N, np.count_nonzero(problem.varying))),
-            lower=np.zeros((N, problem.rows)),
-            upper=np.zeros((N, problem.rows)),
+            input_linear=np.zeros((M, problem.inputs)),
+            varying=np.zeros((M, np.count_nonzero(problem.varying))),
+            lower=np.zeros((M, problem.rows)),
+            upper=np.zeros((M, problem.rows)),
         )
 
     def run(self, start: Ints | None = None) -> StageSolution:
         """Expand, condense and solve what lies in the memory."""
-        return self._solver.solve(expand(self._solver.problem, self.memory), start)
+        return self._solver.solve(expand(self._solver.problem, self.memory, self._blocks), start)
 
     def reset(self) -> None:
         """Forget the working set."""

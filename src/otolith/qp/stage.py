@@ -39,13 +39,15 @@ class StageProblem:
     varying: Bools  # (nv, nx) where V_k may be non-zero
     weighted: tuple[int, ...]  # I, the states that have a weight W and a linear term p
     control_weight: Vec  # (nu,) R, positive
-    penalty: Vec  # (nc + nv + nu,) w, +inf where the row is hard
+    penalty: Mat  # (N, nc + nv + nu) w, +inf where the row is hard; one line stands for all stages
 
     def __post_init__(self) -> None:
         nx, nu = np.shape(self.B)
         shapes: dict[str, tuple[int, ...]] = {"A": (nx, nx), "B": (nx, nu), "C": (len(self.C), nx)}
         shapes |= {"output": (len(self.output), nx), "varying": (len(self.varying), nx)}
-        shapes |= {"control_weight": (nu,), "penalty": (len(self.C) + len(self.varying) + nu,)}
+        shapes |= {"control_weight": (nu,), "penalty": (self.horizon, self.rows)}
+        if np.ndim(self.penalty) == 1:
+            object.__setattr__(self, "penalty", np.tile(self.penalty, (self.horizon, 1)))
         for name, shape in shapes.items():
             dtype = np.bool_ if name in {"output", "varying"} else np.float64
             array = frozen_array(getattr(self, name), dtype=dtype)
@@ -69,7 +71,7 @@ class StageProblem:
     @property
     def rows(self) -> int:
         """Rows of one stage: nc + nv + nu."""
-        return len(self.penalty)
+        return len(self.C) + len(self.varying) + self.inputs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,8 +178,7 @@ def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
     if not (np.isfinite(U).all() and np.isfinite(y).all()):
         return np.inf
     X = rollout(qp, U)
-    penalty = np.broadcast_to(qp.problem.penalty, y.shape)
-    of_rows = row_residual(row_values(qp, U, X), y, qp.lower, qp.upper, penalty)
+    of_rows = row_residual(row_values(qp, U, X), y, qp.lower, qp.upper, qp.problem.penalty)
     return worst_of(of_rows, np.abs(stationarity(qp, U, X, y)))
 
 
@@ -203,13 +204,16 @@ def condense(qp: StageQp) -> Qp:
         (C @ Gamma).reshape(N * nr, N * nu),
         np.concatenate([qp.lower[:, nr:].ravel(), (qp.lower[:, :nr] - offset).ravel()]),
         np.concatenate([qp.upper[:, nr:].ravel(), (qp.upper[:, :nr] - offset).ravel()]),
-        np.concatenate([np.tile(problem.penalty[nr:], N), np.tile(problem.penalty[:nr], N)]),
+        by_columns(problem.penalty, problem),
     )
 
 
 def by_rows(y: NDArray[Any], problem: StageProblem) -> NDArray[Any]:
-    """Multipliers or working set of the condensed problem (N·(nu + nr),) stage by stage, (N, nr + nu)."""
-    N, nu = problem.horizon, problem.inputs
+    """Numbers of the condensed problem's rows (N·(nu + nr),) stage by stage, (N, nr + nu).
+
+    N counts blocks where there are any, here and in `by_columns`.
+    """
+    N, nu = len(y) // problem.rows, problem.inputs
     return np.hstack([y[N * nu :].reshape(N, -1), y[: N * nu].reshape(N, nu)])
 
 

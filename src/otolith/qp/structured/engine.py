@@ -7,7 +7,7 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.lti import condense
-from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts
+from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, hold
 from otolith.qp.problem import Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution
 from otolith.qp.structured.generate import CODES, INFO, SETTINGS, module_of
@@ -128,8 +128,9 @@ class StructuredSolver:
         self.part("CONTROL_WEIGHT")[:] = problem.control_weight
         self.part("LOWER")[:], self.part("UPPER")[:] = -1.0, 1.0  # of the padding; never active
         self.part("SOFT")[:], self.part("RHO")[:] = _HARD, 1.0
-        self.rows("SOFT")[:] = np.where(np.isfinite(problem.penalty), problem.penalty, _HARD)
-        self.rows("RHO")[:] = _STIFFNESS / compliance(problem, s.lengths or (1,) * s.N)
+        lengths = s.lengths or (1,) * s.N
+        self.rows("SOFT")[:] = np.minimum(problem.penalty[block_ends(lengths)], _HARD)
+        self.rows("RHO")[:] = _STIFFNESS / compliance(problem, lengths)
         given = (self.settings.tolerance, self.settings.exchange_limit, self.settings.polish_limit)
         self.part("SETTING")[: len(SETTINGS)] = (*given, self.settings.iteration_limit)
 
@@ -140,8 +141,7 @@ def compliance(problem: StageProblem, lengths: Lengths) -> Vec:
     Γ_k are the effects of the blocks' inputs on the state at the end of block k, R their weights.
     """
     _, Gamma = condense(problem.A, problem.B, problem.horizon)  # (N, nx, N·nu)
-    T = np.kron(np.repeat(np.eye(len(lengths)), lengths, axis=0), np.eye(problem.inputs))
-    at_ends = Gamma[block_ends(lengths)] @ T  # (blocks, nx, blocks·nu)
+    at_ends = Gamma[block_ends(lengths)] @ hold(lengths, problem.inputs)  # (blocks, nx, blocks·nu)
     on_states = np.vstack([problem.C, problem.varying.astype(np.float64)]) @ at_ends
     weight = np.outer(lengths, problem.control_weight).ravel()
     of_states = np.max(on_states**2 @ (1.0 / weight), axis=0)
