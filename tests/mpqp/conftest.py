@@ -2,8 +2,8 @@
 
 import pytest
 
-from mpqp.models import saturated_line, surge_pitch
 from otolith.mpqp import Law, enumerate_regions
+from tests.mpqp.models import saturated_line, surge_pitch
 
 
 @pytest.fixture(scope="session")

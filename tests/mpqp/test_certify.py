@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mpqp.models import random_problem
 from otolith.mpqp import Law, enumerate_regions, verify
+from tests.mpqp.models import random_problem
 
 
 def test_the_blocked_law_passes(blocked: Law) -> None:

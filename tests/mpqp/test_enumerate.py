@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mpqp.models import random_problem, saturated_line, surge_pitch
 from otolith.mpqp import Law, ParametricQp, Progress, enumerate_regions
 from otolith.mpqp.geometry import affine_multipliers, affine_slacks
 from otolith.mpqp.leastdistance import LeastDistance, least_distance
 from otolith.mpqp.prune import inscribed
+from tests.mpqp.models import random_problem, saturated_line, surge_pitch
 
 
 def radius(form: LeastDistance, A: np.ndarray) -> float:

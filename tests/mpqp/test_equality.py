@@ -4,9 +4,9 @@ import daqp
 import numpy as np
 import pytest
 
-from mpqp.models import random_problem
 from otolith.mpqp import InvalidProblem, NoRegions, enumerate_regions
 from otolith.mpqp.equality import eliminate
+from tests.mpqp.models import random_problem
 
 
 def data(seed: int, rows: int) -> dict[str, np.ndarray]:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpqp.models import random_problem
 from otolith.mpqp import InvalidProblem, Law, enumerate_regions
 from otolith.mpqp.export_c import export_c
+from tests.mpqp.models import random_problem
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_compiler = pytest.mark.skipif(

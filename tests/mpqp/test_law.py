@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mpqp.models import random_problem, surge_pitch
 from otolith.core.errors import CorruptFile
 from otolith.mpqp import Law, enumerate_regions
 from otolith.mpqp.certify import solve
+from tests.mpqp.models import random_problem, surge_pitch
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mpqp.models import random_problem, surge_pitch
 from otolith.mpqp.certify import solve
 from otolith.mpqp.geometry import affine_multipliers
 from otolith.mpqp.leastdistance import least_distance
 from otolith.mpqp.prune import prune
+from tests.mpqp.models import random_problem, surge_pitch
 
 
 @pytest.mark.parametrize("seed", range(5))

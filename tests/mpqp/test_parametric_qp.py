@@ -5,8 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from mpqp.models import random_problem, saturated_line
 from otolith.mpqp import InvalidProblem, NoRegions, ParametricQp, enumerate_regions
+from tests.mpqp.models import random_problem, saturated_line
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mpqp.models import double_integrators
 from otolith.mpqp import Law
 from otolith.mpqp.certify import solve
 from otolith.mpqp.partial import PartialLaw
+from tests.mpqp.models import double_integrators
 
 
 def trajectory(law: Law, seed: int, steps: int) -> np.ndarray:

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from mpqp.models import random_problem, surge_pitch
 from otolith.mpqp import ParametricQp, enumerate_regions
 from otolith.mpqp.certify import solve
 from otolith.mpqp.separable import enumerate_parts, separate
+from tests.mpqp.models import random_problem, surge_pitch
 
 
 def product(one: ParametricQp, two: ParametricQp, seed: int) -> ParametricQp:

@@ -4,13 +4,13 @@ import sys
 
 import numpy as np
 import pytest
-from stage_problems import stage_problem, stage_qp
 
 from otolith.core.errors import MissingExtra
 from otolith.qp import DenseSolver, Status
 from otolith.qp.casadi import Hpipm, QpOases
 from otolith.qp.stage import condense
 from otolith.qp.structured import StructuredSolver
+from tests.qp.stage_problems import stage_problem, stage_qp
 
 
 @pytest.mark.parametrize("seed", range(5))

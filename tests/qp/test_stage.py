@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stage_problems import NU, N, stage_problem, stage_qp
 
 from otolith.qp import DenseSolver, kkt_residual
 from otolith.qp.stage import (
@@ -18,6 +17,7 @@ from otolith.qp.stage import (
     stage_residual,
     stationarity,
 )
+from tests.qp.stage_problems import NU, N, stage_problem, stage_qp
 
 seeds = st.integers(0, 10_000)
 

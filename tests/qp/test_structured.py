@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stage_problems import NU, N, stage_qp
 
 from otolith.qp import DenseSolver, Status
 from otolith.qp.stage import StageQp, StageSolution, condense, rollout, stage_residual
 from otolith.qp.structured import StructuredSettings, StructuredSolver
+from tests.qp.stage_problems import NU, N, stage_qp
 
 seeds = st.integers(0, 10_000)
 COLD = StructuredSettings(exchange_limit=0)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stage_problems import NU, NX, N, stage_problem, stage_qp
 
 from otolith.qp import DenseSolver, Status, kkt_residual
 from otolith.qp.blocked import block_ends, condense_blocked
 from otolith.qp.stage import by_columns, condense, rollout
 from otolith.qp.structured import StructuredSettings, StructuredSolver
+from tests.qp.stage_problems import NU, NX, N, stage_problem, stage_qp
 
 BLOCKS = (1, 2, 4)
 EXACT = DenseSolver(primal_tolerance=1e-11)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stage_problems import NU, NX, N, stage_problem, stage_qp
 
 from otolith.core.arrays import Mat
 from otolith.qp.stage import StageQp, by_columns, condense, rollout, row_values, stage_residual, stationarity
 from otolith.qp.structured import StructuredSolver
 from otolith.qp.structured.generate import module_of, source, write
 from otolith.qp.structured.layout import Structure
+from tests.qp.stage_problems import NU, NX, N, stage_problem, stage_qp
 
 seeds = st.integers(0, 10_000)
 

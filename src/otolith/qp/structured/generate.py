@@ -90,6 +90,20 @@ def _temporary_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="otolith-kernels-"))
 
 
+def write(text: str, folder: Path) -> Path:
+    """Put a module's text where its hash says, unless it is there.
+
+    Several processes may do so at once: each writes its own file and renames it into place.
+    """
+    path = folder / f"otolith_stage_{hashlib.sha256(text.encode()).hexdigest()[:16]}.py"
+    if not path.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as own:
+            own.write(text.encode())
+        Path(own.name).replace(path)
+    return path
+
+
 def module_of(structure: Structure, extension: str = "", folder: Path | None = None) -> ModuleType:
     """Import the module of a structure, writing it first where there is none."""
     path = write(source(structure, extension), folder or cache_folder())
