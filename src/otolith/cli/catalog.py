@@ -10,7 +10,8 @@ from otolith import registry
 from otolith.cli.output import print_json
 from otolith.core.errors import InputError, one_of
 from otolith.platforms import catalog, load
-from otolith.scenarios import SCENARIOS
+from otolith.scenarios import FAMILIES, SCENARIOS
+from otolith.scenarios.catalog import family_parameters
 
 
 def _tables() -> dict[str, dict[str, str]]:
@@ -18,6 +19,11 @@ def _tables() -> dict[str, dict[str, str]]:
     described = {kind: {name: e.description for name, e in table.items()} for kind, table in entries.items()}
     described["platforms"] = {name: load(name).description for name in catalog()}
     described["scenarios"] = {name: entry.description for name, entry in SCENARIOS.items()}
+    for name, family in FAMILIES.items():
+        parameters = ",".join(
+            f"{key}={value}" for key, value in family_parameters(name).items() if key != "waves"
+        )
+        described["scenarios"][f"{name}:…"] = f"{family.description}; {parameters}"
     return described
 
 
