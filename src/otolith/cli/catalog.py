@@ -21,7 +21,7 @@ def _tables() -> dict[str, dict[str, str]]:
     described["scenarios"] = {name: entry.description for name, entry in SCENARIOS.items()}
     for name, family in FAMILIES.items():
         parameters = ",".join(
-            f"{key}={value}" for key, value in family_parameters(name).items() if key != "waves"
+            f"{key}={value}" for key, value in family_parameters(name).items() if key not in {"waves", "axis"}
         )
         described["scenarios"][f"{name}:…"] = f"{family.description}; {parameters}"
     return described
