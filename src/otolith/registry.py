@@ -61,7 +61,7 @@ PLANTS: Final = {
     "ideal-no-lag": Entry("otolith.plant.ideal:without_lag", "accelerations follow at once (eq. 4.1)"),
 }
 
-# QP engines: callables (StageProblem, tolerance=…) -> StageEngine.
+# QP engines: callables (StageProblem, tolerance=…, blocks=…) -> StageEngine.
 SOLVERS: Final = {
     "structured": Entry("otolith.qp.engines:StructuredEngine", "stage by stage, compiled; the fast path"),
     "dense": Entry(

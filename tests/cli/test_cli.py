@@ -86,6 +86,17 @@ def test_compare_puts_the_promised_figures_side_by_side(
     assert files.read_run(tmp_path / "hybrid-all.h5").cueing == "hybrid-all"
 
 
+def test_inputs_are_held_over_blocks_when_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    blocks = ["--blocks", "1,1,2,7,12,20,28,36,43"]
+    done(["run", SHORT, "--cueing", "implicit", *blocks, "--out", str(tmp_path), "--json"])
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["violations"] == 0
+    assert summary["settings"]["blocks"] == blocks[1]
+    assert summary["status"] == {"optimal": 600}
+
+
 def write_drive(path: Path, header: str = "t_s,ax_mps2,ay_mps2") -> Path:
     """Four seconds at 50 Hz: a gentle pull to the front."""
     rows = [f"{k / 50:.2f},{0.4 if k > 50 else 0.0},0.1" for k in range(200)]
@@ -136,6 +147,8 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
     ("arguments", "sentence"),
     [
         (["run", "sine-3"], "sine-3"),
+        (["run", "sine-1", "--blocks", "1,x"], "--blocks is '1,x', must be numbers of steps with commas"),
+        (["run", "sine-1", "--blocks", "1,2", "--horizon", "4"], "must be of at least 1 step each, 4 in sum"),
         (["run"], "the reference is absent, must be either a scenario's name or --log FILE"),
         (["run", "sine-1", "--log", "x.csv"], "the reference is given twice"),
         (["run", "--log", "absent.csv"], "log absent.csv is not readable"),

@@ -12,7 +12,7 @@ from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, AxisPair
 from otolith.interfaces import PlatformState, Reference, Status
 from otolith.mpc.hybrid import HeldPlan, NoGuess
-from otolith.mpc.implicit import Entry, Implicit, ImplicitSettings, parse_entry
+from otolith.mpc.implicit import BLOCKS, Entry, Implicit, ImplicitSettings, parse_entry
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine, StructuredEngine, expand
@@ -54,17 +54,21 @@ def random_reference(seed: int, duration: float) -> Scenario:
     return Scenario(name=f"random {seed}", duration=duration, specific_force=force)
 
 
+FORMS = {"full": {}, "blocked": {"horizon": sum(BLOCKS), "blocks": BLOCKS}}
 CONTROLLERS = {
-    (platform, pairs): controller(pairs, platform)
+    (form, platform, pairs): controller(pairs, platform, **options)
+    for form, options in FORMS.items()
     for platform in ("thesis", "davsi")
     for pairs in ((SURGE_PITCH,), (SWAY_ROLL,), BOTH)
 }
 
 
 @given(seed=st.integers(0, 10_000), which=st.sampled_from(list(CONTROLLERS)))
-@settings(max_examples=40, deadline=None)
-def test_no_limit_is_violated_whatever_is_wanted(seed: int, which: tuple[str, tuple[AxisPair, ...]]) -> None:
-    platform, pairs = which
+@settings(max_examples=80, deadline=None)
+def test_no_limit_is_violated_whatever_is_wanted(
+    seed: int, which: tuple[str, str, tuple[AxisPair, ...]]
+) -> None:
+    _, platform, pairs = which
     run = close(CONTROLLERS[which], random_reference(seed, 4.0), pairs, platform)
     assert set(run.status) == {"optimal"}
     assert max(run.residual) < 1e-6
@@ -72,13 +76,14 @@ def test_no_limit_is_violated_whatever_is_wanted(seed: int, which: tuple[str, tu
         assert excess.at_nodes < 1e-6, excess
 
 
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("pairs", [(SURGE_PITCH,), BOTH], ids=["2 DOF", "4 DOF"])
-def test_the_engines_drive_the_same_loop(pairs: tuple[AxisPair, ...]) -> None:
+def test_the_engines_drive_the_same_loop(pairs: tuple[AxisPair, ...], form: str) -> None:
     along = scenario("combined")
     if len(pairs) == 2:
         along = along.beside(scenario("step-1", axis="lateral"))
     runs = [
-        close(controller(pairs, engine=engine), along, pairs)
+        close(controller(pairs, engine=engine, **FORMS[form]), along, pairs)
         for engine in (StructuredEngine, CondensedEngine)
     ]
     rmse = [metrics.tracking_rmse(run) for run in runs]
@@ -134,7 +139,7 @@ def test_a_soft_tilt_rate_gives_way_where_a_hard_one_is_infeasible() -> None:
 
 
 def test_after_reset_equal_inputs_give_equal_outputs() -> None:
-    mpc = CONTROLLERS["thesis", BOTH]
+    mpc = CONTROLLERS["full", "thesis", BOTH]
     runs = [close(mpc, random_reference(7, 1.0), BOTH) for _ in range(2)]
     np.testing.assert_array_equal(runs[0].command, runs[1].command)
     np.testing.assert_array_equal(runs[0].changes, runs[1].changes)
@@ -170,9 +175,13 @@ def test_a_state_beyond_its_limits_is_infeasible_and_braked(engine) -> None:  # 
         ({"lag": float("nan")}, "lag is nan"),
         ({"iterations": 0}, "iterations is 0, must be at least 1 per period"),
         ({"soft": {"tilt": -1.0}}, r"penalty of tilt is -1\.0, must be finite and greater than 0"),
+        ({"blocks": (1, 3)}, "blocks is 1,3, must be of at least 1 step each, 50 in sum"),
+        ({"blocks": (51, -1)}, "blocks is 51,-1, must be of at least 1 step each"),
+        ({"firm": 0}, "firm blocks is 0, must be at least 1, for the next node"),
+        ({"later_penalty": float("nan")}, "later penalty is nan, must be greater than 0"),
     ],
 )
-def test_settings_out_of_bounds_are_refused(options: dict[str, float], sentence: str) -> None:
+def test_settings_out_of_bounds_are_refused(options: dict[str, object], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         ImplicitSettings(**options)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="one of reference, primal"):

@@ -16,7 +16,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.core.frames import PAIRS, AxisPair
 from otolith.mpc.design import Design
 from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.implicit import ImplicitSettings, parse_entry
+from otolith.mpc.implicit import BLOCKS, HORIZON, ImplicitSettings, parse_entry
 from otolith.mpc.model import BrakingRows, parse_braking_rows
 from otolith.mpc.washout import WashoutWeight, constant, preset
 from otolith.scenarios import Scenario, log_scenario, scenario
@@ -63,6 +63,16 @@ class Choices:
     solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
         "structured"
     )
+    horizon: Annotated[
+        int | None, typer.Option(help="Steps of the implicit MPC (default: 50, or those of --blocks).")
+    ] = None
+    blocks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STEPS,...",
+            help="Hold the implicit MPC's inputs over blocks, e.g. " + ",".join(map(str, BLOCKS)) + ".",
+        ),
+    ] = None
     preview: Annotated[
         bool, typer.Option("--preview", help="Tell the controller the future reference (default: held).")
     ] = False
@@ -94,11 +104,14 @@ class Choices:
         `tell` is told how the enumeration of explicit laws goes.
         """
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
+        blocks = block_lengths(self.blocks) if self.blocks is not None else ()
         return Design(
             platform=files.read_platform(self.platform),
             pairs=pairs_named(self.dofs),
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
             implicit=ImplicitSettings(
+                horizon=self.horizon if self.horizon is not None else sum(blocks) or HORIZON,
+                blocks=blocks,
                 washout=washout_weights(self.washout, self.weight or []),
                 braking=rows or BrakingRows.POSITION,
                 engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
@@ -167,6 +180,14 @@ def pairs_named(dofs: str) -> tuple[AxisPair, ...]:
         if name not in PAIRS:
             raise InputError("--dofs", repr(name), one_of(PAIRS, name, otherwise=", or several with commas"))
     return tuple(pair for name, pair in PAIRS.items() if name in names)
+
+
+def block_lengths(text: str) -> tuple[int, ...]:
+    """The numbers of steps of `--blocks`."""
+    lengths = text.split(",")
+    if not all(length.strip().isdecimal() for length in lengths):
+        raise InputError("--blocks", repr(text), "numbers of steps with commas, as in 1,1,2,7,12")
+    return tuple(map(int, lengths))
 
 
 def washout_weights(name: str, weights: list[str]) -> tuple[WashoutWeight, ...]:

@@ -1,10 +1,13 @@
 """The implicit MPC of any set of axis pairs as a stage problem; 2 and 4 DOF are the same code.
 
 Notation as in `otolith.mpc.linearise`: per pair x_p = [ω θ v s a_tran a_rot], u_p = [a_rot a_tran], and
-beside each other x = (x_1 … x_P), u = (u_1 … u_P). Per stage k = 1 … N:
+beside each other x = (x_1 … x_P), u = (u_1 … u_P). Per step k = 1 … N:
 
     min Σ_k ½‖f(x_k) − f_ref‖² + ½ Σ_i W_i x_{k,i}² + ½ R ‖u_{k−1} − u_ref,k−1‖²
     s.t. rows of eq. 4.10 per pair, the limit circle of section 4.2 for two, bounds on the commands.
+
+Inputs may be held over M blocks of steps; the cost is still that of every step, the rows are those of the
+blocks' ends (`otolith.qp.blocked`). Without blocks every step is one, M = N.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,6 +36,7 @@ from otolith.mpc.model import (
 )
 from otolith.mpc.washout import WashoutWeight
 from otolith.platforms import Platform
+from otolith.qp.blocked import Lengths, block_ends, block_starts
 from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
 
@@ -52,6 +56,9 @@ class Setting:
     braking: BrakingRows
     terminal: bool  # the last state must be able to stop
     soft: Mapping[str, float]  # penalty by row name, e.g. {"tilt_rate": 100.0} (eq. 6.2)
+    blocks: Lengths = ()  # steps of each, N in sum; none: every step its own
+    firm: int = 2  # first blocks whose rows stay hard, unless `soft` names them
+    later_penalty: float = np.inf  # of rows on states at the ends of the others
 
 
 class Formulation:
@@ -59,6 +66,8 @@ class Formulation:
 
     def __init__(self, platform: Platform, pairs: Sequence[AxisPair], setting: Setting) -> None:
         self.pairs, self.setting = tuple(pairs), setting
+        self.lengths = setting.blocks or (1,) * setting.horizon
+        self._starts, self._ends = block_starts(self.lengths), block_ends(self.lengths)
         limits = [platform.pair_limits(pair) for pair in self.pairs]
         self.command_bound = np.array(
             [bound for one in limits for bound in (one.tilt_acceleration, one.command)]
@@ -75,23 +84,28 @@ class Formulation:
         self._weights = np.empty(len(washout))
         self._under = np.array([self._lies_under(pair) for pair in self.pairs], dtype=np.int64)
         self._X = np.empty((setting.horizon, 6 * len(self.pairs)))
-        self._no_circle = np.empty((setting.horizon, 0))
+        self._no_circle = np.empty((len(self.lengths), 0))
 
     def begin(self, memory: StageMemory) -> None:
         """Write what never changes."""
-        memory.lower[:], memory.upper[:] = self._lower, self._upper
+        memory.lower[:], memory.upper[:] = self._lower[self._ends], self._upper[self._ends]
         memory.state_linear[:] = 0.0
 
     def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
         """Write the problem at state x (6P,), linearised about `plan` (N, 2P), for forces (N, P) wanted."""
         memory.start[:] = x
         circle = memory.varying if self.radius is not None else self._no_circle
-        linearise.prepare(
-            self.A, self.B, x, plan, self._under, wanted, self._X, memory.output, memory.error, circle
-        )
+        X, D, error = self._X, memory.output, memory.error
+        linearise.prepare(self.A, self.B, x, plan, self._under, wanted, X, D, error, self._ends, circle)
         linearise.polynomial_weights(x, self._of, self._coefficients, self._scale, self._weights)
         memory.state_weight[:] = self._weights
-        memory.input_linear[:] = 0.0 if u_ref is None else -self.setting.control_weight * u_ref
+        memory.input_linear[:] = 0.0
+        if u_ref is not None:
+            memory.input_linear[:] -= self.setting.control_weight * np.add.reduceat(u_ref, self._starts)
+
+    def of_steps(self, U: Mat) -> Mat:
+        """Inputs (N, 2P) of every step from those of the blocks (M, 2P)."""
+        return np.repeat(U, self.lengths, axis=0)
 
     def _rows(self, platform: Platform, pair: AxisPair) -> list[Row]:
         """Rows of one pair; the position's own are left out where the limit circle implies them."""
@@ -124,8 +138,21 @@ class Formulation:
             varying=circle,
             weighted=tuple(6 * p + STATES.index(w.on) for p in range(P) for w in setting.washout),
             control_weight=np.full(2 * P, setting.control_weight),
-            penalty=np.array([setting.soft.get(name, np.inf) for name in names]),
+            penalty=self._penalty(names),
         )
+
+    def _penalty(self, names: list[str]) -> Mat:
+        """(N, rows) penalties, as `soft` says; after the firm blocks all rows on states are soft.
+
+        A plan of blocks, one step on, is no plan of blocks any more, and between their ends nothing limits
+        the states: rows that are hard all over the horizon may contradict each other.
+        """
+        setting = self.setting
+        penalty = np.tile([setting.soft.get(name, np.inf) for name in names], (setting.horizon, 1))
+        if setting.blocks:
+            after, states = sum(setting.blocks[: setting.firm]), len(names) - len(self.command_bound)
+            penalty[after:, :states] = np.minimum(penalty[after:, :states], setting.later_penalty)
+        return penalty
 
     def _bounds(self, rows: list[Row]) -> tuple[Mat, Mat]:
         """(N, rows) lower and upper bounds; terminal rows hold at the last stage only.

@@ -4,11 +4,15 @@ The problem is `otolith.mpc.formulation`'s. The dynamics are linear and discreti
 felt force (and, in 4 DOF, the limit circle) is linearised, about the previous plan, not shifted. One
 such step per period is the real-time iteration (Diehl, Bock & Schlöder, 2005); more of them converge to
 the optimum of the nonlinear problem, which tells what one step costs.
+
+With `blocks` the inputs are held over several steps, and a horizon three times as long costs no more.
+Plans are in steps of one period all the same.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Final
 
 import numpy as np
 
@@ -34,9 +38,12 @@ from otolith.mpc.model import (
 from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import Platform
 from otolith.qp import Status
+from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
 from otolith.qp.stage import StageProblem, StageSolution
 
+HORIZON: Final = 50  # the thesis's N
+BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
 _CONVERGED = 1e-9  # largest change of a control between Gauss-Newton steps that ends them
 
 
@@ -59,7 +66,7 @@ def parse_entry(name: str) -> Entry:
 class ImplicitSettings:
     """What the implicit MPC is; the defaults are the thesis's, with adaptive washout."""
 
-    horizon: int = 50  # N
+    horizon: int = HORIZON  # N
     period: float = 0.01  # [s]
     lag: float = 0.01  # [s] between commanded and actual acceleration
     control_weight: float = 1e-3  # R
@@ -67,6 +74,9 @@ class ImplicitSettings:
     braking: BrakingRows = BrakingRows.POSITION
     terminal: bool = False  # the last state must be able to stop; braking rows imply it
     soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
+    blocks: Lengths = ()  # steps of each block of constant inputs, N in sum; none: every step its own
+    firm: int = 2  # first blocks whose rows are hard; those of the others are soft
+    later_penalty: float = 1e3  # of the soft ones
     iterations: int = 1  # Gauss-Newton steps per period at most; 1: real-time iteration
     tolerance: float = 1e-6  # largest certificate that counts as solved
     engine: Callable[..., StageEngine] = StructuredEngine
@@ -82,6 +92,16 @@ class ImplicitSettings:
         for name, penalty in self.soft.items():
             if not 0.0 < penalty < np.inf:
                 raise InputError(f"penalty of {name}", penalty, "finite and greater than 0")
+        self._check_blocks()
+
+    def _check_blocks(self) -> None:
+        if self.blocks and (min(self.blocks) < 1 or sum(self.blocks) != self.horizon):
+            given = ",".join(map(str, self.blocks))
+            raise InputError("blocks", given, f"of at least 1 step each, {self.horizon} in sum")
+        if self.firm < 1:
+            raise InputError("firm blocks", self.firm, "at least 1, for the next node")
+        if not self.later_penalty > 0.0:
+            raise InputError("later penalty", self.later_penalty, "greater than 0")
 
     def formulation(self, platform: Platform, pairs: Sequence[AxisPair]) -> Formulation:
         """The stage problem of these settings on a platform."""
@@ -94,6 +114,9 @@ class ImplicitSettings:
             braking=self.braking,
             terminal=self.terminal,
             soft=self.soft,
+            blocks=self.blocks,
+            firm=self.firm,
+            later_penalty=self.later_penalty,
         )
         return Formulation(platform, pairs, setting)
 
@@ -112,7 +135,9 @@ class Implicit:
     ) -> None:
         self.settings = settings
         self.formulation = settings.formulation(platform, pairs)
-        self.engine = settings.engine(self.formulation.problem, tolerance=settings.tolerance)
+        self.engine = settings.engine(
+            self.formulation.problem, tolerance=settings.tolerance, blocks=settings.blocks
+        )
         self.formulation.begin(self.engine.memory)
         self._pairs, self._guess, self._entry = tuple(pairs), guess, entry
         self._plan = np.zeros((settings.horizon, 2 * len(pairs)))
@@ -158,7 +183,8 @@ class Implicit:
             residual=solution.residual,
             guess_missed=guessed is None and self._guess.active,
         )
-        return self._command(x, solution.U if solved else self._fallback(x), outcome)
+        plan = self.formulation.of_steps(solution.U) if solved else self._fallback(x)
+        return self._command(x, plan, outcome)
 
     def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None) -> StageSolution:
         """Gauss-Newton steps until the plan stands still or their number is used up."""
@@ -169,9 +195,10 @@ class Implicit:
             self.formulation.write(self.engine.memory, x, np.ascontiguousarray(about), wanted, u_ref)
             solution = self.engine.run()
             changes += solution.changes
-            if solution.status is not Status.OPTIMAL or np.max(np.abs(solution.U - about)) < _CONVERGED:
+            plan = self.formulation.of_steps(solution.U)
+            if solution.status is not Status.OPTIMAL or np.max(np.abs(plan - about)) < _CONVERGED:
                 break
-            about = solution.U
+            about = plan
         return replace(solution, changes=changes)
 
     def _wanted(self, reference: Reference) -> Mat:

@@ -26,7 +26,8 @@ def block_starts(lengths: Lengths) -> Ints:
 
 def hold(lengths: Lengths, inputs: int) -> Mat:
     """(N·nu, blocks·nu) that gives the inputs of every step from those of the blocks."""
-    return np.kron(np.repeat(np.eye(len(lengths)), lengths, axis=0), np.eye(inputs))
+    of_blocks = np.repeat(np.eye(len(lengths)), lengths, axis=0)
+    return np.asarray(np.kron(of_blocks, np.eye(inputs)), dtype=np.float64)
 
 
 def block_bounds(qp: StageQp, lengths: Lengths) -> tuple[Mat, Mat]:
