@@ -1,9 +1,11 @@
 """The benchmark times what it says it times: the same problems, the same answers."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
-from otolith.bench import ENGINES, bench
+from otolith.bench import ENGINES, FORMS, bench
 from otolith.core.frames import SURGE_PITCH
 from otolith.platforms import load
 from otolith.report import step_time_figure
@@ -12,8 +14,8 @@ from otolith.report import step_time_figure
 def test_every_engine_answers_the_same_problems_alike() -> None:
     told: list[str] = []
     found = bench(load("thesis"), [(SURGE_PITCH,)], names=["step:duration=2"], passes=1, tell=told.append)
-    assert [figures["engine"] for _, figures in found] == list(ENGINES)
-    assert len(told) == 1 + len(ENGINES)
+    assert [(f["form"], f["engine"]) for _, f in found] == list(product(FORMS, ENGINES))
+    assert len(told) == len(FORMS) * (1 + len(ENGINES))
     for timing, figures in found:
         assert figures["steps"] == 200
         assert figures["certified"] == 1.0

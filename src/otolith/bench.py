@@ -9,6 +9,8 @@ least of several passes over the whole sequence, since every pass does exactly t
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +20,7 @@ from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.frames import AxisPair
 from otolith.mpc.design import Design, implicit
 from otolith.mpc.formulation import Formulation
-from otolith.mpc.implicit import Implicit
+from otolith.mpc.implicit import BLOCKS, Implicit, ImplicitSettings
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.qp import Status
@@ -54,7 +56,8 @@ class Timing:
     """One engine on one recording."""
 
     dofs: str
-    engine: str
+    form: str  # a key of FORMS
+    engine: str  # a key of ENGINES
     times: Vec  # (steps,) [s]
     certified: Bools  # (steps,)
     changes: Vec  # (steps,)
@@ -67,6 +70,7 @@ class Timing:
         both = self.certified & reference.certified
         return {
             "dofs": self.dofs,
+            "form": self.form,
             "engine": self.engine,
             "steps": len(micro),
             "median_us": float(np.median(micro)),
@@ -85,10 +89,12 @@ class Timing:
 Engines = dict[str, Callable[..., StageEngine]]
 ENGINES: Final[Engines] = {
     "structured": StructuredEngine,
-    "structured-cold": lambda problem, *, tolerance: StructuredEngine(
-        problem, tolerance=tolerance, guesses=False
-    ),
+    "structured-cold": partial(StructuredEngine, guesses=False),
     "dense": CondensedEngine,
+}
+FORMS: Final = {
+    "full": ImplicitSettings(),
+    "blocked": ImplicitSettings(horizon=sum(BLOCKS), blocks=BLOCKS),
 }
 
 
@@ -108,10 +114,10 @@ class _Recorder:
 
 
 def record(
-    platform: Platform, pairs: Sequence[AxisPair], names: Sequence[str]
+    platform: Platform, pairs: Sequence[AxisPair], names: Sequence[str], settings: ImplicitSettings
 ) -> tuple[Implicit, list[Step]]:
     """Close the loop over the scenarios along all axes and keep every decision's question."""
-    cueing = implicit(Design(platform=platform, pairs=tuple(pairs)))
+    cueing = implicit(Design(platform=platform, pairs=tuple(pairs), implicit=settings))
     formulation = cueing.formulation
     recorder = _Recorder(formulation)
     cueing.formulation = recorder  # type: ignore[assignment]
@@ -136,7 +142,7 @@ def replay(
     name: str, make: Callable[..., StageEngine], cueing: Implicit, steps: Sequence[Step], *, passes: int
 ) -> Timing:
     """Let an engine answer a recording `passes` times."""
-    engine = make(cueing.problem, tolerance=cueing.settings.tolerance)
+    engine = make(cueing.problem, tolerance=cueing.settings.tolerance, blocks=cueing.settings.blocks)
     formulation = cueing.formulation
     formulation.begin(engine.memory)
     clock = time.thread_time
@@ -156,9 +162,9 @@ def replay(
                 certified[i] = solution.status is Status.OPTIMAL
                 changes[i], first[i] = solution.changes, solution.U[0]
                 residual[i] = solution.residual if certified[i] else 0.0
-    dofs = ",".join(pair.name for pair in formulation.pairs)
     return Timing(
-        dofs=dofs,
+        dofs=",".join(pair.name for pair in formulation.pairs),
+        form="blocked" if cueing.settings.blocks else "full",
         engine=name,
         times=times,
         certified=certified,
@@ -177,15 +183,15 @@ def bench(
     engines: Engines = ENGINES,
     tell: Callable[[str], None] = lambda _: None,
 ) -> list[tuple[Timing, dict[str, Any]]]:
-    """Time every engine on every set of pairs; the dense engine is the reference of its set."""
+    """Time every engine on every set of pairs and form; the dense engine is each one's reference."""
     done = []
-    for pairs in pair_sets:
-        dofs = ",".join(pair.name for pair in pairs)
-        tell(f"recording {dofs}")
-        cueing, steps = record(platform, pairs, names)
+    for pairs, (form, settings) in product(pair_sets, FORMS.items()):
+        what = f"{form} form, {','.join(pair.name for pair in pairs)}"
+        tell(f"recording, {what}")
+        cueing, steps = record(platform, pairs, names, settings)
         timings = []
         for name, make in engines.items():
-            tell(f"{name} on {len(steps)} problems of {dofs}")
+            tell(f"{name} on {len(steps)} problems, {what}")
             timings.append(replay(name, make, cueing, steps, passes=passes))
         reference = next(timing for timing in timings if timing.engine == "dense")
         done += [(timing, timing.account(reference)) for timing in timings]

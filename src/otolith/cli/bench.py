@@ -20,6 +20,7 @@ from otolith.report import save_figure, step_time_figure
 _SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
 _COLUMNS = (
     "dofs",
+    "form",
     "engine",
     "steps",
     "median_us",
@@ -50,7 +51,9 @@ def bench_(
         "results": [figures for _, figures in found],
     }
     files.write_json(out / "bench.json", account)
-    figure = step_time_figure([(f"{t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found])
+    figure = step_time_figure(
+        [(f"{t.form} {t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found]
+    )
     for ending in ("pdf", "png"):
         files.write_figure(out / f"bench.{ending}", lambda path: save_figure(figure, path))
     if json:
@@ -58,7 +61,7 @@ def bench_(
     table = Table(box=None, pad_edge=False)
     for column in _COLUMNS:
         table.add_column(
-            column.replace("_", " "), justify="left" if column in {"dofs", "engine"} else "right"
+            column.replace("_", " "), justify="left" if column in {"dofs", "form", "engine"} else "right"
         )
     for _, figures in found:
         cells = (figures[column] for column in _COLUMNS)
