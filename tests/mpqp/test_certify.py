@@ -61,3 +61,30 @@ def test_a_law_of_another_model_is_reported(blocked: Law) -> None:
     result = verify(foreign, 100, np.random.default_rng(0))
     assert result.max_law_error > 1e-6
     assert not result.passed
+
+
+def test_regions_without_one_of_their_facets_stray(blocked: Law) -> None:
+    """They then cover their neighbours: what a census of few points would miss."""
+    arrays, first = blocked.to_arrays(), blocked.start[:-1]
+    for name in ("rows", "constraint", "beyond"):
+        arrays[name] = np.delete(arrays[name], first, axis=0)
+    arrays["start"] = arrays["start"] - np.arange(len(arrays["start"]))
+    result = verify(Law.from_arrays(arrays), 300, np.random.default_rng(0))
+    assert result.strays > 100
+    assert not result.passed
+    assert verify(blocked, 300, np.random.default_rng(0)).strays == 0
+
+
+def test_a_region_stored_twice_is_reported(blocked: Law) -> None:
+    arrays = blocked.to_arrays()
+    for name in ("keys", "centre", "radius"):
+        arrays[name] = np.append(arrays[name], arrays[name][-1:], axis=0)
+    last = slice(blocked.start[-2], blocked.start[-1])
+    for name in ("rows", "constraint", "beyond"):
+        arrays[name] = np.append(arrays[name], arrays[name][last], axis=0)
+    arrays["start"] = np.append(arrays["start"], len(arrays["beyond"]))
+    old, h = arrays["beyond"], len(blocked.radius)
+    arrays["beyond"] = np.where(old >= h, old + 1, old)  # ids of mirror images move up by one
+    result = verify(Law.from_arrays(arrays), 1000, np.random.default_rng(0))
+    assert result.doubles > 0
+    assert not result.passed

@@ -35,6 +35,8 @@ _COUNTS = (
     "facets",
     "open_facets",
     "mirror_missing",
+    "strays",
+    "doubles",
 )
 _WORST = ("max_law_error", "max_overlap", "continuity")
 

@@ -1,6 +1,7 @@
 """Dense kernels on the least-distance form: factorisation, optimality at a point, a dual active-set QP.
 
-Notation: as in `leastdistance`; A[:k] lists the active rows, L L' = Q_AA, dv = d(τ) (m,), λ (k,),
+Notation: as in `leastdistance`; A[:k] lists the active rows, L L' = Q_AA
+(the diagonal of L is stored inverted), dv = d(τ) (m,), λ (k,),
 slack = dv + Q_·A λ. The QP is solved by the dual method of Goldfarb and Idnani (1983), started
 from the unconstrained minimiser u = 0.
 
@@ -18,8 +19,9 @@ from otolith.mpqp.inner import inner
 DEPENDENT = 1e-10  # squared length of a row outside the span of the active ones that counts as zero
 INFEASIBLE, FAILED = -1, -2
 CHANGE_LIMIT = 500
+SLACK_WEIGHT = 10.0  # a wrong slack moves z by its condition, a wrong multiplier does not
 TIED = 1e-12  # slack up to which a dependent row counts as always binding
-TIGHT, LOOSE = 1e-13, 1e-9  # violations that the QP first aims at, and ends with
+TIGHT, LOOSE = 1e-14, 1e-11  # violations that the QP first aims at, and ends with
 
 
 @inner
@@ -31,12 +33,12 @@ def append_row(Q: Mat, A: Ints, k: int, L: Mat) -> bool:
         s = Q[A[c], j]
         for e in range(c):
             s -= L[k, e] * L[c, e]
-        s /= L[c, c]
+        s *= L[c, c]
         L[k, c] = s
         diagonal -= s * s
     if diagonal < DEPENDENT:
         return False
-    L[k, k] = np.sqrt(diagonal)
+    L[k, k] = 1.0 / np.sqrt(diagonal)
     return True
 
 
@@ -56,7 +58,7 @@ def back_substitute(L: Mat, k: int, x: Vec) -> None:
         s = x[a]
         for e in range(a + 1, k):
             s -= L[e, a] * x[e]
-        x[a] = s / L[a, a]
+        x[a] = s * L[a, a]
 
 
 @inner
@@ -66,7 +68,7 @@ def substitute(L: Mat, k: int, x: Vec) -> None:
         s = x[a]
         for e in range(a):
             s -= L[a, e] * x[e]
-        x[a] = s / L[a, a]
+        x[a] = s * L[a, a]
     back_substitute(L, k, x)
 
 
@@ -95,6 +97,19 @@ def slack_of(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> None:
 
 
 @inner
+def least(x: Vec) -> float:
+    """Smallest entry, by four chains of comparisons that the processor follows side by side."""
+    a, b, c, d = 1e300, 1e300, 1e300, 1e300
+    n = x.shape[0]
+    for i in range(0, n - 3, 4):
+        a, b = min(a, x[i]), min(b, x[i + 1])
+        c, d = min(c, x[i + 2]), min(d, x[i + 3])
+    for i in range(n - n % 4, n):
+        a = min(a, x[i])
+    return min(min(a, b), min(c, d))
+
+
+@inner
 def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -> float:
     """Solve for λ with the rows A active; returns the largest violation of λ ≥ 0 and slack ≥ 0.
 
@@ -110,10 +125,7 @@ def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -
         worst = max(worst, -lam[a])
         size = max(size, lam[a])
         slack[A[a]] = 0.0
-    least = 1e300
-    for i in range(dv.shape[0]):
-        least = min(least, slack[i])
-    return max(worst, -least) / size
+    return max(worst, -SLACK_WEIGHT * least(slack)) / size
 
 
 @inner
@@ -185,7 +197,7 @@ def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Ma
             s = Q[A[a], j]
             for e in range(a):
                 s -= L[a, e] * x[e]
-            x[a] = s / L[a, a]
+            x[a] = s * L[a, a]
             room -= x[a] * x[a]
             L[k, a] = x[a]
         back_substitute(L, k, x)
@@ -202,7 +214,7 @@ def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Ma
         own += t
         gap -= t * room
         if full <= t:
-            A[k], lam[k], L[k, k] = j, own, np.sqrt(room)
+            A[k], lam[k], L[k, k] = j, own, 1.0 / np.sqrt(room)
             return k + 1
         for a in range(blocking, k - 1):
             A[a], lam[a] = A[a + 1], lam[a + 1]

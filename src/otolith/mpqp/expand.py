@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.jit import kernel
 from otolith.mpqp.dualqp import cholesky, optimality, right_hand_side, substitute, tie
-from otolith.mpqp.inner import inner
+from otolith.mpqp.inner import inner, kernel_entry
 from otolith.mpqp.region import (
     FLAT,
     SEEN,
@@ -184,7 +183,7 @@ def has_room(table: SetTable, found: Found, rows: int, n: int) -> bool:
     return bool(sets and regions and facets and found.used[2] + rows <= found.facet.shape[0])
 
 
-@kernel
+@kernel_entry
 def expand_many(
     form: Form, work: Work, table: SetTable, found: Found, span: Ints, tolerance: float, refused: Ints
 ) -> None:
@@ -226,7 +225,7 @@ def expand_many(
         found.start[region + 1] = found.used[1]
 
 
-@kernel
+@kernel_entry
 def insert_many(table: SetTable, A: Ints, count: Ints, codes: Ints32) -> None:
     """Enter the sets A[t, :count[t]] and note their codes; a negative count leaves its code alone."""
     for t in range(count.shape[0]):

@@ -15,9 +15,9 @@ from otolith.mpqp import archive
 from otolith.mpqp.expand import Ints16, Ints32, Rows32
 from otolith.mpqp.geometry import exact_rows
 from otolith.mpqp.leastdistance import LeastDistance
-from otolith.mpqp.lookup import Tables, answers, census, evaluate, members
+from otolith.mpqp.lookup import answers, census, evaluate, members
+from otolith.mpqp.packed import Numbering, Packed, pack
 from otolith.mpqp.problem import ParametricQp
-from otolith.mpqp.region import kernel_form
 from otolith.mpqp.sets import Words, adopted, unpack
 
 
@@ -69,16 +69,17 @@ class Law:
     tolerance: float  # least radius of a region
     seconds: float  # to enumerate, without compiling
     compile_seconds: float
-    _tables: Tables = field(init=False, repr=False)
+    _packed: Packed = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         f = self.form
         table = adopted(self.keys, len(f.rows), f.mirror)
-        tables = Tables(
-            kernel_form(f), table, self.rows, self.start, self.beyond, self.alone,
-            np.array(f.V), np.array(f.Z), np.array(f.centre), np.array(f.half),
-        )  # fmt: skip
-        object.__setattr__(self, "_tables", tables)
+        by = Numbering(f.centre, f.half, f.rows, f.weights)
+        packed = pack(f, table, self.start, self.rows, self.beyond, self.alone, by)
+        h, facets = len(self.radius), len(self.beyond)
+        object.__setattr__(self, "_packed", packed)
+        object.__setattr__(self, "start", packed.ints[: h + 1])
+        object.__setattr__(self, "beyond", packed.ints[h + 1 : h + 1 + facets])
         for name in archive.STORED:
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
@@ -89,8 +90,8 @@ class Law:
     @property
     def nbytes(self) -> int:
         """Bytes of the stored regions with their index of active sets."""
-        stored = sum(getattr(self, name).nbytes for name in archive.STORED)
-        return int(stored + self._tables.sets.slots.nbytes)
+        stored = sum(getattr(self, name).nbytes for name in archive.STORED if name not in ("start", "beyond"))
+        return int(stored + self._packed.ints.nbytes)
 
     def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
         """Minimiser, region, active constraints and multipliers at `theta` (p,).
@@ -99,17 +100,15 @@ class Law:
         The answer satisfies the optimality conditions whatever `start` is.
         """
         found = answers(1, len(self.problem.f))
-        evaluate(self._tables, np.array(theta, dtype=np.float64, ndmin=2), start, found)
-        k = found.size[0]
-        A, lam = found.A[0, : max(k, 0)], found.lam[0, : max(k, 0)]
-        return Evaluation(
-            found.z[0], int(found.region[0]), self.form.rows[A], self.form.weights[A] * lam, bool(k >= 0)
-        )
+        evaluate(self._packed, np.array(theta, dtype=np.float64, ndmin=2), start, found)
+        reals, ints = found.reals[0], found.ints[0]
+        n, region, k = len(reals) // 2, int(ints[0]), int(ints[1])
+        return Evaluation(reals[:n], region, ints[2 : 2 + max(k, 0)], reals[n : n + max(k, 0)], k >= 0)
 
     def evaluate_many(self, thetas: Mat, start: int = -1) -> Evaluations:
         """As `evaluate` for parameters (N, p), each walk starting where the last one ended."""
         found = answers(len(thetas), len(self.problem.f))
-        evaluate(self._tables, np.array(thetas, dtype=np.float64, order="C", ndmin=2), start, found)
+        evaluate(self._packed, np.array(thetas, dtype=np.float64, order="C", ndmin=2), start, found)
         return Evaluations(found.z, found.region, found.size >= 0)
 
     def locate_many(self, thetas: Mat) -> Evaluations:
@@ -119,13 +118,13 @@ class Law:
         """
         regions = np.empty(len(thetas), dtype=np.int64)
         z = np.full((len(thetas), len(self.problem.f)), np.nan)
-        members(self._tables, np.array(thetas, dtype=np.float64, order="C"), self.largest, regions, z)
+        members(self._packed, np.array(thetas, dtype=np.float64, order="C"), self.largest, regions, z)
         return Evaluations(z, regions, regions >= 0)
 
     def count_many(self, thetas: Mat, margin: float = 0.0) -> Ints:
         """How many regions hold each parameter (N, p) at least `margin`, in τ, away from their facets."""
         counts = np.empty(len(thetas), dtype=np.int64)
-        census(self._tables, np.array(self.form.scaled(thetas), order="C"), margin, counts)
+        census(self._packed, np.array(self.form.scaled(thetas), order="C"), margin, counts)
         return counts
 
     @property

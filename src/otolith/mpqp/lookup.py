@@ -15,12 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.jit import kernel
 from otolith.mpqp.dualqp import INFEASIBLE, cholesky, optimality, right_hand_side, solve_qp, untie
-from otolith.mpqp.expand import Ints32, Rows32
-from otolith.mpqp.inner import inner
+from otolith.mpqp.inner import inner, inner_maker, kernel_entry
+from otolith.mpqp.packed import Packed, Tables, opened
 from otolith.mpqp.region import Form
-from otolith.mpqp.sets import SetTable, fold, seek, unpack
+from otolith.mpqp.sets import fold, seek, unpack
 
 MISSED, OUTSIDE, UNSOLVED = -1, -2, -3
 """Region ids: feasible but not in the table; infeasible or outside the box; the QP did not converge."""
@@ -30,21 +29,6 @@ OPTIMAL = 2e-13  # violation of the optimality conditions up to which a guess is
 NEARLY = 1e-12  # the same for the best region of a table without recourse to the QP
 DOMAIN = 1e-8  # how far outside the box, scaled to [-1, 1]^p, a point may lie
 WALK_LIMIT = 40
-
-
-class Tables(NamedTuple):
-    """A law as the kernels need it."""
-
-    form: Form
-    sets: SetTable
-    rows: Rows32  # (facets, p + 1) float32
-    start: Ints32  # (h + 1,) int32
-    beyond: Ints32  # (facets,) int32 region ids, negative where there is none
-    alone: int
-    V: Mat  # (m, n)
-    Z: Mat  # (n, p + 1)
-    centre: Vec  # (p,) of the parameter box
-    half: Vec  # (p,)
 
 
 class Scratch(NamedTuple):
@@ -61,24 +45,43 @@ class Scratch(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """What a lookup writes, one row per parameter."""
+    """What a lookup writes, one row per parameter, in two arrays."""
 
-    region: Ints  # (N,)
-    size: Ints  # (N,) active rows k, -1 when there is no answer
-    z: Mat  # (N, n), NaN when there is no answer
-    A: Ints  # (N, n) active rows
-    lam: Mat  # (N, n) their multipliers
+    reals: Mat  # (N, 2n)
+    ints: Ints  # (N, n + 2)
+
+    @property
+    def z(self) -> Mat:
+        """Minimisers (N, n), NaN where there is no answer."""
+        return self.reals[:, : self.reals.shape[1] // 2]
+
+    @property
+    def lam(self) -> Mat:
+        """Multipliers (N, n) of the active rows."""
+        return self.reals[:, self.reals.shape[1] // 2 :]
+
+    @property
+    def region(self) -> Ints:
+        """Region ids (N,)."""
+        return self.ints[:, 0]
+
+    @property
+    def size(self) -> Ints:
+        """How many rows are active (N,), -1 where there is no answer."""
+        return self.ints[:, 1]
+
+    @property
+    def A(self) -> Ints:
+        """Active rows (N, n)."""
+        return self.ints[:, 2:]
 
 
 def answers(count: int, n: int) -> Answers:
     """Room for `count` answers."""
-    return Answers(
-        np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64), np.full((count, n), np.nan),
-        np.empty((count, n), dtype=np.int64), np.empty((count, n)),
-    )  # fmt: skip
+    return Answers(np.empty((count, 2 * n)), np.empty((count, n + 2), dtype=np.int64))
 
 
-@kernel
+@inner_maker
 def scratch(form: Form) -> Scratch:
     """Fresh memory."""
     q, m = form.d.shape
@@ -209,10 +212,23 @@ def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
             z[i] -= t * tables.V[j, i]
 
 
-@kernel
-def evaluate(tables: Tables, thetas: Mat, guess: int, answers: Answers) -> None:
-    """Answers at θ (N, p), each walk starting where the last one ended, the first at `guess`."""
-    w = scratch(tables.form)
+@inner
+def write(tables: Tables, w: Scratch, r: int, k: int, reals: Vec, ints: Ints) -> None:
+    """One row of `Answers`."""
+    n = tables.Z.shape[0]
+    ints[0], ints[1] = r, k
+    if k < 0:
+        for i in range(n):
+            reals[i] = np.nan
+        return
+    minimiser(tables, w, k, reals)
+    for a in range(k):
+        ints[2 + a], reals[n + a] = tables.names[w.A[a]], tables.weights[w.A[a]] * w.lam[a]
+
+
+@inner
+def answer_each(tables: Tables, thetas: Mat, guess: int, reals: Mat, ints: Ints, w: Scratch) -> None:
+    """The loop of `evaluate`, apart from it because here no array is counted."""
     for t in range(thetas.shape[0]):
         r, k, violation = OUTSIDE, -1, np.inf
         if scale(tables, thetas[t], w.tau) and inside_domain(tables.form, w.tau):
@@ -221,13 +237,15 @@ def evaluate(tables: Tables, thetas: Mat, guess: int, answers: Answers) -> None:
                 k, violation = certify(tables, r, w)
             if violation > OPTIMAL:
                 r, k = by_qp(tables, w)
-        answers.region[t], answers.size[t] = r, k
-        if k < 0:
-            continue
-        minimiser(tables, w, k, answers.z[t])
-        for a in range(k):
-            answers.A[t, a], answers.lam[t, a] = w.A[a], w.lam[a]
+        write(tables, w, r, k, reals[t], ints[t])
         guess = r if r >= 0 else guess
+
+
+@kernel_entry
+def evaluate(packed: Packed, thetas: Mat, guess: int, answers: Answers) -> None:
+    """Answers at θ (N, p), each walk starting where the last one ended, the first at `guess`."""
+    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
+    answer_each(tables, thetas, guess, answers.reals, answers.ints, scratch(tables.form))
 
 
 @inner
@@ -286,9 +304,10 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
     return best, k
 
 
-@kernel
-def members(tables: Tables, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
+@kernel_entry
+def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
     """Fill regions (N,) and z (N, n) from the table alone: a walk, else all regions."""
+    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     w, hits = scratch(tables.form), np.empty(256, np.int64)
     for t in range(thetas.shape[0]):
         r, k = OUTSIDE, -1
@@ -300,9 +319,10 @@ def members(tables: Tables, thetas: Mat, guess: int, regions: Ints, z: Mat) -> N
         regions[t] = r
 
 
-@kernel
-def census(tables: Tables, taus: Mat, margin: float, counts: Ints) -> None:
+@kernel_entry
+def census(packed: Packed, taus: Mat, margin: float, counts: Ints) -> None:
     """How many regions hold each τ (N, p) with `margin` to spare."""
+    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     none = np.empty(0, np.int64)
     for t in range(taus.shape[0]):
         counts[t] = scan(tables, taus[t], margin, none)

@@ -11,25 +11,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.jit import kernel
-from otolith.mpqp.expand import Ints32, insert_many
+from otolith.mpqp.expand import insert_many
+from otolith.mpqp.inner import kernel_entry
 from otolith.mpqp.law import Evaluation
-from otolith.mpqp.leastdistance import least_distance
+from otolith.mpqp.leastdistance import LeastDistance, least_distance
 from otolith.mpqp.lookup import (
     OPTIMAL,
     Answers,
-    Tables,
     answers,
     certify,
     evaluate,
     inside_domain,
-    minimiser,
     scale,
     scratch,
+    write,
 )
+from otolith.mpqp.packed import Packed, opened, pack, plain
 from otolith.mpqp.problem import ParametricQp
 from otolith.mpqp.prune import prune
-from otolith.mpqp.region import kernel_form
 from otolith.mpqp.sets import SetTable, grown, set_table
 
 
@@ -63,11 +62,7 @@ class PartialLaw:
         self._form = prune(least_distance(problem)).form.unsymmetric()
         f, m = self._form, self._form.sizes[0]
         self._sets: SetTable = set_table(m, np.array(f.mirror))
-        self._tables = Tables(
-            kernel_form(f), self._sets, np.zeros((0, len(f.half) + 1), dtype=np.float32), _starts(self._sets),
-            np.zeros(0, dtype=np.int32), 0, np.array(f.V), np.array(f.Z), np.array(f.centre),
-            np.array(f.half),
-        )  # fmt: skip
+        self._packed = _without_facets(f, self._sets)
         self._followers: list[list[int]] = []
         self._tries = tries
         self._asked = self._predicted = self._known = 0
@@ -99,9 +94,9 @@ class PartialLaw:
         answer = answers(1, len(self.problem.f))
         point = np.array(theta, dtype=np.float64, ndmin=2)
         tried = np.array([start, *self._followers[start]] if start >= 0 else [], dtype=np.int64)
-        region = int(try_sets(self._tables, tried, point[0], answer))
+        region = int(try_sets(self._packed, tried, point[0], answer))
         if region < 0:
-            evaluate(self._tables, point, -1, answer)
+            evaluate(self._packed, point, -1, answer)
             if answer.size[0] < 0:
                 return Evaluation(answer.z[0], int(answer.region[0]), tried[:0], answer.lam[0, :0], False)
             region = self._remember(answer)
@@ -118,8 +113,8 @@ class PartialLaw:
         larger = grown(self._sets, before + 2)
         if larger is not self._sets:
             self._sets = larger
-            self._tables = self._tables._replace(sets=larger, start=_starts(larger))
-        insert_many(self._sets, answer.A, answer.size, codes)
+            self._packed = _without_facets(self._form, larger)
+        insert_many(self._sets, np.ascontiguousarray(answer.A), np.ascontiguousarray(answer.size), codes)
         if len(self) > before:
             self._followers.append([])
         else:
@@ -134,23 +129,25 @@ class PartialLaw:
         self._followers[start] = followers[: self._tries]
 
 
-def _starts(sets: SetTable) -> Ints32:
-    """No facets for any set that the table has room for."""
-    return np.zeros(len(sets.keys) + 1, dtype=np.int32)
+def _without_facets(form: LeastDistance, sets: SetTable) -> Packed:
+    """Tables of all sets that `sets` has room for; they grow with its keys, but find no set by its rows."""
+    none, unlisted = np.zeros(0, dtype=np.int32), np.full(1, -1, dtype=np.int32)
+    return pack(
+        form, sets._replace(slots=unlisted), np.zeros(len(sets.keys) + 1, dtype=np.int32),
+        np.zeros((0, len(form.half) + 1), dtype=np.float32), none, 0, plain(form, form.centre, form.half),
+    )  # fmt: skip
 
 
-@kernel
-def try_sets(tables: Tables, tried: Ints, theta: Vec, answers: Answers) -> int:
+@kernel_entry
+def try_sets(packed: Packed, tried: Ints, theta: Vec, answers: Answers) -> int:
     """The first of the sets `tried` that is optimal at θ, its answer in row 0; -1 when none is."""
+    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     w = scratch(tables.form)
     if not scale(tables, theta, w.tau) or not inside_domain(tables.form, w.tau):
         return -1
     for r in tried:
         k, violation = certify(tables, r, w)
         if violation <= OPTIMAL:
-            minimiser(tables, w, k, answers.z[0])
-            answers.region[0], answers.size[0] = r, k
-            for a in range(k):
-                answers.A[0, a], answers.lam[0, a] = w.A[a], w.lam[a]
+            write(tables, w, r, k, answers.reals[0], answers.ints[0])
             return int(r)
     return -1

@@ -119,13 +119,13 @@ def multiplier_rows(form: Form, work: Work, k: int) -> bool:
             s = form.d[c, work.A[a]]
             for e in range(a):
                 s -= L[a, e] * T[e, c]
-            T[a, c] = s / L[a, a]
+            T[a, c] = s * L[a, a]
     for a in range(k - 1, -1, -1):
         for c in range(q):
             s = T[a, c]
             for e in range(a + 1, k):
                 s -= L[e, a] * T[e, c]
-            T[a, c] = s / L[a, a]
+            T[a, c] = s * L[a, a]
     return True
 
 

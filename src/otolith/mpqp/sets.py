@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Ints
-from otolith.core.jit import kernel
-from otolith.mpqp.inner import inner
+from otolith.mpqp.inner import inner, kernel_entry
 
 Words = NDArray[np.uint64]
 ONE = np.uint64(1)
 LOW_BITS = np.uint64(63)
 MIX = np.uint64(0x9E3779B97F4A7C15)
 SHIFT = np.uint64(29)
+DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)  # its 64 windows of six bits differ: they name a single bit
+TOP = np.uint64(58)
+PLACE = np.empty(64, dtype=np.int64)
+PLACE[[((0x03F79D71B4CB0A89 << i) % 2**64) >> 58 for i in range(64)]] = np.arange(64)
 
 
 class SetTable(NamedTuple):
@@ -77,7 +80,7 @@ def first_slot(keys: Words, row: int, mask: int) -> int:
     return int(np.int64(h & np.uint64(mask)))
 
 
-@kernel
+@kernel_entry
 def rehash(table: SetTable) -> None:
     """Enter every key into the empty slots."""
     mask = table.slots.shape[0] - 1
@@ -129,7 +132,7 @@ def seek(table: SetTable) -> int:
     return s
 
 
-@kernel
+@kernel_entry
 def find(table: SetTable, A: Ints, k: int) -> int:
     """Code of the rows A[:k], or -1 when the table does not hold them."""
     image = fold(table, A, k)
@@ -151,17 +154,15 @@ def insert(table: SetTable, A: Ints, k: int) -> int:
     return int(2 * table.slots[s] + image)
 
 
-@kernel
+@kernel_entry
 def unpack(keys: Words, row: int, A: Ints) -> int:
     """Rows of a key in ascending order in A; returns how many."""
     k = 0
     for w in range(keys.shape[1]):
         word = keys[row, w]
-        i = 64 * w
         while word != np.uint64(0):
-            if word & ONE:
-                A[k] = i
-                k += 1
-            word >>= ONE
-            i += 1
+            without = word & (word - ONE)  # the lowest bit cleared
+            A[k] = 64 * w + PLACE[((word ^ without) * DE_BRUIJN) >> TOP]
+            k += 1
+            word = without
     return k
