@@ -18,7 +18,7 @@ check: $(VENV)/.installed-dev
 	$(BIN)/lint-imports
 
 unit: $(VENV)/.installed-dev
-	$(BIN)/pytest --cov --cov-fail-under=95
+	$(BIN)/pytest --numprocesses auto --dist loadfile --cov --cov-fail-under=95
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"Otolith needs Python 3.11 or newer, this is {v[0]}.{v[1]}: make PYTHON=python3.12")'
