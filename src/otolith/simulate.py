@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Ints, Vec
 from otolith.core.frames import specific_force
-from otolith.interfaces import Cueing, Plant, PlatformState, Reference
+from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
 
@@ -57,6 +57,26 @@ class Run:
         return series[every - 1 :: every]
 
 
+class _Decisions:
+    """Control-rate series of a run, as they are made."""
+
+    def __init__(self, m: int) -> None:
+        self.command, self.status = np.empty((m, 6)), [""] * m
+        self.changes, self.guess_missed = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.bool_)
+        self.residual, self.step_time = np.zeros(m), np.zeros(m)
+
+    def note(self, i: int, command: Command, seconds: float) -> None:
+        """Keep decision i, which took so many seconds."""
+        outcome = command.outcome
+        self.command[i], self.step_time[i] = command.acceleration, seconds
+        self.status[i], self.changes[i] = outcome.status.value, outcome.changes
+        self.residual[i], self.guess_missed[i] = outcome.residual, outcome.guess_missed
+
+    def series(self) -> dict[str, Any]:
+        """Fields of `Run` by name."""
+        return {**vars(self), "status": tuple(self.status)}
+
+
 def simulate(
     cueing: Cueing,
     plant: Plant,
@@ -100,12 +120,7 @@ def simulate(
     wanted_rate = scenario.angular_rate(command_time + EDGE)  # (m, 3)
 
     pose, twist, acceleration = (np.empty((n, 6)) for _ in range(3))
-    command_log = np.empty((m, 6))
-    status: list[str] = []
-    changes = np.zeros(m, dtype=np.int64)
-    residual, step_time = np.zeros(m), np.zeros(m)
-    guess_missed = np.zeros(m, dtype=np.bool_)
-
+    decisions = _Decisions(m)
     state = PlatformState()
     cueing.reset(state)
     plant.reset(state)
@@ -118,12 +133,7 @@ def simulate(
             )
             started = clock()
             command = cueing.step(state, reference)
-            step_time[i] = clock() - started
-            command_log[i] = command.acceleration
-            status.append(command.outcome.status.value)
-            changes[i] = command.outcome.changes
-            residual[i] = command.outcome.residual
-            guess_missed[i] = command.outcome.guess_missed
+            decisions.note(i, command, clock() - started)
             for k in range(i * every, (i + 1) * every):
                 state = plant.step(command, plant_period)
                 pose[k], twist[k], acceleration[k] = state.pose, state.twist, state.acceleration
@@ -147,10 +157,5 @@ def simulate(
         twist=twist,
         acceleration=acceleration,
         command_time=command_time,
-        command=command_log,
-        status=tuple(status),
-        changes=changes,
-        residual=residual,
-        guess_missed=guess_missed,
-        step_time=step_time,
+        **decisions.series(),
     )

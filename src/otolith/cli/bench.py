@@ -11,7 +11,7 @@ from rich.table import Table
 
 from otolith import __version__, files
 from otolith.bench import SCENARIOS, bench
-from otolith.cli.output import print_json
+from otolith.cli.output import print_json, wide_console
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.mpc.design import Design, hybrid_all
 from otolith.platforms import load
@@ -66,7 +66,7 @@ def bench_(
     for _, figures in found:
         cells = (figures[column] for column in _COLUMNS)
         table.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in cells))
-    console.print(table)
+    wide_console(stderr=True).print(table)
     console.print(f"written to {out}: bench.json, bench.pdf", highlight=False, soft_wrap=True)
 
 

@@ -4,12 +4,21 @@ import json
 import sys
 from typing import Any
 
+from rich.console import Console
+
 from otolith.mpqp import Progress
 
 
 def print_json(value: object) -> None:
     """One JSON object on standard output; NaN and infinity would not be JSON and are refused."""
     sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
+
+
+def wide_console(*, stderr: bool = False) -> Console:
+    """A console of at least 120 columns: a table that is cut is no table."""
+    console = Console(stderr=stderr)
+    console.width = max(console.width, 120)
+    return console
 
 
 def progress_line(now: Progress) -> str:

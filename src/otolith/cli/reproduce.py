@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from otolith import files
-from otolith.cli.output import print_json
+from otolith.cli.output import print_json, wide_console
 from otolith.core.errors import InputError, one_of
 from otolith.reproduce import TABLES, Table, reproduce
 
@@ -31,9 +31,7 @@ def reproduce_(
         print_json(as_json)
     else:
         for table in tables:
-            wide = Console()
-            wide.width = max(wide.width, 120)  # a table that is cut is no table
-            wide.print(_grid(table))
+            wide_console().print(_grid(table))
     console.print(f"written to {out / 'tables.json'}", highlight=False, soft_wrap=True)
 
 
