@@ -10,6 +10,7 @@ from otolith.report.palette import CYCLE
 
 _COLUMN = 3.5  # [in]
 _FONT = 7.0  # [pt]
+_LEGEND = 5.8  # [pt] so that two columns of labels fit the width
 
 
 def step_time_figure(times: Sequence[tuple[str, Vec]]) -> Figure:
@@ -19,7 +20,7 @@ def step_time_figure(times: Sequence[tuple[str, Vec]]) -> Figure:
     ----------
     times : label and step times (n,) [s] of each engine.
     """
-    figure = Figure(figsize=(_COLUMN, 2.9), layout="constrained")
+    figure = Figure(figsize=(_COLUMN, 3.4), layout="constrained")
     axes = figure.add_subplot()
     for i, (label, seconds) in enumerate(times):
         micro = np.sort(1e6 * seconds)
@@ -36,8 +37,8 @@ def step_time_figure(times: Sequence[tuple[str, Vec]]) -> Figure:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlabel("step time [µs], thread CPU", fontsize=_FONT)
-    axes.set_ylabel("share of steps that take at least so long", fontsize=_FONT)
+    axes.set_ylabel("share of steps at least so long", fontsize=_FONT)
     axes.tick_params(labelsize=_FONT)
     axes.grid(which="major", lw=0.4, color="0.85")
-    figure.legend(loc="outside upper center", ncols=2, fontsize=_FONT - 0.5, frameon=False)
+    figure.legend(loc="outside upper center", ncols=2, fontsize=_LEGEND, frameon=False, handlelength=1.6)
     return figure
