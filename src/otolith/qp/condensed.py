@@ -9,6 +9,7 @@ import numpy as np
 from otolith.core.arrays import Ints
 from otolith.core.lti import condense as predict
 from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, hold
+from otolith.qp.candidate import better
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Qp, Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution, by_columns, by_rows, rollout
@@ -44,21 +45,30 @@ class CondensedSolver:
         """Forget the working set."""
         self._set = np.zeros_like(self._set)
 
-    def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
-        """Solve `qp` from the working set `start` (M, rows), by default the previous answer's."""
+    def solve(self, qp: StageQp, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+        """Solve `qp` from the better one of two working sets.
+
+        Parameters
+        ----------
+        start : (M, rows) as `StageSolution.working_set`; None: the previous answer's.
+        hint : (M, rows) taken instead when fewer optimality conditions fail with it, see
+            `otolith.qp.candidate`.
+        """
         problem = self.problem
         if not qp.well_posed():
             return self._nothing(qp, Status.INVALID, 0)
         dense = self.condense(qp)
-        start = self._set if start is None else start
-        found = self._dense.solve(dense, by_columns(start, problem))
+        chosen, hinted = by_columns(self._set if start is None else start, problem), False
+        if hint is not None:
+            chosen, hinted = better(dense, chosen, by_columns(hint, problem))
+        found = self._dense.solve(dense, chosen)
         if found.status is not Status.OPTIMAL:
             self.reset()
             return self._nothing(qp, found.status, found.changes)
         U, y = found.z.reshape(-1, problem.inputs), by_rows(found.y, problem)
         self._set = np.sign(y).astype(np.int64)
         X = self._Phi[self._ends] @ qp.x0 + self._at_ends @ found.z
-        return StageSolution(found.status, U, X, y, found.changes, 0, 0, found.residual)
+        return StageSolution(found.status, U, X, y, found.changes, 0, 0, found.residual, hinted)
 
     def condense(self, qp: StageQp) -> Qp:
         """The problem in U alone, as `condense_blocked` gives it, with what is constant computed once."""

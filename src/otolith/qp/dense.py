@@ -56,8 +56,8 @@ class DenseSolver:
     def _run(self, qp: Qp, start: Ints) -> tuple[int, Vec, Vec, int]:
         """Exit flag, z, y and working-set changes of daqp on a problem whose rows are all hard."""
         sense = np.zeros(len(qp.upper), dtype=np.int32)
-        sense[start > 0] = _ACTIVE_UPPER
-        sense[start < 0] = _ACTIVE_LOWER
+        sense[(start > 0) & np.isfinite(qp.upper)] = _ACTIVE_UPPER  # daqp would hold z at infinity
+        sense[(start < 0) & np.isfinite(qp.lower)] = _ACTIVE_LOWER
         z, _, flag, info = daqp.solve(
             qp.H,
             qp.g,

@@ -41,8 +41,16 @@ class StageEngine(Protocol):
 
     memory: StageMemory
 
-    def run(self, start: Ints | None = None) -> StageSolution:
-        """Solve; `start` (M, rows) replaces the remembered working set."""
+    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+        """Solve what lies in the memory; neither argument changes the minimiser.
+
+        Parameters
+        ----------
+        start : (M, rows) as `StageSolution.working_set`; replaces the remembered working set.
+        hint : (M, rows) a second guess: when the first does not settle at once, the one with which fewer
+            optimality conditions fail is taken, `StageSolution.hinted` says which, and `changes` counts
+            from there.
+        """
 
     def reset(self) -> None:
         """Forget the last answer."""
@@ -101,10 +109,9 @@ class StructuredEngine:
             upper=rows("UPPER"),
         )
 
-    def run(self, start: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
         """Solve what lies in the memory with one compiled call."""
-        if start is not None:
-            self._solver.rows("SET")[:] = start
+        self._solver.guess(start, hint)
         self._solver.kernels.solve(self._solver.vector)
         solution = self._solver.solution()
         return self._decide(solution) if solution.status is Status.LIMIT else solution
@@ -144,9 +151,9 @@ class CondensedEngine:
             upper=np.zeros((M, problem.rows)),
         )
 
-    def run(self, start: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
         """Expand, condense and solve what lies in the memory."""
-        return self._solver.solve(expand(self._solver.problem, self.memory, self._blocks), start)
+        return self._solver.solve(expand(self._solver.problem, self.memory, self._blocks), start, hint)
 
     def reset(self) -> None:
         """Forget the working set."""

@@ -112,6 +112,7 @@ class StageSolution:
     factorisations: int  # of the working set's linear system
     iterations: int  # of the interior point; 0 when it was not needed
     residual: float  # stage_residual of (U, y); inf when there is no answer
+    hinted: bool = False  # the search went on from the hint, not from the start
 
     @property
     def working_set(self) -> Ints:

@@ -89,16 +89,24 @@ class StructuredSolver:
         self.part("VARYING")[:] = values(s.V, qp.varying)[block_ends(lengths)]
         self.rows("LOWER")[:], self.rows("UPPER")[:] = block_bounds(qp, lengths)
 
-    def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
+    def guess(self, start: Ints | None, hint: Ints | None) -> None:
+        """Give the next solve a working set instead of the remembered one, and a second to choose from."""
+        if start is not None:
+            self.rows("SET")[:] = start
+        if hint is not None:
+            self.rows("HINT")[:] = hint
+            self.part("OFFERED")[:] = 1.0
+
+    def solve(self, qp: StageQp, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
         """Solve `qp`.
 
         Parameters
         ----------
         start : (N, rows) as `StageSolution.working_set`; None starts from the previous answer's.
+        hint : (N, rows) a second guess, see `otolith.qp.engines.StageEngine`.
         """
         self.load(qp)
-        if start is not None:
-            self.rows("SET")[:] = start
+        self.guess(start, hint)
         self.kernels.solve(self.vector)
         return self.solution()
 
@@ -116,6 +124,7 @@ class StructuredSolver:
             factorisations=int(info["FACTORISATIONS"]),
             iterations=int(info["ITERATIONS"]),
             residual=float(info["RESIDUAL"]) if solved else np.inf,
+            hinted=bool(info["HINTED"]),
         )
 
     def _write_constants(self) -> None:

@@ -137,6 +137,7 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "LOWER UPPER SOFT "  # bounds as given; penalty w
         "LO HI RHO "  # bounds as used (finite); weight of the augmented Lagrangian
         "VALUE MULTIPLIER SET "  # r, y and σ: 0 free, ±1 active, ±2 saturated (soft, |y| = w)
+        "HINT OTHER_SET OTHER_MULTIPLIER "  # a second guess, and the first while it is tried
         "DIAGONAL GRADIENT MARK"  # what the rows add to the stages' Hessian and gradient; scratch
     )
     of_sides = (
@@ -153,6 +154,7 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "COST_TO_GO": (N, nx * (nx + 1) // 2),  # P of the stage after
         "COSTATE": (nx,),
         "ACCUMULATOR": (2 * LANES,),
+        "OFFERED": (1,),  # 1 when there is a hint
         "SETTING": (8,),
         "INFO": (8,),
     }

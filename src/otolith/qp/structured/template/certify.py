@@ -28,10 +28,10 @@ from otolith.qp.structured.template.given import (
     woven,
 )
 from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, largest, smallest
+from otolith.qp.structured.template.working import FAR
 
 # --- template ---
 
-FAR = 1e6  # bounds beyond this are not imposed; the certificate still sees them
 HARD = 1e9  # penalties from here on mean that the row is hard
 PROOF = 1e-9  # relative margin by which infeasibility must be proved
 

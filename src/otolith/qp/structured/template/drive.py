@@ -9,6 +9,7 @@ from otolith.qp.structured.template.given import (
     INFO,
     INPUTS,
     MULTIPLIER,
+    OFFERED,
     PLAN,
     ROWS,
     SET,
@@ -24,7 +25,7 @@ from otolith.qp.structured.template.given import (
 from otolith.qp.structured.template.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
 from otolith.qp.structured.template.working import PATIENCE, settle
 
-STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = 0
+STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = HINTED = 0
 TOLERANCE = EXCHANGES = POLISH = ITERATION_LIMIT = 0
 OPTIMAL = INFEASIBLE = LIMIT = INVALID = 0
 
@@ -101,8 +102,10 @@ def solve(W: Vec) -> int:
     Without an answer the working set is forgotten and the plan stays, with its states in X.
     """
     W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
+    W[INFO + HINTED] = 0.0
     status = search(W) if well_posed(W) else INVALID
     W[INFO + STATUS] = status
+    W[OFFERED] = 0.0
     if status != OPTIMAL:
         for i in range(ROWS):
             W[SET + i] = 0.0

@@ -21,11 +21,15 @@ from otolith.qp.structured.template.given import (
     DIAGONAL,
     GRADIENT,
     HI,
+    HINT,
     INFO,
     LANES,
     LO,
     MARK,
     MULTIPLIER,
+    OFFERED,
+    OTHER_MULTIPLIER,
+    OTHER_SET,
     RHO,
     ROWS,
     SET,
@@ -41,10 +45,11 @@ from otolith.qp.structured.template.given import (
 )
 from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest
 
-CHANGES = FACTORISATIONS = REFINEMENTS = 0
+CHANGES = FACTORISATIONS = REFINEMENTS = HINTED = 0
 
 # --- template ---
 
+FAR = 1e6  # bounds beyond this are not imposed; the certificate still sees them
 PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
 DUAL = 1e-9  # a multiplier has the wrong sign beyond this
 GREAT = 500.0  # multipliers above this ask for smaller distances, so that y (r − b) is small too
@@ -145,15 +150,58 @@ def refine(W: Vec) -> float:
 
 
 @woven
+def attempt(W: Vec, last: int, cautious: bool) -> tuple[float, float]:
+    """Solve for the set at hand, whose stages after `last` have factors; largest |r − b|, and changes made."""
+    impose(W)
+    factor(W, last)
+    forward(W)
+    W[INFO + FACTORISATIONS] += 1.0
+    off = step_multipliers(W)
+    return off, review(W, cautious)
+
+
+@pure
+def try_hint(W: Vec) -> None:
+    """Put the hint in the place of the set, and that aside; sides without a bound are not held."""
+    for i in range(ROWS):
+        sigma, set_, y = W[HINT + i], W[SET + i], W[MULTIPLIER + i]
+        W[OTHER_SET + i], W[OTHER_MULTIPLIER + i] = set_, y
+        bound = W[HI + i] if sigma > 0.0 else -W[LO + i]
+        sigma = sigma if bound < FAR else 0.0
+        W[SET + i] = sigma
+        W[MULTIPLIER + i] = y if sigma * y > 0.0 else 0.0
+
+
+@pure
+def give_hint_up(W: Vec) -> None:
+    """Take the set back that was put aside; no stage has factors of it any more."""
+    for i in range(ROWS):
+        W[SET + i], W[MULTIPLIER + i] = W[OTHER_SET + i], W[OTHER_MULTIPLIER + i]
+    W[MARK + N * STAGE_ROWS - 1] = 1.0
+
+
+@woven
+def consider_hint(W: Vec, changes: float) -> tuple[float, float]:
+    """Try the hint against a set that needs `changes`; what `attempt` says of the one that stays."""
+    try_hint(W)
+    W[OFFERED] = 0.0
+    off, of_hint = attempt(W, N - 1, False)
+    if of_hint < changes:
+        W[INFO + HINTED] = 1.0
+        return off, of_hint
+    give_hint_up(W)
+    return FAR, changes
+
+
+@woven
 def settle(W: Vec, limit: int, patience: int) -> bool:
     """Exchange from the working set in SET; True when it has settled on a stationary feasible point."""
     last, fewest, stalled = N - 1, 1e9, 0
     for _ in range(limit):
-        impose(W)
-        factor(W, last)
-        forward(W)
-        W[INFO + FACTORISATIONS] += 1.0
-        off, changes, steps = step_multipliers(W), review(W, stalled > 0), 0
+        off, changes = attempt(W, last, stalled > 0)
+        if W[OFFERED] > 0.0 and changes > 0.0:
+            off, changes = consider_hint(W, changes)
+        steps = 0
         while changes == 0.0 and not off < PRIMAL and steps < STEPS:
             off, changes, steps = refine(W), review(W, stalled > 0), steps + 1
         if changes == 0.0:
