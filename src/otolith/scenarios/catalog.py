@@ -1,7 +1,7 @@
 """Scenarios by name, and their builders from a line of text, ``sine:amplitude=0.7,frequency=0.2``."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
@@ -9,10 +9,9 @@ from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
 from otolith.scenarios import signals
+from otolith.scenarios.formula import Builder, arguments, defaults
 from otolith.scenarios.scenario import Scenario
 from otolith.scenarios.signals import SECTION_6_1_WAVES, STEP_END_LITERAL
-
-Builder = Callable[..., Scenario]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +97,7 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
     stepped = "end" in inspect.signature(entry.build).parameters
     if literal and stepped:
         options["end"] = STEP_END_LITERAL
-    options |= _parameters(text, family, entry.build)
+    options |= arguments(text, family, entry.build)
     origin = entry.source + (", step until 4 s as printed" if literal and stepped else "")
     return replace(entry.build(**options), name=name.strip(), origin=origin)
 
@@ -110,7 +109,7 @@ def family_parameters(family: str) -> dict[str, Any]:
     ------
     InputError : unknown family.
     """
-    return _defaults(_entry(family, FAMILIES).build)
+    return defaults(_entry(family, FAMILIES).build)
 
 
 def _entry(name: str, table: Mapping[str, Entry]) -> Entry:
@@ -120,30 +119,3 @@ def _entry(name: str, table: Mapping[str, Entry]) -> Entry:
         raise InputError("scenario family", repr(name), one_of(table, name))
     otherwise = ", or as sine:amplitude=0.7,frequency=0.2"
     raise InputError("scenario", repr(name), one_of(table, name, otherwise=otherwise))
-
-
-def _defaults(build: Builder) -> dict[str, Any]:
-    """Those parameters of a builder that fit in a text: numbers and words."""
-    parameters = inspect.signature(build).parameters.values()
-    return {p.name: p.default for p in parameters if isinstance(p.default, int | float | str)}
-
-
-def _parameters(text: str, family: str, build: Builder) -> dict[str, Any]:
-    known = _defaults(build)
-    values: dict[str, Any] = {}
-    for part in filter(None, (piece.strip() for piece in text.split(","))):
-        name, equals, value = (piece.strip() for piece in part.partition("="))
-        if name not in known:
-            raise InputError(f"parameter of {family}", repr(name), one_of(known, name))
-        if not equals or name in values:
-            raise InputError(f"parameter of {family}", repr(part), f"given once, as {name}={known[name]}")
-        values[name] = _value(name, value, type(known[name]))
-    return values
-
-
-def _value(name: str, text: str, kind: type) -> Any:
-    words = {int: "a whole number", float: "a number", str: "a word"}
-    try:
-        return kind(text)
-    except ValueError:
-        raise InputError(name, repr(text), words[kind]) from None
