@@ -29,7 +29,7 @@ class Within:
 
     def number(self, value: object) -> float:
         """`value` as a float within the bounds; pydantic turns the error into its own."""
-        number = self._finite(value)
+        number = self.finite(value)
         if number <= 0.0:
             raise refuse(f"greater than 0 {self.unit}".strip())
         if not self.low <= number <= self.high:
@@ -45,12 +45,13 @@ class Within:
             return -number, number
         if len(value) != 2:
             raise refuse(f"one number, or [low, high], in {self.unit}")
-        low, high = (self._finite(end) for end in value)
+        low, high = (self.finite(end) for end in value)
         if not low < 0.0 < high:
             raise refuse(f"[low, high] with low < 0 < high, in {self.unit}")
         return -self.number(-low), self.number(high)
 
-    def _finite(self, value: object) -> float:
+    def finite(self, value: object) -> float:
+        """`value` as a finite float, whatever its sign."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise refuse(f"a number in {self.unit}" if self.unit else "a number")
         try:

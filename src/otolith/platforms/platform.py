@@ -26,6 +26,8 @@ from otolith.platforms.bounds import (
     Travel,
     refuse,
 )
+from otolith.platforms.geometry import HexapodTable
+from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.sentences import sentence, syntax_sentence
 
 INVARIANCE = 2.0  # least c_v²/c_u, see `Braking`
@@ -138,6 +140,7 @@ class Platform(_Table):
     tilt_coordination: TiltCoordination = TiltCoordination()
     braking: Braking = Braking()
     workspace: Workspace = Workspace()
+    hexapod: HexapodTable | None = None
 
     @model_validator(mode="after")
     def _must_move(self) -> Self:
@@ -154,6 +157,24 @@ class Platform(_Table):
     def circle(self) -> float | None:
         """Radius [m] that surge and sway together keep within, where the file gives one."""
         return self.workspace.circle_m
+
+    @property
+    def head(self) -> tuple[float, float, float] | None:
+        """The driver's head [m] from the motion reference point, where the file gives one."""
+        return None if self.hexapod is None else self.hexapod.head_m
+
+    def six_legs(self) -> Hexapod:
+        """The legs and the body they move.
+
+        Raises
+        ------
+        InputError : the file describes none.
+        """
+        if self.hexapod is None:
+            raise InputError(
+                f"[hexapod] of platform {self.name}", "missing", "in its file for its legs to be used"
+            )
+        return self.hexapod.hexapod()
 
     def pair_limits(self, pair: AxisPair) -> PairLimits:
         """Limits of one axis pair, converted to SI units and to the sign of the pair's tilt.

@@ -46,7 +46,8 @@ def _one(detail: ErrorDetails, model: type[BaseModel], source: str) -> InputErro
         return InputError(field, "missing", "given")
     if kind == "extra_forbidden":
         return InputError(field, "unknown", one_of(_fields(model, path[:-1]), path[-1]))
-    return InputError(field, _shown(detail["input"]), _KINDS.get(kind, detail["msg"]))
+    otherwise = f"one of {context['expected']}" if kind == "literal_error" else detail["msg"]
+    return InputError(field, _shown(detail["input"]), _KINDS.get(kind, otherwise))
 
 
 def _fields(model: type[BaseModel], path: list[str]) -> list[str]:

@@ -1,0 +1,193 @@
+"""Six legs as a platform file describes them, and the hexapod that comes of it.
+
+Joints are given either as two circles of three pairs each, or as twelve points; then there is nothing
+between a symmetric machine of a catalogue and one's own irregular rig. What is given is checked as the
+rest of the file is: one sentence with field, value, bound and unit.
+"""
+
+import math
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
+
+from otolith.core.arrays import Mat
+from otolith.platforms.bounds import Radius, Within, refuse
+from otolith.platforms.hexapod import Hexapod
+
+_LENGTH = Within(0.05, 20.0, "m", "km", "mm")
+_POINT_M = 20.0  # [m] largest coordinate of a point
+
+
+def _span(value: object) -> tuple[float, float]:
+    """Shortest and longest length of a leg [m]."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refuse("[shortest, longest], in m")
+    low, high = (_LENGTH.number(end) for end in value)
+    if not low < high:
+        raise refuse("[shortest, longest] with shortest < longest, in m")
+    return low, high
+
+
+def _point(value: object) -> tuple[float, float, float]:
+    """Three coordinates [m]."""
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise refuse("a point [x, y, z], in m")
+    x, y, z = (_LENGTH.finite(coordinate) for coordinate in value)
+    if max(abs(x), abs(y), abs(z)) > _POINT_M:
+        raise refuse(f"a point within {_POINT_M:g} m (is it in mm?)")
+    return x, y, z
+
+
+def _six_points(value: object) -> tuple[tuple[float, float, float], ...]:
+    if not isinstance(value, list | tuple) or len(value) != 6:
+        raise refuse("six points [x, y, z], in m")
+    return tuple(_point(point) for point in value)
+
+
+def _three_inertias(value: object) -> tuple[float, float, float]:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise refuse("[roll, pitch, yaw], in kg m2")
+    kind = Within(1e-3, 1e6, "kg m2")
+    x, y, z = (kind.number(moment) for moment in value)
+    if max(x, y, z) > x + y + z - max(x, y, z):
+        raise refuse("moments of which none exceeds the sum of the others, as of any body")
+    return x, y, z
+
+
+Span = Annotated[tuple[float, float], BeforeValidator(_span)]  # [m]
+Point = Annotated[tuple[float, float, float], BeforeValidator(_point)]  # [m]
+SixPoints = Annotated[tuple[tuple[float, float, float], ...], BeforeValidator(_six_points)]  # [m]
+Inertias = Annotated[tuple[float, float, float], BeforeValidator(_three_inertias)]  # [kg m²]
+Height = Annotated[float, BeforeValidator(_LENGTH.number)]  # [m]
+HalfAngle = Annotated[float, BeforeValidator(Within(0.05, 59.0, "deg", "rad").number)]  # [deg]
+Spacing = Annotated[float, BeforeValidator(Within(60.0, 150.0, "deg", "rad").number)]  # [deg]
+LegSpeed = Annotated[float, BeforeValidator(Within(0.005, 20.0, "m/s", "km/s", "mm/s").number)]  # [m/s]
+LegAcceleration = Annotated[float, BeforeValidator(Within(0.05, 200.0, "m/s2", "", "mm/s2").number)]  # [m/s²]
+Force = Annotated[float, BeforeValidator(Within(1.0, 1e6, "N", "kN").number)]  # [N]
+Mass = Annotated[float, BeforeValidator(Within(0.05, 1e5, "kg", "t").number)]  # [kg]
+Stiffness = Annotated[float, BeforeValidator(Within(10.0, 1e10, "N/m", "N/mm").number)]  # [N/m]
+Damping = Annotated[float, BeforeValidator(Within(1.0, 1e9, "N s/m", "N s/mm").number)]  # [N s/m]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Circles(_Table):
+    """Joints in three pairs on two circles; a platform pair faces a gap between two base pairs.
+
+    With `forward` = "platform" a platform pair points forward and a base pair backward; with "base" the
+    other way round. `spacing_deg` is the angle from the pair on the symmetry plane to each of its sisters.
+    """
+
+    base_radius_m: Radius
+    base_half_angle_deg: HalfAngle  # of one pair, seen from the centre
+    platform_radius_m: Radius
+    platform_half_angle_deg: HalfAngle
+    base_spacing_deg: Spacing = 120.0
+    platform_spacing_deg: Spacing = 120.0
+    forward: Literal["platform", "base"] = "platform"
+
+    def points(self) -> tuple[Mat, Mat]:
+        """Base and platform joints (6, 3) [m], each in its circle's plane; leg k joins the k-th ones."""
+        turn = 0.0 if self.forward == "platform" else 180.0
+        p, s = self.platform_half_angle_deg, self.platform_spacing_deg
+        b, t = self.base_half_angle_deg, self.base_spacing_deg
+        on_platform = [p, s - p, s + p, -s - p, -s + p, -p]
+        on_base = [180 - t - b, 180 - t + b, 180 - b, 180 + b, 180 + t - b, 180 + t + b]
+        return (
+            _on_circle(self.base_radius_m, np.array(on_base) + turn),
+            _on_circle(self.platform_radius_m, np.array(on_platform) + turn),
+        )
+
+
+class Joints(_Table):
+    """Twelve joints as points, each set about its own centre; leg k joins the k-th of both."""
+
+    base_m: SixPoints
+    platform_m: SixPoints
+
+    def points(self) -> tuple[Mat, Mat]:
+        """Base and platform joints (6, 3) [m]."""
+        return np.array(self.base_m), np.array(self.platform_m)
+
+
+class Legs(_Table):
+    """What every leg can do, and its servo: force = stiffness · error + damping · speed error + weight."""
+
+    length_m: Span  # [shortest, longest]
+    speed_mps: LegSpeed  # ± [m/s]
+    acceleration_mps2: LegAcceleration  # ± [m/s²]
+    force_n: Force  # ± [N]
+    mass_kg: Mass  # [kg] that moves along the leg, of the rod and of the drive
+    stiffness_npm: Stiffness  # [N/m]
+    damping_nspm: Damping  # [N s/m]
+
+
+class Payload(_Table):
+    """Everything that moves with the platform, as one rigid body."""
+
+    mass_kg: Mass
+    centre_m: Point  # centre of mass, from the motion reference point
+    inertia_kgm2: Inertias  # [roll, pitch, yaw] about the centre of mass
+
+
+class HexapodTable(_Table):
+    """The table `[hexapod]` of a platform file."""
+
+    neutral_height_m: Height  # of the platform joints' centre above the base joints' centre
+    reference_point_m: Point = (0.0, 0.0, 0.0)  # motion reference point, from the platform joints' centre
+    head_m: Point | None = None  # the driver's head, from the motion reference point
+    circles: Circles | None = None
+    joints: Joints | None = None
+    legs: Legs
+    payload: Payload
+
+    @model_validator(mode="after")
+    def _must_stand(self) -> Self:
+        hexapod = self.hexapod()
+        lengths, (low, high) = hexapod.lengths(np.zeros(6)), self.legs.length_m
+        if not (low < lengths.min() and lengths.max() < high):
+            shown = f"{lengths.min():.4g} to {lengths.max():.4g} m long"
+            raise refuse(f"within {low:g} to {high:g} m", field="legs in the neutral pose", value=shown)
+        condition = hexapod.condition(np.zeros(6))
+        if not condition < SINGULAR_CONDITION:
+            bound = f"below {SINGULAR_CONDITION:g}: such legs cannot hold the platform"
+            raise refuse(bound, field="condition number in the neutral pose", value=f"{condition:.3g}")
+        return self
+
+    def _points(self) -> tuple[Mat, Mat]:
+        geometry = self.circles or self.joints
+        if geometry is None or (self.circles and self.joints):
+            found = "absent" if geometry is None else "both given"
+            raise refuse("one of circles and joints", field="the geometry", value=found)
+        return geometry.points()
+
+    def hexapod(self) -> Hexapod:
+        """The machine, in SI units, about its motion reference point in the neutral pose."""
+        base, platform = self._points()
+        reference = np.array(self.reference_point_m)
+        return Hexapod(
+            joints=platform - reference,
+            anchors=base - reference - np.array([0.0, 0.0, self.neutral_height_m]),
+            head=np.zeros(3) if self.head_m is None else np.array(self.head_m),
+            stroke=self.legs.length_m,
+            speed=self.legs.speed_mps,
+            acceleration=self.legs.acceleration_mps2,
+            force=self.legs.force_n,
+            leg_mass=self.legs.mass_kg,
+            stiffness=self.legs.stiffness_npm,
+            damping=self.legs.damping_nspm,
+            mass=self.payload.mass_kg,
+            centre=np.array(self.payload.centre_m),
+            inertia=np.array(self.payload.inertia_kgm2),
+        )
+
+
+SINGULAR_CONDITION = 50.0  # of the scaled Jacobian; good machines have 2 to 5
+
+
+def _on_circle(radius: float, degrees: Mat) -> Mat:
+    angle = degrees * math.pi / 180.0
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(len(angle))])

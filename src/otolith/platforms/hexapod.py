@@ -1,0 +1,170 @@
+"""A six-legged platform: which legs a pose needs, which pose six legs make, and what they refuse.
+
+Poses, twists and accelerations (6,) are those of `otolith.interfaces.PlatformState`, of the motion
+reference point about the neutral pose; quaternions inside. Numerics: `otolith.platforms.kinematics`.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec, freeze
+from otolith.core.errors import OtolithError
+from otolith.core.motion import place_of, pose_of, velocity_of
+from otolith.platforms.kinematics import forward, inverse, leg_motion, lengths_along
+
+TOLERANCE: Final = 1e-13  # [m] on the legs; a metre has 2e-16
+MOST: Final = 30  # Newton iterations; from the neutral pose 4 or 5 do
+
+
+class LegOutsideStroke(OtolithError):
+    """A pose needs a leg longer or shorter than its actuator allows."""
+
+    def __init__(self, leg: int, length: float, stroke: tuple[float, float]) -> None:
+        low, high = stroke
+        super().__init__(f"leg {leg + 1} needs {length:.4f} m, its stroke is {low:.4f} to {high:.4f} m")
+        self.leg, self.length, self.stroke = leg, length, stroke
+
+
+class NoPose(OtolithError):
+    """Newton's method found no pose of the given leg lengths."""
+
+
+class Singular(OtolithError):
+    """In this pose the legs cannot hold the platform, or nearly so."""
+
+    def __init__(self, condition: float, bound: float) -> None:
+        super().__init__(
+            f"the legs' condition number is {condition:.3g} in this pose, must be below {bound:g}"
+        )
+        self.condition, self.bound = condition, bound
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LegMotion:
+    """How the legs move in a moving pose."""
+
+    length: Vec  # (6,) [m]
+    speed: Vec  # (6,) [m/s]
+    acceleration: Vec  # (6,) [m/s²]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hexapod:
+    """Six legs between a base and a platform; SI units, axes of `otolith.core.frames`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from otolith.platforms import load
+    >>> hexapod = load("davsi").six_legs()
+    >>> pose = np.array([0.1, 0.0, -0.05, 0.0, 0.05, 0.1])
+    >>> np.abs(hexapod.pose_of(hexapod.lengths(pose)) - pose).max() < 1e-12
+    np.True_
+    """
+
+    joints: Mat  # (6, 3) [m] on the platform, from the reference point, in the platform's frame
+    anchors: Mat  # (6, 3) [m] on the base, from the neutral reference point, in world
+    head: Vec  # (3,) [m] of the driver, from the reference point, in the platform's frame
+    stroke: tuple[float, float]  # [m] shortest and longest leg
+    speed: float  # ± [m/s] of a leg
+    acceleration: float  # ± [m/s²] of a leg
+    force: float  # ± [N] of a leg
+    leg_mass: float  # [kg] moving along each leg
+    stiffness: float  # [N/m] of a leg's servo
+    damping: float  # [N s/m] of a leg's servo
+    mass: float  # [kg] of platform and payload
+    centre: Vec  # (3,) [m] of mass, from the reference point, in the platform's frame
+    inertia: Vec  # (3,) [kg m²] about the centre of mass, along the platform's axes
+
+    def __post_init__(self) -> None:
+        freeze(self, joints=(6, 3), anchors=(6, 3), head=(3,), centre=(3,), inertia=(3,))
+
+    @property
+    def size(self) -> float:
+        """Mean distance [m] of the platform's joints from their centre: the lever that rotations act on."""
+        return float(np.mean(np.linalg.norm(self.joints - self.joints.mean(axis=0), axis=1)))
+
+    def lengths(self, pose: Vec) -> Vec:
+        """Leg lengths (6,) [m] of a pose (6,); of many, (n, 6) of (n, 6)."""
+        poses = np.ascontiguousarray(np.atleast_2d(pose), dtype=np.float64)
+        lengths = np.empty(poses.shape)
+        lengths_along(poses, self.joints, self.anchors, lengths)
+        return lengths.reshape(np.shape(pose))
+
+    def leg_motion(self, pose: Vec, twist: Vec, acceleration: Vec) -> LegMotion:
+        """Lengths, speeds and accelerations of the legs of a pose in motion."""
+        motion = np.empty((3, 6))
+        leg_motion(pose, twist, acceleration, self.joints, self.anchors, motion)
+        return LegMotion(length=motion[0], speed=motion[1], acceleration=motion[2])
+
+    def jacobian(self, pose: Vec) -> Mat:
+        """J (6, 6) of leg speeds = J (v, ω), with velocity and angular rate in world."""
+        place, J = np.empty(7), np.empty((6, 6))
+        place_of(np.asarray(pose, dtype=np.float64), place)
+        inverse(place, self.joints, self.anchors, np.empty(6), J, np.empty((6, 3)))
+        return J
+
+    def pose_jacobian(self, pose: Vec) -> Mat:
+        """∂lengths/∂pose (6, 6), of roll, pitch and yaw instead of the angular rate."""
+        E = np.empty((6, 6))
+        for column, unit in zip(E.T, np.eye(6), strict=True):
+            velocity = np.empty(6)
+            velocity_of(np.asarray(pose, dtype=np.float64), unit, velocity)
+            column[:] = velocity
+        product: Mat = self.jacobian(pose) @ E
+        return product
+
+    def condition(self, pose: Vec) -> float:
+        """Condition number [-] of the Jacobian with rotations as paths at the joints' radius.
+
+        So scaled it has one unit throughout; unscaled, it would depend on whether one counts in metres.
+        """
+        scaled = self.jacobian(pose) / np.array([1.0, 1.0, 1.0, *[self.size] * 3])
+        return float(np.linalg.cond(scaled))
+
+    def pose_of(self, lengths: Vec, near: Vec | None = None) -> Vec:
+        """Pose (6,) of leg lengths (6,) [m], the one that Newton's method reaches from `near` (neutral).
+
+        Raises
+        ------
+        NoPose : there is none near, or it is singular.
+        """
+        place = np.empty(7)
+        place_of(np.zeros(6) if near is None else np.asarray(near, dtype=np.float64), place)
+        wanted = np.asarray(lengths, dtype=np.float64)
+        outcome = forward(wanted, self.joints, self.anchors, place, TOLERANCE, MOST)
+        if outcome < 0:
+            why = "is singular on the way" if outcome == -1 else f"was found in {MOST} Newton steps"
+            shown = ", ".join(f"{length:.4f}" for length in wanted)
+            raise NoPose(f"no pose of the leg lengths {shown} m {why}")
+        pose = np.empty(6)
+        pose_of(place, pose)
+        return pose
+
+    def reaches(self, poses: Mat) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """Whether each pose (n, 6) keeps every leg within its stroke, (n,)."""
+        lengths = self.lengths(poses)
+        low, high = self.stroke
+        within: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.all(
+            (lengths >= low) & (lengths <= high), axis=-1
+        )
+        return within
+
+    def check(self, pose: Vec, *, condition: float = 50.0) -> None:
+        """Refuse a pose that the legs cannot make or hold.
+
+        Raises
+        ------
+        LegOutsideStroke : names the leg that is furthest beyond its stroke.
+        Singular : the condition number is not below `condition`.
+        """
+        lengths, (low, high) = self.lengths(pose), self.stroke
+        beyond = np.maximum(low - lengths, lengths - high)
+        worst = int(np.argmax(np.where(np.isnan(beyond), np.inf, beyond)))
+        if not beyond[worst] <= 0.0:
+            raise LegOutsideStroke(worst, float(lengths[worst]), self.stroke)
+        found = self.condition(pose)
+        if not found < condition:
+            raise Singular(found, condition)

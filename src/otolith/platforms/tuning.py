@@ -1,0 +1,181 @@
+"""How conventional washouts are tuned to a platform: scaling, filters and weights from a TOML file.
+
+A washout knows no limits, so its parameters are what makes it fit a platform; each shipped platform has
+its own. Degrees only where a name says `deg`; what reads the values converts them.
+"""
+
+import tomllib
+from importlib.resources import files
+from typing import Annotated, Final, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from otolith.core.errors import InputError, one_of
+from otolith.platforms.bounds import Within, refuse
+from otolith.platforms.sentences import sentence, syntax_sentence
+
+_FOLDER: Final = files("otolith.platforms") / "tunings"
+
+Corner = Annotated[float, BeforeValidator(Within(1e-3, 100.0, "rad/s", "", "deg/s").number)]  # [rad/s]
+Damping = Annotated[float, BeforeValidator(Within(0.3, 5.0, "").number)]  # [-]
+Slope = Annotated[float, BeforeValidator(Within(0.01, 2.0, "").number)]  # [-]
+Force = Annotated[float, BeforeValidator(Within(0.1, 50.0, "m/s2", "g").number)]  # [m/s²]
+Rate = Annotated[float, BeforeValidator(Within(1.0, 500.0, "deg/s", "rad/s").number)]  # [deg/s]
+Weight = Annotated[float, BeforeValidator(Within(1e-9, 1e9, "").number)]  # [1/SI²]
+Speed = Annotated[float, BeforeValidator(Within(1e-6, 1e6, "").number)]  # of adaptation
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class _Cubic(_Table):
+    slope: Slope  # output per input of small signals
+
+    def _must_grow(self, largest: float, limit: float) -> None:
+        if 3.0 * limit < self.slope * largest * (1.0 - 1e-9):
+            raise refuse(
+                f"at least slope × largest / 3 = {self.slope * largest / 3:.4g}, or large inputs "
+                "come out smaller than middling ones",
+                field="limit",
+                value=limit,
+            )
+
+
+class ForceScaling(_Cubic):
+    """Third-order scaling of specific force: `limit` at `largest` and beyond, where it is level."""
+
+    largest_mps2: Force
+    limit_mps2: Force
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        self._must_grow(self.largest_mps2, self.limit_mps2)
+        return self
+
+
+class RateScaling(_Cubic):
+    """The same for angular rate."""
+
+    largest_degps: Rate
+    limit_degps: Rate
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        self._must_grow(self.largest_degps, self.limit_degps)
+        return self
+
+
+class Scaling(_Table):
+    """What is done to the reference before any filter."""
+
+    force: ForceScaling
+    rate: RateScaling
+
+
+class SecondOrder(_Table):
+    """Natural frequency and damping of a low-pass or high-pass."""
+
+    natural_radps: Corner
+    damping: Damping = 1.0
+
+
+class ThirdOrder(SecondOrder):
+    """A second-order high-pass times a first-order one, so that travel returns to zero."""
+
+    washout_radps: Corner
+
+
+class Classical(_Table):
+    """Filters of the classical washout (thesis, eqs. 2.2 and 2.4)."""
+
+    surge: ThirdOrder
+    sway: ThirdOrder
+    heave: ThirdOrder
+    tilt: SecondOrder  # low-pass of tilt coordination
+    rotation: SecondOrder  # high-pass of roll, pitch and yaw rate
+
+
+class Adaptive(_Table):
+    """Filters, weights and bounds of the adaptive washout (eqs. 2.6, 2.7)."""
+
+    surge: SecondOrder
+    sway: SecondOrder
+    heave: SecondOrder
+    tilt: SecondOrder
+    rotation: SecondOrder
+    force_weight: Weight  # W1
+    rate_weight: Weight  # W2
+    velocity_weight: Weight  # W3
+    position_weight: Weight  # W4
+    gain_weight: Weight  # W7, W8: of the gains' distance from 1
+    speed: Speed  # K of the translations' gains
+    rate_speed: Speed  # K of the rotations' gains
+    least_gain: Annotated[float, BeforeValidator(Within(1e-6, 1.0, "").number)]
+    largest_gain: Annotated[float, BeforeValidator(Within(1.0, 3.0, "").number)]
+
+
+class Optimal(_Table):
+    """Weights of the optimal washout (eq. 2.5) and the noise that stands for the drive."""
+
+    sensed_force: Weight  # Q
+    sensed_rate: Weight
+    integral: Weight  # R_d: of the position's integral, position, velocity, tilt
+    position: Weight
+    velocity: Weight
+    tilt: Weight
+    acceleration: Weight  # R
+    rate: Weight
+    force_noise_radps: Corner  # break frequencies of the filtered white noise
+    rate_noise_radps: Corner
+    alpha_per_s: Speed  # nonlinear variant: α = this · (s² + v²) [1/s], at most
+    largest_alpha_per_s: Speed
+
+
+class Tuning(_Table):
+    """Everything the washouts are made from, beside the platform's tilt threshold.
+
+    Examples
+    --------
+    >>> load_tuning("davsi").classical.surge.damping
+    1.0
+    """
+
+    name: str = Field(min_length=1, max_length=80)
+    description: str = ""
+    scaling: Scaling
+    classical: Classical
+    adaptive: Adaptive
+    optimal: Optimal
+    catch_up_radps: Corner = 5.0  # how fast a tilt that was rate-limited closes up afterwards
+    home_radps: Corner = 0.5  # how fast a platform returns that does not start from the neutral pose
+
+
+def tunings() -> tuple[str, ...]:
+    """Names of the shipped tunings, sorted; each is that of the platform of the same name."""
+    names = (entry.name.removesuffix(".toml") for entry in _FOLDER.iterdir() if entry.name.endswith(".toml"))
+    return tuple(sorted(names))
+
+
+def load_tuning(name: str) -> Tuning:
+    """A shipped tuning by name.
+
+    Raises
+    ------
+    InputError : there is none of that name.
+    """
+    if name not in tunings():
+        raise InputError("tuning", repr(name), one_of(tunings(), name, otherwise=", or a file (.toml)"))
+    return parse_tuning((_FOLDER / f"{name}.toml").read_text(encoding="utf-8"), f"{name}.toml")
+
+
+def parse_tuning(text: str, source: str) -> Tuning:
+    """Tuning from the text of its TOML file; errors as `otolith.platforms.parse_platform`."""
+    try:
+        fields = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise syntax_sentence(error, text, source) from None
+    try:
+        return Tuning.model_validate(fields)
+    except ValidationError as error:
+        raise sentence(error, Tuning, source) from None
