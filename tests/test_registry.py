@@ -4,7 +4,7 @@ from otolith import registry
 from otolith.core.errors import InputError, MissingExtra
 
 
-@pytest.mark.parametrize("table", [registry.CUEING, registry.PLANTS, registry.SOLVERS])
+@pytest.mark.parametrize("table", [registry.CUEING, registry.PLANTS, registry.SOLVERS, registry.PERCEPTION])
 def test_every_entry_loads_and_is_described(table: dict[str, registry.Entry]) -> None:
     for name, entry in table.items():
         assert callable(entry.load()), name

@@ -69,6 +69,23 @@ SOLVERS: Final = {
     ),
 }
 
+# Perception models: callables () -> StateSpace, one organ, one axis.
+PERCEPTION: Final = {
+    "otolith-telban": Entry("otolith.perception.otoliths:telban", "specific force; the thesis's (eq. 6.4)"),
+    "otolith-young": Entry("otolith.perception.otoliths:young", "specific force; Young & Meiry (Table B.3)"),
+    "otolith-ormsby": Entry("otolith.perception.otoliths:ormsby", "specific force; Ormsby (Table B.3)"),
+    "otolith-thresholds": Entry(
+        "otolith.perception.otoliths:from_thresholds", "specific force; fitted to thresholds (Soyka 2011)"
+    ),
+    "canals-telban": Entry("otolith.perception.canals:telban", "angular rate; Telban (Table B.1)"),
+    "canals-reid": Entry("otolith.perception.canals:reid", "angular rate; Reid & Nahon (Table B.1)"),
+    "canals-young": Entry("otolith.perception.canals:young", "angular rate; Young & Oman (Table B.1)"),
+    "canals-ormsby": Entry("otolith.perception.canals:ormsby", "angular rate; Ormsby (Table B.1)"),
+    "canals-thresholds": Entry(
+        "otolith.perception.canals:from_thresholds", "angular rate; fitted to thresholds (Soyka 2012)"
+    ),
+}
+
 
 def lookup(table: dict[str, Entry], kind: str, name: str) -> Entry:
     """Entry `name` of one of the tables above, or one sentence that lists what there is."""

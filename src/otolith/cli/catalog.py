@@ -15,7 +15,12 @@ from otolith.scenarios.catalog import family_parameters
 
 
 def _tables() -> dict[str, dict[str, str]]:
-    entries = {"cueing": registry.CUEING, "plants": registry.PLANTS, "solvers": registry.SOLVERS}
+    entries = {
+        "cueing": registry.CUEING,
+        "plants": registry.PLANTS,
+        "solvers": registry.SOLVERS,
+        "perception": registry.PERCEPTION,
+    }
     described = {kind: {name: e.description for name, e in table.items()} for kind, table in entries.items()}
     described["platforms"] = {name: load(name).description for name in catalog()}
     described["scenarios"] = {name: entry.description for name, entry in SCENARIOS.items()}
@@ -29,11 +34,12 @@ def _tables() -> dict[str, dict[str, str]]:
 
 def list_(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="cueing, plants, platforms, scenarios or solvers.")
+        str,
+        typer.Argument(metavar="KIND", help="cueing, perception, plants, platforms, scenarios or solvers."),
     ],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
-    """List cueing algorithms, plants, platforms, scenarios or solvers by name."""
+    """List cueing algorithms, perception models, plants, platforms, scenarios or solvers by name."""
     tables = _tables()
     if kind not in tables:
         raise InputError("KIND", repr(kind), one_of(sorted(tables), kind))

@@ -1,0 +1,7 @@
+"""How motion is felt: models of the vestibular organs, and the thresholds of what is noticed."""
+
+from otolith.perception import canals, otoliths
+from otolith.perception.models import Vestibular, sense
+from otolith.perception.thresholds import TILT_THRESHOLDS, TiltThreshold
+
+__all__ = ["TILT_THRESHOLDS", "TiltThreshold", "Vestibular", "canals", "otoliths", "sense"]

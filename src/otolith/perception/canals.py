@@ -1,0 +1,64 @@
+"""Semicircular canals: angular rate [rad/s] -> sensed angular rate [rad/s].
+
+Notation (thesis, eq. B.1): T_L T_a s² / ((T_L s + 1)(T_S s + 1)(T_a s + 1)). They feel changes of the
+rate only: a sustained rotation fades away.
+"""
+
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from otolith.core.lti import StateSpace
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CanalParameters:
+    """Time constants of eq. B.1."""
+
+    T_a: float  # [s] of the adaptation
+    T_L: float  # [s] of the cupula
+    T_S: float = 0.0  # [s] of the short lag
+
+    def system(self) -> StateSpace:
+        """The organ as a continuous system."""
+        lags = [[T, 1.0] for T in (self.T_L, self.T_S, self.T_a) if T > 0.0]
+        return StateSpace.from_polynomials([self.T_L * self.T_a, 0.0, 0.0], reduce(np.polymul, lags))
+
+
+# Thesis, Table B.1, after Telban & Cardullo (NASA CR-2005-213747), Reid & Nahon (UTIAS 296, 1985) and the
+# review of Asadi et al. (2017).
+TELBAN = CanalParameters(T_a=80.0, T_L=5.73)
+REID = CanalParameters(T_a=30.0, T_L=5.3)
+YOUNG = CanalParameters(T_a=30.0, T_L=16.0)
+ORMSBY = CanalParameters(T_a=30.0, T_L=18.0)
+
+
+def telban() -> StateSpace:
+    """Telban & Cardullo's canals."""
+    return TELBAN.system()
+
+
+def reid() -> StateSpace:
+    """Reid & Nahon's canals."""
+    return REID.system()
+
+
+def young() -> StateSpace:
+    """Young & Oman's canals."""
+    return YOUNG.system()
+
+
+def ormsby() -> StateSpace:
+    """Ormsby's canals."""
+    return ORMSBY.system()
+
+
+def from_thresholds() -> StateSpace:
+    """The canals that explain measured detection thresholds of yaw: a single high-pass and a lead.
+
+    2.2 s (1 + 0.014 s) / ((1 + 2.16 s)(1 + 0.005 s)): Soyka et al. (2012), doi 10.1007/s00221-012-3120-x,
+    in the form given by Nash, Cole & Bigler (2016), doi 10.1007/s00422-016-0682-x.
+    """
+    lags = np.polymul([2.16, 1.0], [0.005, 1.0])
+    return StateSpace.from_polynomials([2.2 * 0.014, 2.2, 0.0], lags.tolist())

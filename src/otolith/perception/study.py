@@ -1,0 +1,182 @@
+"""The thesis's study of perception models: Tables B.1 to B.4, figures B.1 to B.3, eqs. B.3 to B.5.
+
+Its numbers come out digit for digit in this reading, found by trying: samples every 0.05 s; the input is 1
+from the sample at 2 s to the one at 15 s, both included, hence held until 15.05 s; the run ends at 45 s; and
+the "final value" is that of the last sample. The rise time is then counted in samples, not in seconds, and
+is towards that last value, a few thousandths, so it says nothing about how fast an organ answers. In
+Table B.2 the columns of Young and Ormsby are exchanged, and Young's was computed with a short lag of
+0.04 s where Table B.1 prints 0 (`YOUNG_IN_TABLE_B2`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.filter import Filter
+from otolith.core.lti import StateSpace
+from otolith.perception import canals, otoliths
+from otolith.perception.canals import CanalParameters
+from otolith.perception.otoliths import OtolithParameters
+
+PERIOD: Final = 0.05  # [s] of the thesis's samples
+START, END, DURATION = 2.0, 15.0, 45.0  # [s] of the unit step and of the run
+SETTLED: Final = 0.02  # share of the largest error within which a response has settled
+OMEGA: Final = np.logspace(-3.0, 3.0, 301)  # [rad/s]
+
+CANALS: Final[Mapping[str, CanalParameters]] = MappingProxyType(  # Table B.1
+    {"telban": canals.TELBAN, "reid": canals.REID, "young": canals.YOUNG, "ormsby": canals.ORMSBY}
+)
+YOUNG_IN_TABLE_B2: Final = replace(canals.YOUNG, T_S=0.04)
+OTOLITHS: Final[Mapping[str, OtolithParameters]] = MappingProxyType(  # Table B.3
+    {"telban": otoliths.TELBAN, "young": otoliths.YOUNG, "ormsby": otoliths.ORMSBY}
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepCharacteristics:
+    """What Tables B.2 and B.4 tell of a response."""
+
+    rise_time: float  # from 10 % to 90 % of a value [s]
+    settling_time: float  # instant from which the error stays within 2 % of its largest [s]
+    minimum: float
+    maximum: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Responses:
+    """One model in figures B.1 to B.3: its answer to the unit step, and its frequency response."""
+
+    time: Vec  # (n,) [s]
+    output: Vec  # (n,)
+    omega: Vec  # (m,) [rad/s]
+    magnitude_db: Vec  # (m,)
+    phase_deg: Vec  # (m,) without jumps of 360°
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensitivity:
+    """Figure B.3: an otolith with its gain multiplied by a factor, and its sensitivity function."""
+
+    factor: float
+    otolith: Responses
+    sensitivity: Responses
+
+
+def table_b2() -> dict[str, StepCharacteristics]:
+    """Table B.2 by the models' names in Table B.1, from that table's parameters; rise time in seconds."""
+    return {name: in_thesis_reading(model.system()) for name, model in CANALS.items()}
+
+
+def table_b4() -> dict[str, StepCharacteristics]:
+    """Table B.4 by the models' names in Table B.3; rise time in seconds."""
+    return {name: in_thesis_reading(model.system()) for name, model in OTOLITHS.items()}
+
+
+def figure_b1() -> dict[str, Responses]:
+    """Step and frequency responses of the semicircular canals."""
+    return {name: responses(model.system()) for name, model in CANALS.items()}
+
+
+def figure_b2() -> dict[str, Responses]:
+    """Step and frequency responses of the otoliths."""
+    return {name: responses(model.system()) for name, model in OTOLITHS.items()}
+
+
+def figure_b3(factor: float, model: OtolithParameters = otoliths.TELBAN) -> Sensitivity:
+    """The otolith with its gain times `factor`: 0.5 in figure B.3a; 1.5 or 2 in B.3b, which does not say."""
+    system = replace(model, k=factor * model.k).system()
+    return Sensitivity(factor=factor, otolith=responses(system), sensitivity=responses(sensitivity(system)))
+
+
+def in_thesis_reading(system: StateSpace) -> StepCharacteristics:
+    """Characteristics as in Tables B.2 and B.4, but for the rise time, which is given in seconds there.
+
+    The thesis prints the number of samples, 20 times as much.
+    """
+    time, output = step_response(system, PERIOD, hold_last=True)
+    return step_characteristics(time, output, towards=float(output[-1]))
+
+
+def step_response(system: StateSpace, period: float, *, hold_last: bool = False) -> tuple[Vec, Vec]:
+    """Time and output (n,) under 1 from 2 s to 15 s, exact at the samples.
+
+    Parameters
+    ----------
+    hold_last : the sample at 15 s still sees the 1, so that it is held for one period more.
+    """
+    time = np.arange(round(DURATION / period) + 1) * period
+    last = END + 0.5 * period if hold_last else END - 0.5 * period
+    u = np.where((time > START - 0.5 * period) & (time < last), 1.0, 0.0)
+    return time, Filter(system.discretise(period)).simulate(u[:, None])[:, 0]
+
+
+def step_characteristics(time: Vec, output: Vec, *, towards: float) -> StepCharacteristics:
+    """Characteristics of a sampled response, straight between the samples, that ends where it settles.
+
+    Parameters
+    ----------
+    towards : the value whose 10 % and 90 % bound the rise.
+    """
+    error = np.abs(output - output[-1])
+    within = SETTLED * np.max(error)
+    last = int(np.flatnonzero(error > within)[-1])
+    return StepCharacteristics(
+        rise_time=_first_crossing(time, output, 0.9 * towards) - _first_crossing(time, output, 0.1 * towards),
+        settling_time=_crossing(time, error, last, within),
+        minimum=float(np.min(output)),
+        maximum=float(np.max(output)),
+    )
+
+
+def responses(system: StateSpace, *, period: float = 0.01, omega: Vec = OMEGA) -> Responses:
+    """Answer to the unit step of 2 s to 15 s, and Bode data of a single-input, single-output system."""
+    time, output = step_response(system, period)
+    response = system.frequency_response(omega)[:, 0, 0]
+    return Responses(
+        time=time,
+        output=output,
+        omega=omega,
+        magnitude_db=20.0 * np.log10(np.abs(response)),
+        phase_deg=np.rad2deg(np.unwrap(np.angle(response))),
+    )
+
+
+def sensitivity(T: StateSpace) -> StateSpace:
+    """1 / (1 + T) (eq. B.3) of a single-input, single-output system: u − y of T in unit feedback."""
+    K = 1.0 / (1.0 + T.D)  # (1, 1): e = K (u − C x)
+    return replace(T, A=T.A - T.B @ K @ T.C, B=T.B @ K, C=-K @ T.C, D=K)
+
+
+def sensitivity_extrema(model: OtolithParameters) -> list[tuple[float, float]]:
+    """Frequencies [rad/s] and values where |1 / (1 + T)| of an otolith is stationary (eq. B.5), exactly.
+
+    With |S|² = n(w) / d(w), w = ω², they are the positive roots of n' d − n d'.
+    """
+    den = np.polymul([model.T_L, 1.0], [model.T_S, 1.0])
+    n, d = _squared_modulus(den), _squared_modulus(np.polyadd(den, [model.k * model.T_a, model.k]))
+    slope = np.polysub(np.polymul(np.polyder(n), d), np.polymul(n, np.polyder(d)))
+    roots = np.roots(slope)
+    w = np.sort(roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)])
+    return [(float(np.sqrt(x)), float(np.sqrt(np.polyval(n, x) / np.polyval(d, x)))) for x in w]
+
+
+def _squared_modulus(p: Vec) -> Vec:
+    """|p(jω)|² of p = [p₂, p₁, p₀] as a polynomial in ω²: (p₀ − p₂ w)² + p₁² w."""
+    p2, p1, p0 = p
+    return np.array([p2**2, p1**2 - 2.0 * p0 * p2, p0**2])
+
+
+def _first_crossing(time: Vec, y: Vec, level: float) -> float:
+    """First instant at which y passes `level`, in either direction."""
+    passes = (y[:-1] - level) * (y[1:] - level) <= 0.0
+    return _crossing(time, y, int(np.flatnonzero(passes & (y[:-1] != y[1:]))[0]), level)
+
+
+def _crossing(time: Vec, y: Vec, k: int, level: float) -> float:
+    """Instant at which the straight line from sample k to the next passes `level`."""
+    share = (level - y[k]) / (y[k + 1] - y[k])
+    return float(time[k] + share * (time[k + 1] - time[k]))
