@@ -99,7 +99,8 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
         options["end"] = STEP_END_LITERAL
     options |= arguments(text, family, entry.build)
     origin = entry.source + (", step until 4 s as printed" if literal and stepped else "")
-    return replace(entry.build(**options), name=name.strip(), origin=origin)
+    built: Scenario = entry.build(**options)
+    return replace(built, name=name.strip(), origin=origin)
 
 
 def family_parameters(family: str) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import InputError
 from otolith.scenarios.columns import QUANTITIES, STANDARD_GRAVITY, Column, choose
-from otolith.scenarios.table import Table, line_of, numbers, split
+from otolith.scenarios.table import Table, split
 
 MAX_GAP: Final = 1.0  # [s] between two rows; what lies in a longer gap cannot be guessed
 MAX_ACCELERATION: Final = 50.0  # [m/s²]
@@ -68,7 +68,7 @@ def parse_log(text: str, source: str, *, columns: Mapping[str, str] = _NO_MAPPIN
     table = split(text, source)
     chosen = choose(table.names, source, columns, table.units)
     required = [column for column in chosen if column.key != "vx"]
-    raw = numbers(table, required)
+    raw = table.numbers(required)
     data = {column.key: raw[:, i] * column.factor for i, column in enumerate(required)}
     t = (raw[:, 0] - raw[0, 0]) * required[0].factor  # subtracted first: time stamps may be huge
     _check_time(t, table, required[0])
@@ -101,15 +101,14 @@ def _check_time(t: Vec, table: Table, column: Column) -> None:
     wrong = np.flatnonzero(~(steps > 0.0))
     if len(wrong):
         row = int(wrong[0]) + 1
-        where = f"time in line {line_of(table, row)} of {table.source}"
+        where = f"time in {table.where(row)}"
         raise InputError(
             where, f"{t[row]:.9g} s after the first row", f"after the row before, {t[row - 1]:.9g} s"
         )
     wide = np.flatnonzero(steps > MAX_GAP)
     if len(wide):
         row = int(wide[0]) + 1
-        line = line_of(table, row)
-        where = f"gap before line {line} of {table.source}, {t[row - 1]:.6g} s after the first row,"
+        where = f"gap before {table.where(row)}, {t[row - 1]:.6g} s after the first row,"
         hint = f" (is time in ms? then map t={column.name}:ms)" if np.median(steps) > MAX_GAP else ""
         raise InputError(where, f"{steps[row - 1]:.6g} s", f"at most {MAX_GAP:g} s{hint}")
 
@@ -125,7 +124,7 @@ def _check_magnitude(values: Vec, column: Column, table: Table) -> None:
         question = f"no unit is stated: is it in {other}?"
     else:
         question = f"is it really in {column.unit}?"
-    where = f"{column.key} in line {line_of(table, row)} of {table.source}"
+    where = f"{column.key} in {table.where(row)}"
     raise InputError(where, f"{values[row]:.6g} {unit}", f"within ±{bound:g} {unit} ({question})")
 
 
@@ -154,7 +153,7 @@ def _doubts(t: Vec, data: dict[str, Vec], table: Table, columns: list[Column]) -
     if speed is None:
         return []
     try:
-        v = numbers(table, [speed])[:, 0] * speed.factor
+        v = table.numbers([speed])[:, 0] * speed.factor
     except InputError:
         return ["vx: not used, it has cells that are no numbers"]
     second = t.astype(np.int64)

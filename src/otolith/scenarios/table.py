@@ -23,9 +23,38 @@ class Table:
     body: list[str]  # (n,) lines of numbers
     first_line: int  # number in the file, from 1, of body[0]
 
+    def where(self, row: int) -> str:
+        """Where a row of the body stands, for error sentences."""
+        return f"line {self.first_line + row} of {self.source}"
+
+    def numbers(self, columns: Sequence[Column]) -> Mat:
+        """The chosen columns as they stand in the file, without conversion: (n, len(columns)), all finite.
+
+        Raises
+        ------
+        InputError : a cell is empty, text, NaN or infinite.
+        """
+        try:
+            values = np.loadtxt(
+                self.body,
+                delimiter=self.delimiter,
+                usecols=[column.index for column in columns],
+                comments=None,
+                ndmin=2,
+                dtype=np.float64,
+            )
+        except ValueError:
+            raise _bad_cell(self, columns) from None
+        if not np.isfinite(values).all():
+            raise _bad_cell(self, columns)
+        return values
+
 
 def split(text: str, source: str) -> Table:
     """Header and body of a log; lines before the header that are empty or start with # are skipped.
+
+    Where numbers follow at once, the last line that starts with # holds the names, as numpy and the public
+    database of race tracks write them.
 
     Delimiter: the first of semicolon, tab, comma and bar that the header holds, else white space.
 
@@ -43,7 +72,10 @@ def split(text: str, source: str) -> Table:
     delimiter = next((d for d in ";\t,|" if d in header), None)
     names = _cells(header, delimiter)
     if all(_is_number(name) for name in names):
-        raise InputError(f"line {start + 1} of {source}", "numbers", "the names of the columns")
+        names = _commented_header(lines[:start], len(names), delimiter)
+        start -= 1
+    if not names:
+        raise InputError(f"line {start + 2} of {source}", "numbers", "the names of the columns")
     body, first_line = lines[start + 1 :], start + 2
     units = [""] * len(names)
     if body and _is_unit_row(_cells(body[0], delimiter)):
@@ -58,34 +90,6 @@ def split(text: str, source: str) -> Table:
     return table
 
 
-def numbers(table: Table, columns: Sequence[Column]) -> Mat:
-    """The chosen columns as they stand in the file, without conversion: (n, len(columns)), all finite.
-
-    Raises
-    ------
-    InputError : a cell is empty, text, NaN or infinite.
-    """
-    try:
-        values = np.loadtxt(
-            table.body,
-            delimiter=table.delimiter,
-            usecols=[column.index for column in columns],
-            comments=None,
-            ndmin=2,
-            dtype=np.float64,
-        )
-    except ValueError:
-        raise _bad_cell(table, columns) from None
-    if not np.isfinite(values).all():
-        raise _bad_cell(table, columns)
-    return values
-
-
-def line_of(table: Table, row: int) -> int:
-    """Number in the file, from 1, of a row of the body."""
-    return table.first_line + row
-
-
 def _check_widths(table: Table) -> None:
     width, source = len(table.names), table.source
     if len(table.body) < 2:
@@ -97,9 +101,9 @@ def _check_widths(table: Table) -> None:
     counts = np.array(widths)
     wrong = np.flatnonzero(counts != width)
     if all(not table.body[row].strip() for row in wrong[:1]) and len(wrong):
-        raise InputError(f"line {line_of(table, int(wrong[0]))} of {source}", "empty", "a row of numbers")
+        raise InputError(table.where(int(wrong[0])), "empty", "a row of numbers")
     if len(wrong):
-        where = f"number of values in line {line_of(table, int(wrong[0]))} of {source}"
+        where = f"number of values in {table.where(int(wrong[0]))}"
         raise InputError(where, int(counts[wrong[0]]), f"{width}, as in the header")
 
 
@@ -109,9 +113,16 @@ def _bad_cell(table: Table, columns: Sequence[Column]) -> InputError:
         for column in columns:
             cell = cells[column.index].strip()
             if not _is_number(cell) or not np.isfinite(float(cell)):
-                where = f"{column.name!r} in line {line_of(table, row)} of {table.source}"
+                where = f"{column.name!r} in {table.where(row)}"
                 return InputError(where, repr(cell) if cell else "empty", "a finite number")
     return InputError(table.source, "not readable as numbers", "a table of numbers")
+
+
+def _commented_header(lines: list[str], width: int, delimiter: str | None) -> list[str]:
+    """The names in the last of these lines, or none if it does not hold `width` of them."""
+    last = next((line for line in reversed(lines) if line.startswith("#")), "")
+    names = _cells(last.lstrip("# "), delimiter)
+    return names if len(names) == width and not any(map(_is_number, names)) else []
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:

@@ -1,0 +1,131 @@
+"""Drive a road: plan the speed, then let driver and car go."""
+
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError, OtolithError
+from otolith.core.frames import GRAVITY
+from otolith.core.jit import kernel
+from otolith.vehicle.car import Car, CarNumbers
+from otolith.vehicle.driver import PERIOD, Driver, DriverNumbers, decide
+from otolith.vehicle.dynamics import EXTRAS, STATES, RoadNumbers, advance
+from otolith.vehicle.lap import Lap, lap_from_records
+from otolith.vehicle.profile import Plan, plan_speed
+from otolith.vehicle.road import Road
+
+STEP: Final = 1e-3  # [s]; results at half of it differ by less than 1e-4 m/s², see the tests
+OFF_ROAD: Final = 8.0  # [m] from the path
+TIME_FACTOR: Final = 2.0  # a drive may take so much longer than planned …
+TIME_EXTRA: Final = 30.0  # [s] … and so much more
+AT_REST: Final = 0.02  # [m/s]
+RESTING: Final = 2.0  # [s] recorded after coming to rest
+
+
+class LeftTheRoad(OtolithError):
+    """The car came too far from the path, or stopped on it."""
+
+
+def drive(
+    road: Road,
+    car: Car,
+    driver: Driver,
+    *,
+    standing: bool = False,
+    step: float = STEP,
+    rate_hz: float = 100.0,
+) -> Lap:
+    """Drive a road from its first node to its last.
+
+    Parameters
+    ----------
+    standing : start from rest; otherwise at the planned speed (on a closed road: a flying lap).
+    step : [s] of the integration; must divide the driver's period of 10 ms.
+    rate_hz : of the record, at most 1/step, a divisor of it.
+
+    Raises
+    ------
+    InputError : step or rate does not divide as it must.
+    LeftTheRoad : the car came more than 8 m off the path, or stopped before the end.
+    """
+    every = _divides("step", PERIOD, step)
+    keep = _divides("rate", 1.0 / rate_hz, step)
+    p = car.numbers()
+    plan = plan_speed(road, driver.limits, power=p.P, mass=p.m, standing=standing)
+    planned = float(np.sum(road.step / np.maximum(0.5 * (plan.speed[1:] + plan.speed[:-1]), 0.5)))
+    numbers = road_numbers(road, plan)
+    x = _start(plan, p, standing=standing)
+    rows = int((TIME_FACTOR * planned + TIME_EXTRA) / (keep * step)) + 2
+    records = np.empty((rows, STATES + EXTRAS))
+    count = _run(x, numbers, p, driver.numbers(car), records, np.array([step, every, keep, road.length]))
+    records = records[:count]
+    _check_arrival(records, road, rows)
+    time = np.arange(count, dtype=np.float64) * (keep * step)
+    return lap_from_records(time, records, road=road, car=car, plan=plan)
+
+
+def _start(plan: Plan, p: CarNumbers, *, standing: bool) -> Vec:
+    """State at the first node: at rest, or rolling with the driving force that the plan takes there."""
+    x = np.zeros(STATES)
+    if not standing:
+        v = plan.speed[0]
+        x[3], x[13] = v, plan.acceleration[0] + p.drag * v * v / p.m + p.roll_resistance * GRAVITY
+    return x
+
+
+def road_numbers(road: Road, plan: Plan) -> RoadNumbers:
+    """The road and the plan as the compiled equations take them."""
+    rows = [road.curvature, road.grade, road.banking, road.crest, plan.speed, plan.acceleration]
+    profile = np.zeros((2, 2)) if road.profile is None else np.ascontiguousarray(road.profile.T)
+    return RoadNumbers(
+        table=np.ascontiguousarray(np.stack(rows)),
+        step=road.step,
+        closed=road.closed,
+        profile=profile,
+        profile_step=road.length / (profile.shape[1] - 1),
+    )
+
+
+@kernel
+def _run(x: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, records: Mat, clockwork: Vec) -> int:
+    """Fill `records` row by row until the road ends; the number of rows. `x` is left at the end.
+
+    clockwork: step [s], steps per decision, steps per record, length of the road [m].
+    """
+    dt, every, keep, length = clockwork[0], int(clockwork[1]), int(clockwork[2]), clockwork[3]
+    work, command, rest, count, k = np.zeros((6, STATES)), np.zeros(2), 0.0, 0, 0
+    while count < len(records) and x[0] < length and abs(x[1]) < OFF_ROAD and rest < RESTING:
+        if k % every == 0:
+            decide(x, road, p, d, command)
+        if k % keep == 0:
+            records[count, :STATES] = x
+        advance(x, command, road, p, dt, work)
+        if k % keep == 0:
+            records[count, STATES:] = work[5, :EXTRAS]
+            count += 1
+        k += 1
+        resting = abs(x[3]) < AT_REST and k * dt > 1.0
+        rest = rest + dt if resting else 0.0
+    return count
+
+
+def _divides(name: str, whole: float, step: float) -> int:
+    """How often `step` goes into `whole`."""
+    ratio = round(whole / step) if step > 0.0 else 0
+    if ratio < 1 or abs(ratio * step - whole) > 1e-9:
+        raise InputError(name, f"{step:g} s for {whole:g} s", "a whole number of steps")
+    return ratio
+
+
+def _check_arrival(records: Mat, road: Road, rows: int) -> None:
+    """Refuse a drive that went wrong; nothing of it may become a reference."""
+    s, e, v = records[-1, 0], records[-1, 1], records[-1, 3]
+    where = f"at {s:.0f} m of {road.name}"
+    if not np.isfinite(records).all():
+        raise LeftTheRoad(f"the car lost all grip {where}: lower the speed or the limits")
+    if abs(e) > OFF_ROAD - 1.0:
+        raise LeftTheRoad(f"the car is {abs(e):.1f} m off the path {where}: lower the speed or the limits")
+    stopped = v < AT_REST and road.speed_limit[-1] > 0.0
+    if len(records) == rows or stopped:
+        raise LeftTheRoad(f"the car did not arrive, it does {3.6 * v:.1f} km/h {where}")
