@@ -20,6 +20,8 @@ class Entry:
     extra: str = ""  # name of the optional dependency group it needs
     needs: tuple[str, ...] = ()  # modules of that group
     plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
+    limited: bool = True  # of a cueing algorithm: whether it knows the platform's limits and keeps them
+    singles: bool = False  # of a cueing algorithm: whether it cues heave and yaw beside the axis pairs
 
     def load(self) -> Any:
         """Import and return the target.
@@ -53,6 +55,30 @@ CUEING: Final = {
         "otolith.mpc.design:hybrid_first", "guess: first input of the explicit law (model 3)"
     ),
     "hybrid-all": Entry("otolith.mpc.design:hybrid_all", "guess: all inputs of the explicit law (model 4)"),
+    "classical": Entry(
+        "otolith.washout.classical:classical",
+        "washout: high-pass travel, low-pass tilt (section 2.2.1)",
+        limited=False,
+        singles=True,
+    ),
+    "optimal": Entry(
+        "otolith.washout.optimal:optimal",
+        "washout: LQ filter with a vestibular model (section 2.2.2)",
+        limited=False,
+        singles=True,
+    ),
+    "optimal-nonlinear": Entry(
+        "otolith.washout.optimal:optimal_nonlinear",
+        "the same, faster the farther the platform is (Telban & Cardullo)",
+        limited=False,
+        singles=True,
+    ),
+    "adaptive": Entry(
+        "otolith.washout.adaptive:adaptive",
+        "washout: gains that descend a cost (section 2.2.3)",
+        limited=False,
+        singles=True,
+    ),
 }
 
 # Plants: callables () -> Plant.

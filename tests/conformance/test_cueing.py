@@ -1,5 +1,7 @@
 """What every cueing algorithm of the registry promises, whatever it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,18 +11,27 @@ from otolith.interfaces import PlatformState, Reference
 from otolith.mpc.design import Design
 from otolith.plant import Ideal
 from otolith.platforms import load
-from otolith.scenarios import SCENARIOS, scenario
+from otolith.scenarios import SCENARIOS, Scenario, scenario
 from otolith.simulate import Run, simulate
 
 THESIS = load("thesis")
 DESIGN = Design(platform=THESIS)
 EVERY = pytest.mark.parametrize("name", registry.CUEING)
+LIMITED = [name for name, entry in registry.CUEING.items() if entry.limited]
+UNLIMITED = [name for name, entry in registry.CUEING.items() if not entry.limited]
 
 
-def close_the_loop(name: str, scenario_name: str) -> Run:
+def close_the_loop(name: str, wanted: Scenario, plant_period: float = 1e-3) -> Run:
     plant = registry.PLANTS[registry.CUEING[name].plant].load()()
     cueing = registry.CUEING[name].load()(DESIGN)
-    return simulate(cueing, plant, scenario(scenario_name), platform=THESIS, pairs=("surge-pitch",))
+    return simulate(
+        cueing,
+        plant,
+        wanted,
+        platform=THESIS,
+        pairs=("surge-pitch",),
+        plant_period=plant_period,
+    )
 
 
 @EVERY
@@ -58,16 +69,37 @@ def test_step_never_raises_and_never_commands_what_is_not_finite(name: str, bad:
 
 @EVERY
 def test_untouched_axes_stay_still(name: str) -> None:
-    result = close_the_loop(name, "step-0.5")
+    result = close_the_loop(name, scenario("step-0.5"))
     idle = [i for i in range(6) if i not in (SURGE_PITCH.translation, SURGE_PITCH.rotation)]
     assert not result.command[:, idle].any()
     assert not result.pose[:, idle].any()
 
 
-@EVERY
+@pytest.mark.parametrize("name", UNLIMITED)
+@pytest.mark.parametrize("scenario_name", SCENARIOS)
+def test_a_washout_keeps_the_tilt_threshold_and_comes_home_after_every_scenario(
+    name: str, scenario_name: str
+) -> None:
+    """It knows no other limit; what it leaves of the reach, or takes beyond it, is for metrics to say."""
+    drive = scenario(scenario_name)
+    then_still = replace(
+        drive,
+        duration=drive.duration + 40.0,
+        specific_force=lambda t: drive.specific_force(t) * (t < drive.duration)[:, None],
+    )
+    result = close_the_loop(name, then_still, plant_period=0.01)
+    assert set(result.status) == {"optimal"}
+    for excess in metrics.excesses(result):
+        if "tilt" in excess.quantity:
+            assert excess.between_nodes < 1e-6, excess
+    assert np.abs(result.pose).max() < 1.0
+    assert np.abs(result.pose[-1]).max() < 0.05 * max(0.1, np.abs(result.pose).max())
+
+
+@pytest.mark.parametrize("name", LIMITED)
 @pytest.mark.parametrize("scenario_name", SCENARIOS)
 def test_every_limit_holds_at_every_node_of_every_scenario(name: str, scenario_name: str) -> None:
-    result = close_the_loop(name, scenario_name)
+    result = close_the_loop(name, scenario(scenario_name))
     assert set(result.status) == {"optimal"}
     assert not result.guess_missed.any() or name.startswith("hybrid")
     for excess in metrics.excesses(result):

@@ -12,6 +12,7 @@ from otolith.mpc.hybrid import FromExplicit, Guess, HeldPlan, NoGuess
 from otolith.mpc.implicit import Entry, Implicit, ImplicitSettings
 from otolith.mpqp import Law, Progress, enumerate_regions
 from otolith.platforms import PairLimits, Platform
+from otolith.platforms.tuning import Tuning, load_tuning
 
 
 def explicit_limits(platform: Platform, pairs: Sequence[AxisPair]) -> tuple[PairLimits, ...]:
@@ -37,8 +38,15 @@ class Design:
     explicit: ExplicitSettings = field(default_factory=ExplicitSettings)
     implicit: ImplicitSettings = field(default_factory=ImplicitSettings)
     entry: Entry = Entry.REFERENCE
+    singles: tuple[str, ...] = ()  # axes cued on their own, "heave" and "yaw", by what can
+    washout: Tuning | None = None  # of the conventional washouts; none: the one shipped for the platform
     stored_laws: tuple[Law, ...] = ()  # from a file; enumerated on first use when there is none
     progress: Callable[[Progress], None] | None = None  # is told how the enumeration goes
+
+    @property
+    def tuning(self) -> Tuning:
+        """Tuning of the conventional washouts; errors as `otolith.platforms.tuning.load_tuning`."""
+        return self.washout or load_tuning(self.platform.name)
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:

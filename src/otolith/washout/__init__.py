@@ -1,0 +1,1 @@
+"""Conventional motion cueing: classical, optimal and adaptive washout (thesis, section 2.2)."""

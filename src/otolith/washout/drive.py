@@ -1,0 +1,222 @@
+"""What every washout shares: frames, scaling, tilt that nobody notices, motion by held accelerations.
+
+Notation: R from the driver's frame to world, f specific force without the standing 1 g, ẑ up. With the
+platform turned by R, the driver feels f exactly when the head accelerates by
+
+    a_world = R (f + g ẑ) − g ẑ,
+
+so what the tilt gives already is not asked of the travel (Reid & Nahon, UTIAS 307, 1985, transform the
+force so; here derived from the definition of f). Angular rates become derivatives of roll, pitch and
+yaw.
+
+A filter says how fast each axis should move at the period's end. The command is the held acceleration
+that gets it there, so velocities are met exactly at every period's end and travel follows by
+integration.
+"""
+
+from dataclasses import dataclass, field
+from typing import Final, Protocol
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import AXES, GRAVITY, AxisPair
+from otolith.core.motion import place_of, rotation_of, twist_of
+from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.platforms import Platform
+from otolith.platforms.tuning import Tuning
+from otolith.qp import Status
+from otolith.washout.scaling import Cubic
+
+PERIOD: Final = 0.01  # [s]
+SANE: Final = 1e6  # [SI] a reference beyond is no reference
+STOP: Final = 30  # periods in which the plan of every command comes to rest
+STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
+UP: Final = np.array([0.0, 0.0, GRAVITY])
+
+
+class Task(Protocol):
+    """What a washout is made for; `otolith.mpc.design.Design` is one."""
+
+    @property
+    def platform(self) -> Platform:
+        """Its tilt threshold is all that a washout reads."""
+
+    @property
+    def pairs(self) -> tuple[AxisPair, ...]:
+        """Axis pairs to be cued."""
+
+    @property
+    def singles(self) -> tuple[str, ...]:
+        """Axes cued on their own: "heave", "yaw"."""
+
+    @property
+    def tuning(self) -> Tuning:
+        """Scaling, filters and weights."""
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """A scaled reference, seen from the platform where it is."""
+
+    force_driver: Vec  # (3,) [m/s²]
+    acceleration_world: Vec  # (3,) [m/s²] that would make the driver feel it
+    rate_world: Vec  # (3,) [rad/s] of roll, pitch and yaw
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What the channels want at the period's end; zero along axes that are not cued."""
+
+    velocity: Vec = field(default_factory=lambda: np.zeros(3))  # [m/s] x, y, z
+    turning: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] roll, pitch, yaw; to be felt
+    tilt: Vec = field(default_factory=lambda: np.zeros(3))  # [rad] roll, pitch, –; not to be noticed
+    tilt_rate: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] its derivative
+
+
+class Channels(Protocol):
+    """The part of a washout that differs: from demand to motion."""
+
+    def reset(self) -> None:
+        """Forget the past."""
+
+    def step(self, demand: Demand) -> Motion:
+        """Motion at the end of the period that begins with `demand`."""
+
+
+class Tilting:
+    """Follows a tilt at a limited rate, and closes up smoothly after it had to fall behind.
+
+    ω⁺ = clip(ω* + κ (θ* − θ)), with everything at the period's end: exactly ω* while within the limit.
+    """
+
+    def __init__(self, largest: Vec, catch_up: float, period: float) -> None:
+        self._largest, self._kappa, self._period = largest, catch_up, period
+        self.reset()
+
+    def reset(self) -> None:
+        """Level, and at rest."""
+        self._angle, self._rate = np.zeros(3), np.zeros(3)
+
+    def step(self, angle: Vec, rate: Vec) -> Vec:
+        """Rate (3,) [rad/s] at the period's end towards the wanted angle and rate there."""
+        half = 0.5 * self._period
+        behind = angle - (self._angle + half * (self._rate + rate))
+        after = np.clip(rate + self._kappa * behind, -self._largest, self._largest)
+        self._angle = self._angle + half * (self._rate + after)
+        self._rate = after
+        return after
+
+
+class Homing:
+    """Brings a platform that starts elsewhere back to neutral, critically damped, by held accelerations.
+
+    Double integrator x⁺ = x + T v + T²a/2, v⁺ = v + T a with both poles at p = e^(−ωT): a = −k₁ x − k₂ v with
+    k₁ = (1 − p)²/T², k₂ = (1 − p)(3 + p)/(2T), by comparing coefficients with (z − p)².
+    """
+
+    def __init__(self, omega: float, period: float) -> None:
+        p = np.exp(-omega * period)
+        self._k1, self._k2 = ((1 - p) / period) ** 2, (1 - p) * (3 + p) / (2 * period)
+        self._period = period
+        self.reset(np.zeros(6), np.zeros(6))
+
+    def reset(self, pose: Vec, twist: Vec) -> None:
+        """Start from here."""
+        self._x, self._v = pose, twist
+
+    def step(self) -> Vec:
+        """Velocity (6,) at the period's end."""
+        a, T = -self._k1 * self._x - self._k2 * self._v, self._period
+        self._x, self._v = self._x + T * self._v + 0.5 * T**2 * a, self._v + T * a
+        return self._v
+
+
+class Washout:
+    """A washout: channels of filters between a scaled reference and the motion of the platform.
+
+    It decides from the reference alone. The platform's state enters at `reset` only; set-points are where
+    the commands have led since.
+    """
+
+    def __init__(self, task: Task, channels: Channels, *, period: float = PERIOD) -> None:
+        tuning = task.tuning
+        self._channels, self._period = channels, period
+        self._force, self._rate = scaling(tuning)
+        self._cued = cued(task)
+        limits = np.full(3, np.inf)
+        for pair in task.pairs:
+            limits[pair.rotation - 3] = task.platform.pair_limits(pair).tilt_rate
+        self._tilting = Tilting(limits, tuning.catch_up_radps, period)
+        self._homing = Homing(tuning.home_radps, period)
+        self.reset(PlatformState())
+
+    @property
+    def period(self) -> float:
+        """Time between two decisions [s]."""
+        return self._period
+
+    def reset(self, state: PlatformState) -> None:
+        """Start from `state`, from where the platform returns to neutral; filters start from rest."""
+        self._pose, self._twist = state.pose * self._cued, state.twist * self._cued
+        self._homing.reset(self._pose, self._twist)
+        self._tilting.reset()
+        self._channels.reset()
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        """Decide one command; a reference that is no number counts as none, and the outcome says so."""
+        del state  # feedforward: see the class
+        given = np.concatenate([reference.specific_force, reference.angular_rate])
+        sane = bool(np.all(np.abs(given) <= SANE))  # so written, a NaN is not
+        demand = self._demand(given if sane else np.zeros(6))
+        motion = self._channels.step(demand)
+        rotation = motion.turning + self._tilting.step(motion.tilt, motion.tilt_rate)
+        twist = self._cued * np.concatenate([motion.velocity, rotation]) + self._homing.step()
+        return self._command(twist, Status.OPTIMAL if sane else Status.INVALID)
+
+    def _demand(self, given: Vec) -> Demand:
+        force, rate = self._force(given[:3]), self._rate(given[3:])
+        place, R, turning = np.empty(7), np.empty((3, 3)), np.empty(6)
+        midway = self._pose + 0.5 * self._period * self._twist  # where the command, held, is right on average
+        place_of(midway, place)
+        rotation_of(place, R)
+        twist_of(midway, np.concatenate([np.zeros(3), R @ rate]), turning)
+        return Demand(force, R @ (force + UP) - UP, turning[3:])
+
+    def _command(self, twist: Vec, status: Status) -> Command:
+        """Accelerations held over the period that lead to `twist` at its end."""
+        T = self._period
+        acceleration = (twist - self._twist) / T
+        self._pose = self._pose + 0.5 * T * (self._twist + twist)
+        self._twist = twist
+        rest: Mat = np.tile(-twist / (STOP * T), (STOP, 1))
+        return Command(
+            acceleration=acceleration,
+            pose=self._pose,
+            twist=twist,
+            plan=rest,
+            outcome=Outcome(status=status),
+        )
+
+
+def scaling(tuning: Tuning) -> tuple[Cubic, Cubic]:
+    """Scaling of specific force and of angular rate, in SI units."""
+    force, rate = tuning.scaling.force, tuning.scaling.rate
+    return (
+        Cubic(slope=force.slope, largest=force.largest_mps2, limit=force.limit_mps2),
+        Cubic(slope=rate.slope, largest=np.radians(rate.largest_degps), limit=np.radians(rate.limit_degps)),
+    )
+
+
+def cued(task: Task) -> Vec:
+    """(6,) one along the axes that are cued, zero along the others."""
+    names = {axis for pair in task.pairs for axis in pair.name.split("-")} | set(task.singles)
+    return np.array([float(axis in names) for axis in AXES])
+
+
+def tilt_for(force: Vec, derivative: Vec) -> tuple[Vec, Vec]:
+    """Tilts whose gravity gives these forces, and their rates: g sin θ = f, ω = ḟ / (g cos θ)."""
+    sine = np.clip(force / GRAVITY, -STEEPEST, STEEPEST)
+    angle: Vec = np.arcsin(sine)
+    rate: Vec = np.where(np.abs(sine) < STEEPEST, derivative / (GRAVITY * np.cos(angle)), 0.0)
+    return angle, rate

@@ -1,0 +1,31 @@
+"""Third-order scaling and limiting of a reference: small signals keep their slope, large ones saturate.
+
+Notation: y = c₁ x + c₂ x² + c₃ x³ for 0 ≤ x ≤ x_m, odd, and y = y_m beyond, with y(x_m) = y_m, y'(0) =
+S and y'(x_m) = 0. Derivation: the three conditions are linear in c; checked by substitution in the
+tests. The form is Reid & Nahon's (1985), with the slope at the end fixed to zero so that it joins the
+level part.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cubic:
+    """An odd cubic that is level from `largest` on; it grows everywhere when 3 limit ≥ slope · largest."""
+
+    slope: float  # S [-]
+    largest: float  # x_m [SI]
+    limit: float  # y_m [SI]
+
+    def __call__(self, x: Vec) -> Vec:
+        """Scale every entry."""
+        S, x_m, y_m = self.slope, self.largest, self.limit
+        r = np.minimum(np.abs(x), x_m)
+        c2 = (3.0 * y_m - 2.0 * S * x_m) / x_m**2
+        c3 = (S * x_m - 2.0 * y_m) / x_m**3
+        y: Vec = np.sign(x) * ((c3 * r + c2) * r + S) * r
+        return y
