@@ -83,3 +83,16 @@ def test_percentages_are_against_the_implicit_mpc(handmade: Run) -> None:
     assert summaries["implicit"]["changes_against_implicit_percent"] == 0.0
     assert summaries["hybrid-all"]["changes_against_implicit_percent"] == pytest.approx(-50.0)
     assert "changes_against_implicit_percent" not in metrics.compare([half])["hybrid-all"]
+
+
+def test_the_summary_says_beyond_rmse_how_the_motion_feels(handmade: Run) -> None:
+    summary = json.loads(json.dumps(metrics.summarise(handmade), allow_nan=False))
+    assert summary["correlation"] == {"surge-pitch": None}  # a constant correlates with nothing
+    assert summary["delay_s"] == {"surge-pitch": None}
+    assert summary["scale_ratio"] == {"surge-pitch": 0.0}
+    assert summary["mean_absolute_difference"] == {"surge-pitch": pytest.approx(0.2)}
+    assert summary["false_cues"]["surge-pitch"]["missing"]["duration_s"] == pytest.approx(1.0)
+    assert summary["workspace"]["surge"]["largest"] == pytest.approx(0.2)
+    assert summary["mismatch_rating"]["max"] > summary["mismatch_rating"]["mean"] > 0.0
+    assert summary["sickness_dose"] == {"surge-pitch": 0.0}
+    assert 0.0 < summary["perceived_rmse"]["surge-pitch"] < 0.2

@@ -1,17 +1,38 @@
 """Key figures of a run. They read a `Run` and know no algorithm."""
 
 from otolith.metrics.effort import distribution, effort
+from otolith.metrics.false_cues import FalseCue, false_cues
 from otolith.metrics.limits import Excess, excesses
-from otolith.metrics.summary import compare, summarise
+from otolith.metrics.perceived import perceived_error, perceived_rmse
+from otolith.metrics.rating import mismatch_rating
+from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_weighting
+from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
+from otolith.metrics.summary import compare, fidelity, summarise
 from otolith.metrics.tracking import tracking_rmse, travel_rms
+from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
 __all__ = [
     "Excess",
+    "FalseCue",
+    "WorkspaceUse",
     "compare",
+    "correlation",
+    "delay",
     "distribution",
     "effort",
     "excesses",
+    "false_cues",
+    "fidelity",
+    "illness_percent",
+    "mean_absolute_difference",
+    "mismatch_rating",
+    "perceived_error",
+    "perceived_rmse",
+    "scale_ratio",
+    "sickness_dose",
+    "sickness_weighting",
     "summarise",
     "tracking_rmse",
     "travel_rms",
+    "workspace_use",
 ]

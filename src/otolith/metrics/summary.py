@@ -1,12 +1,22 @@
 """The key figures of one run, and of several side by side, as plain JSON values."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
-from otolith.core.frames import AXES, PAIRS
+import numpy as np
+
+from otolith.metrics import similarity
+from otolith.metrics.axes import force_axes, moving_axes
 from otolith.metrics.effort import effort
+from otolith.metrics.false_cues import false_cues, totals
 from otolith.metrics.limits import excesses
+from otolith.metrics.perceived import perceived_rmse
+from otolith.metrics.rating import mismatch_rating
+from otolith.metrics.sickness import sickness_dose
 from otolith.metrics.tracking import tracking_rmse, travel_rms
+from otolith.metrics.workspace import workspace_use
 from otolith.simulate import Run
 
 BASELINE = "implicit"  # percentages are against this model, as in Table 5.6
@@ -18,7 +28,7 @@ def summarise(run: Run) -> dict[str, Any]:
     `rmse` is over the force axes that were cued together [m/s²]; `rmse_per_pair` tells them apart.
     """
     rmse, travel = tracking_rmse(run), travel_rms(run)
-    per_pair = {name: float(rmse[PAIRS[name].translation]) for name in run.pairs}
+    per_pair = {name: float(rmse[axis]) for name, axis in force_axes(run).items()}
     over = excesses(run)
     return {
         "scenario": run.scenario,
@@ -30,15 +40,47 @@ def summarise(run: Run) -> dict[str, Any]:
         "period_s": run.period,
         "rmse": math.sqrt(sum(value**2 for value in per_pair.values())),
         "rmse_per_pair": per_pair,
-        "travel_rms": {
-            axis: float(travel[AXES.index(axis)]) for name in run.pairs for axis in name.split("-")
-        },
+        "travel_rms": {axis: float(travel[i]) for axis, i in moving_axes(run).items()},
+        **fidelity(run),
         **effort(run),
         "violations": sum(excess.violations for excess in over),
         "worst_excess": {e.quantity: e.at_nodes for e in over},
         "worst_excess_between_nodes": {e.quantity: e.between_nodes for e in over},
         "settings": run.settings,
     }
+
+
+def fidelity(run: Run) -> dict[str, Any]:
+    """How well the motion is felt, beyond RMSE; per degree of freedom, None where a value is not defined.
+
+    Units: `delay_s` [s], `mean_absolute_difference`, `perceived_rmse`, `mismatch_rating` [m/s²],
+    `sickness_dose` [m/s^1.5]; `correlation`, `scale_ratio` and shares of the workspace have none.
+    """
+    axes, perceived = force_axes(run), perceived_rmse(run)
+    signals = {name: (run.reference_force[:, i], run.felt_force[:, i]) for name, i in axes.items()}
+    cues, rating = false_cues(run), mismatch_rating(run)
+    return {
+        "correlation": _known({name: similarity.correlation(*pair) for name, pair in signals.items()}),
+        "delay_s": _known(
+            {name: similarity.delay(*pair, run.plant_period) for name, pair in signals.items()}
+        ),
+        "scale_ratio": _known({name: similarity.scale_ratio(*pair) for name, pair in signals.items()}),
+        "mean_absolute_difference": {
+            name: similarity.mean_absolute_difference(*pair) for name, pair in signals.items()
+        },
+        "perceived_rmse": {name: float(perceived[i]) for name, i in axes.items()},
+        "false_cues": {name: totals([cue for cue in cues if cue.dof == name]) for name in axes},
+        "mismatch_rating": {"mean": float(np.mean(rating)), "max": float(np.max(rating))},
+        "sickness_dose": {
+            name: sickness_dose(run.felt_force[:, i], run.plant_period) for name, i in axes.items()
+        },
+        "workspace": {name: asdict(use) for name, use in workspace_use(run).items()},
+    }
+
+
+def _known(values: Mapping[str, float]) -> dict[str, float | None]:
+    """NaN, which JSON does not have, becomes None."""
+    return {name: None if math.isnan(value) else value for name, value in values.items()}
 
 
 def compare(runs: list[Run]) -> dict[str, dict[str, Any]]:

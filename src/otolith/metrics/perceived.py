@@ -1,0 +1,24 @@
+"""The tracking error as the driver's otoliths feel it."""
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.lti import StateSpace
+from otolith.perception import otoliths, sense
+from otolith.simulate import Run
+
+
+def perceived_error(run: Run, otolith: StateSpace | None = None) -> Mat:
+    """Felt minus wanted specific force after an otolith model, (n, 3) [m/s²]; Telban's unless given.
+
+    Both motions begin from rest. The model is linear, so the error of the sensed forces is the sensed
+    error; its initial state is that of no error.
+    """
+    organ = otoliths.telban() if otolith is None else otolith
+    return sense(organ, run.felt_force - run.reference_force, run.plant_period, before=np.zeros(3))
+
+
+def perceived_rmse(run: Run, otolith: StateSpace | None = None) -> Vec:
+    """RMSE of the sensed specific force per axis (3,) [m/s²], over all plant samples."""
+    rmse: Vec = np.sqrt(np.mean(perceived_error(run, otolith) ** 2, axis=0))
+    return rmse

@@ -1,0 +1,37 @@
+"""How a driver would rate the motion while driving, predicted from the mismatch of specific force."""
+
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
+from otolith.core.filter import Filter
+from otolith.core.lti import StateSpace
+from otolith.metrics.axes import force_axes
+from otolith.simulate import Run
+
+WEIGHTS: Final = (0.34, 0.66, 0.0)  # longitudinal, lateral, vertical
+TIME_CONSTANT: Final = 3.0  # [s] our choice, see `mismatch_rating`
+
+
+def mismatch_rating(run: Run, *, time_constant: float = TIME_CONSTANT) -> Vec:
+    """Predicted incongruence over time (n,) [m/s²], unscaled: higher is worse, 0 is no mismatch.
+
+    Σ wᵢ · low-pass of |felt − wanted|ᵢ over the cued force axes, first order. Kolff, Venrooij,
+    Schwienbacher, Pool & Mulder ("Reliability and models of subjective motion incongruence ratings in urban
+    driving simulations") found that mismatches low-passed so, 66 % lateral and 34 % longitudinal, describe
+    continuous ratings. Their time constant and gains were not obtainable: the
+    time constant here is our choice, the scale is that of the mismatch; compare runs, read no absolute grade.
+
+    Raises
+    ------
+    InputError : the time constant is not positive.
+    """
+    if not 0.0 < time_constant < np.inf:
+        raise InputError("the rating's time constant", f"{time_constant} s", "greater than 0 s and finite")
+    axes = list(force_axes(run).values())
+    mismatch = np.abs(run.felt_force - run.reference_force)[:, axes] @ np.array(WEIGHTS)[axes]
+    lag = StateSpace.from_polynomials([1.0], [time_constant, 1.0]).discretise(run.plant_period, hold="first")
+    rating: Vec = Filter(lag).simulate(mismatch[:, None])[:, 0]
+    return rating

@@ -1,0 +1,57 @@
+"""Motion sickness by ISO 2631-1: acceleration weighted with W_f, and its dose.
+
+W_f = H_h H_l H_t H_s with the parameters of ISO 8041 (the same weighting): band limits f₁, f₂ of second order
+with Q = 1/√2, the transition f₄, Q₄ with f₃ infinite, and the upward step f₅, Q₅ to f₆, Q₆.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.filter import Filter
+from otolith.core.lti import StateSpace, series
+
+BAND: Final = (0.08, 0.63)  # f₁, f₂ [Hz]
+TRANSITION: Final = (0.25, 0.86)  # f₄ [Hz], Q₄
+STEP: Final = ((0.0625, 0.80), (0.10, 0.80))  # f₅ [Hz], Q₅; f₆ [Hz], Q₆
+ILLNESS: Final = 1.0 / 3.0  # K_m [% per m/s^1.5] for a mixed, unadapted population
+
+
+def sickness_weighting() -> StateSpace:
+    """The weighting W_f as a continuous system, acceleration [m/s²] to weighted acceleration [m/s²]."""
+    (f5, Q5), (f6, Q6) = STEP
+    ratio = (f5 / f6) ** 2
+    return series(
+        StateSpace.from_polynomials([1.0, 0.0, 0.0], _resonator(BAND[0], math.sqrt(0.5), monic=True)),
+        StateSpace.from_polynomials([1.0], _resonator(BAND[1], math.sqrt(0.5))),
+        StateSpace.from_polynomials([1.0], _resonator(*TRANSITION)),
+        StateSpace.from_polynomials([ratio * c for c in _resonator(f5, Q5)], _resonator(f6, Q6)),
+    )
+
+
+def sickness_dose(acceleration: Vec, period: float) -> float:
+    """Motion sickness dose value √(∫ a_w² dt) [m/s^1.5] of a series (n,) [m/s²] sampled every period [s].
+
+    ISO 2631-1 defines it for vertical motion. Along the other axes it is used by analogy, for comparing
+    runs only. The filter starts at rest, without an acceleration before.
+    """
+    weighting = Filter(sickness_weighting().discretise(period, hold="first"))
+    weighted = weighting.simulate(np.asarray(acceleration)[:, None])[:, 0]
+    return math.sqrt(float(weighted @ weighted) * period)
+
+
+def illness_percent(dose_vertical: float) -> float:
+    """Share of people who may vomit [%], K_m · MSDV_z with K_m = 1/3 (ISO 2631-1, annex D).
+
+    Meant for exposures from 20 minutes to 6 hours. K_m is quoted from general knowledge of the standard.
+    """
+    return ILLNESS * dose_vertical
+
+
+def _resonator(frequency: float, Q: float, *, monic: bool = False) -> list[float]:
+    """1 + s/(Q ω) + (s/ω)², or ω² times it, at ω = 2π · frequency [Hz]."""
+    omega = 2.0 * math.pi * frequency
+    coefficients = [1.0 / omega**2, 1.0 / (Q * omega), 1.0]
+    return [c * omega**2 for c in coefficients] if monic else coefficients
