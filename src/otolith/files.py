@@ -23,9 +23,12 @@ from otolith.mpqp import Law
 from otolith.platforms import Platform, catalog, load, parse_platform
 from otolith.scenarios import Log, parse_log
 from otolith.simulate import Run
+from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, road
+from otolith.vehicle.lap import COLUMNS
 
 RUN_KIND, RUN_VERSION = "otolith-run", 1
 LAW_KIND, LAW_VERSION = "otolith-law", 1
+LAP_KIND, LAP_VERSION = "otolith-lap", 1
 _RUN_ATTRIBUTES: Final = ("scenario", "cueing", "plant", "period", "plant_period")
 _RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "settings", "status")
 
@@ -48,6 +51,43 @@ def read_platform(name_or_path: str) -> Platform:
     if path.suffix != ".toml" and not path.exists():
         raise InputError("platform", repr(name_or_path), "a .toml file or " + one_of(catalog(), name_or_path))
     return parse_platform(read_text(path, "platform"), path.name)
+
+
+def read_road(text: str) -> Road:
+    """A shipped road by name and parameters, or a centreline file by its path."""
+    path = Path(text)
+    if path.suffix.lower() == ".csv":
+        return parse_centreline(read_text(path, "centreline"), path.name)
+    return road(text)
+
+
+def read_car(name_or_path: str) -> Car:
+    """A shipped car by name, or a car file by its path."""
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        return load_car(name_or_path)
+    return parse_car(read_text(path, "car"), path.name)
+
+
+def check_lap_name(path: Path) -> None:
+    """Refuse, before any work, a name that `write_lap` could not use."""
+    if path.suffix.lower() not in (".csv", ".h5"):
+        raise InputError("file for the drive", path.name, "a name that ends in .csv or .h5")
+
+
+def write_lap(lap: Lap, path: Path) -> None:
+    """Store a drive as CSV, or as HDF5 with one data set per column; `read_log` reads either."""
+    check_lap_name(path)
+    data = lap.columns()
+    with whole(path) as temporary:
+        if path.suffix.lower() == ".csv":
+            np.savetxt(temporary, data, fmt="%.9g", delimiter=",", header=",".join(COLUMNS), comments="")
+            return
+        with h5py.File(temporary, "w") as file:
+            file.attrs.update(kind=LAP_KIND, version=LAP_VERSION, road=lap.road.name, source=lap.road.source)
+            file.attrs["car"] = lap.car.model_dump_json()
+            for name, column in zip(COLUMNS, data.T, strict=True):
+                file.create_dataset(name, data=column, compression="gzip")
 
 
 def read_log(path: Path, columns: Mapping[str, str]) -> Log:

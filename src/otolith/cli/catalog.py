@@ -12,6 +12,8 @@ from otolith.core.errors import InputError, one_of
 from otolith.platforms import catalog, load
 from otolith.scenarios import FAMILIES, SCENARIOS
 from otolith.scenarios.catalog import family_parameters
+from otolith.scenarios.formula import defaults
+from otolith.vehicle import ROADS
 
 
 def _tables() -> dict[str, dict[str, str]]:
@@ -29,17 +31,23 @@ def _tables() -> dict[str, dict[str, str]]:
             f"{key}={value}" for key, value in family_parameters(name).items() if key not in {"waves", "axis"}
         )
         described["scenarios"][f"{name}:…"] = f"{family.description}; {parameters}"
+    described["roads"] = {}
+    for name, road in ROADS.items():
+        parameters = ",".join(f"{key}={value}" for key, value in defaults(road.build).items())
+        described["roads"][name] = road.description + (f"; {parameters}" if parameters else "")
     return described
 
 
 def list_(
     kind: Annotated[
         str,
-        typer.Argument(metavar="KIND", help="cueing, perception, plants, platforms, scenarios or solvers."),
+        typer.Argument(
+            metavar="KIND", help="cueing, perception, plants, platforms, roads, scenarios, solvers."
+        ),
     ],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
-    """List cueing algorithms, perception models, plants, platforms, scenarios or solvers by name."""
+    """List cueing algorithms, perception models, plants, platforms, roads, scenarios or solvers."""
     tables = _tables()
     if kind not in tables:
         raise InputError("KIND", repr(kind), one_of(sorted(tables), kind))

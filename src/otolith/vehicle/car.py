@@ -7,11 +7,12 @@ from typing import Annotated, Final, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from otolith.core.errors import InputError
+from otolith.core.errors import InputError, one_of
 from otolith.core.frames import GRAVITY
 from otolith.platforms.bounds import Within
 from otolith.platforms.sentences import sentence, syntax_sentence
 
+CARS: Final = ("tesla-model-s",)
 AIR_DENSITY: Final = 1.2  # [kg/m³] at 20 °C
 
 
@@ -242,7 +243,14 @@ def parse_car(text: str, source: str) -> Car:
 
 
 def load_car(name: str = "tesla-model-s") -> Car:
-    """The car that comes with the package."""
+    """A car that comes with the package.
+
+    Raises
+    ------
+    InputError : there is none of that name.
+    """
+    if name not in CARS:
+        raise InputError("car", repr(name), one_of(CARS, name, otherwise=", or a car file (.toml)"))
     return parse_car((files("otolith.vehicle") / "data" / f"{name}.toml").read_text("utf-8"), f"{name}.toml")
 
 

@@ -1,0 +1,82 @@
+"""`otolith drive`: what it writes can be cued, and what cannot be driven is refused."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from otolith import cli
+from otolith.vehicle.lap import COLUMNS
+from tests.cli.test_cli import done, refused
+
+
+def test_a_drive_is_written_with_a_map_and_told_as_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lap = tmp_path / "lap.csv"
+    done(["drive", "slalom:cones=2", "--speed", "50", "--out", str(lap), "--json"])
+    said = capsys.readouterr()
+    summary = json.loads(said.out)
+    assert summary["road"] == "slalom"
+    assert summary["estimated"]
+    assert {"time_s", "ax_mps2", "ay_mps2", "limit_excess_percent"} <= set(summary)
+    assert lap.read_text().splitlines()[0] == ",".join(COLUMNS)
+    data = np.loadtxt(lap, delimiter=",", skiprows=1)
+    assert data[1, 0] - data[0, 0] == pytest.approx(0.01)
+    assert data[-1, 0] == pytest.approx(summary["time_s"])
+    assert (tmp_path / "lap-map.png").read_bytes().startswith(b"\x89PNG")
+    assert str(lap) in said.err
+
+
+def test_hdf5_holds_the_same_columns(tmp_path: Path) -> None:
+    for name in ("lap.csv", "lap.h5"):
+        done(["drive", "slalom:cones=2", "--speed", "50", "--rate", "200", "--out", str(tmp_path / name)])
+    table = np.loadtxt(tmp_path / "lap.csv", delimiter=",", skiprows=1)
+    with h5py.File(tmp_path / "lap.h5") as file:
+        assert file.attrs["kind"] == "otolith-lap"
+        assert np.allclose(np.stack([file[name][()] for name in COLUMNS], axis=1), table, atol=1e-6)
+    assert table[1, 0] == pytest.approx(0.005)
+
+
+def test_a_centreline_and_a_car_of_ones_own_are_driven(tmp_path: Path) -> None:
+    from importlib.resources import files as resources
+
+    car = tmp_path / "mine.toml"
+    car.write_text((resources("otolith.vehicle") / "data" / "tesla-model-s.toml").read_text("utf-8"))
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)[:-1]
+    road = tmp_path / "ring.csv"
+    rows = [f"{80 * np.cos(a):.4f},{80 * np.sin(a):.4f},5,5" for a in angle]
+    road.write_text("\n".join(["# x_m,y_m,w_tr_right_m,w_tr_left_m", *rows]))
+    options = ["--car", str(car), "--roughness", "A", "--standing", "--gg", "1.5", "--speed", "60"]
+    done(["drive", str(road), *options, "--out", str(tmp_path / "o.csv")])
+    assert (tmp_path / "o.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["drive", "nordschleife"], "road is 'nordschleife', must be one of hockenheim"),
+        (["drive", "slalom", "--speed", "0"], "--speed is 0 km/h, must be between 1 and 500 km/h"),
+        (["drive", "slalom", "--out", "lap.txt"], "lap.txt, must be a name that ends in .csv or .h5"),
+        (["drive", "slalom", "--car", "beetle"], "car is 'beetle', must be one of tesla-model-s"),
+        (["drive", "slalom", "--roughness", "Q"], "roughness is 'Q', must be one of A, B, C, D, E"),
+        (["drive", "absent.csv"], "centreline absent.csv is not readable"),
+        (["drive", "slalom", "--brake", "40"], "driver's brake limit is 40, must be between 0.5 and 20"),
+        (["drive", "circle:radius=30", "--speed", "200", "--lateral", "18"], "off the path at"),
+        (["drive", "slalom", "--rate", "300"], "rate is 0.001 s for 0.00333333 s, must be a whole number"),
+    ],
+)
+def test_what_cannot_be_driven_is_one_sentence(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert sentence in refused(arguments, capsys)
+
+
+def test_roads_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["list", "roads", "--json"])
+    roads = json.loads(capsys.readouterr().out)
+    assert "cones=8" in roads["slalom"]
+    assert "thesis section 6.3" in roads["hockenheim"]
