@@ -1,0 +1,128 @@
+"""The Objective Motion Cueing Test: modulus and phase of a whole motion system, axis by axis.
+
+What is driven is what the vehicle would let the driver feel, what is read is what the platform does; between
+them are the cueing algorithm, its period and the plant. A translation's force includes the part of
+gravity that tilt lends. Rotations are driven by their rate alone, without a force.
+"""
+
+import cmath
+import math
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from otolith.core.arrays import Vec
+from otolith.core.frames import AXES
+from otolith.interfaces import Cueing, Plant
+from otolith.metrics.frequency import Harmonic, harmonic
+from otolith.platforms import Platform
+from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes, MotionTest, Sweep, sinusoid
+from otolith.simulate import Run, simulate
+
+NOTHING = 1e-9  # of the driven amplitude: a response below it is none, and has no phase
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """One test at one frequency; an uncertainty is how far any measured period is from their mean."""
+
+    test: MotionTest
+    omega: float  # [rad/s]
+    modulus: float  # [MotionTest.unit]
+    modulus_uncertainty: float  # as `modulus`
+    phase_deg: float  # felt against driven, negative when late; NaN where nothing is felt
+    phase_uncertainty_deg: float
+    distortion: float  # RMS of what is not the sinusoid over the sinusoid's; NaN where nothing is felt
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class System:
+    """What is tested. Only axes that the cueing is asked to cue are driven and read."""
+
+    cueing: Cueing
+    plant: Plant
+    platform: Platform
+    axes: Collection[str]  # of `otolith.core.frames.AXES`
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Procedure:
+    """How it is tested."""
+
+    amplitudes: Amplitudes = field(default_factory=Amplitudes)
+    sweep: Sweep = field(default_factory=Sweep)
+    frequencies: Sequence[float] = FREQUENCIES  # [rad/s]
+
+    def seconds(self, system: System) -> float:
+        """Simulated time of the whole test [s]."""
+        each = sum(sum(self.sweep.times(omega)) for omega in self.frequencies)
+        return each * len({test.driven for test in applicable(system.axes)})
+
+
+def applicable(axes: Collection[str]) -> list[MotionTest]:
+    """Tests whose two axes are among `axes`."""
+    return [test for test in TESTS if test.driven in axes and test.felt in axes]
+
+
+def motion_cueing_test(
+    system: System, procedure: Procedure, *, progress: Callable[[float], None] = lambda _: None
+) -> list[Response]:
+    """All tests of the system's axes at all frequencies, in the order of `TESTS` and of frequency.
+
+    Parameters
+    ----------
+    progress : is told the fraction done.
+    """
+    found = [*_drive_all(system, procedure, progress)]
+    return sorted(found, key=lambda response: (response.test.number, response.omega))
+
+
+def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
+    """Drive one axis at one frequency [rad/s], from the neutral pose at rest."""
+    amplitude = procedure.amplitudes.of(axis, omega)
+    return simulate(
+        system.cueing,
+        system.plant,
+        sinusoid(axis, omega, amplitude, procedure.sweep),
+        platform=system.platform,
+        pairs=(),  # nobody asks this run for its limits: they belong to the algorithm's own tests
+    )
+
+
+def respond(run: Run, test: MotionTest, omega: float, procedure: Procedure) -> Response:
+    """Read one test from a run that `drive` made along the test's driven axis."""
+    _, measured = procedure.sweep.times(omega)
+    last = run.time > run.time[-1] - measured - 0.5 * run.plant_period
+    driven = -1j * procedure.amplitudes.of(test.driven, omega)  # a sin ωt is the real part of −j a e^{jωt}
+    return _response(test, omega, driven, harmonic(run.time[last], felt_along(run, test.felt)[last], omega))
+
+
+def felt_along(run: Run, axis: str) -> Vec:
+    """What the driver feels along one axis (n,): specific force [m/s²] or, for small angles, rate [rad/s]."""
+    index = AXES.index(axis)
+    series: Vec = run.felt_force[:, index] if index < 3 else run.twist[:, index]
+    return series
+
+
+def _drive_all(system: System, procedure: Procedure, progress: Callable[[float], None]) -> Iterator[Response]:
+    tests, total, done = applicable(system.axes), procedure.seconds(system), 0.0
+    for axis in dict.fromkeys(test.driven for test in tests):
+        for omega in procedure.frequencies:
+            run = drive(system, axis, omega, procedure)
+            yield from (respond(run, test, omega, procedure) for test in tests if test.driven == axis)
+            done += sum(procedure.sweep.times(omega))
+            progress(done / total)
+
+
+def _response(test: MotionTest, omega: float, driven: complex, felt: Harmonic) -> Response:
+    ratio, spread = felt.amplitude / driven, felt.spread / abs(driven)
+    nothing = abs(ratio) <= NOTHING
+    wobble = 180.0 if spread >= abs(ratio) else math.degrees(math.asin(spread / abs(ratio)))
+    return Response(
+        test=test,
+        omega=omega,
+        modulus=abs(ratio),
+        modulus_uncertainty=spread,
+        phase_deg=math.nan if nothing else math.degrees(cmath.phase(ratio)),
+        phase_uncertainty_deg=math.nan if nothing else wobble,
+        distortion=math.nan if nothing else felt.distortion,
+    )
