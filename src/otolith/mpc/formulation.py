@@ -36,7 +36,7 @@ from otolith.mpc.model import (
 )
 from otolith.mpc.washout import WashoutWeight
 from otolith.platforms import Platform
-from otolith.qp.blocked import Lengths, block_ends, block_starts
+from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
 
@@ -67,7 +67,7 @@ class Formulation:
     def __init__(self, platform: Platform, pairs: Sequence[AxisPair], setting: Setting) -> None:
         self.pairs, self.setting = tuple(pairs), setting
         self.lengths = setting.blocks or (1,) * setting.horizon
-        self._starts, self._ends = block_starts(self.lengths), block_ends(self.lengths)
+        self._ends = block_ends(self.lengths)
         limits = [platform.pair_limits(pair) for pair in self.pairs]
         self.command_bound = np.array(
             [bound for one in limits for bound in (one.tilt_acceleration, one.command)]
@@ -78,13 +78,17 @@ class Formulation:
         self.problem = self._problem(rows)
         self._lower, self._upper = self._bounds([row for of_pair in rows for row in of_pair])
         washout = [(p, weight) for p in range(len(self.pairs)) for weight in setting.washout]
-        self._of = np.array([6 * p + STATES.index(weight.of) for p, weight in washout], dtype=np.int64)
-        self._coefficients = np.array([weight.coefficients for _, weight in washout]).reshape(-1, 4)
-        self._scale = np.array([weight.scale for _, weight in washout])
-        self._weights = np.empty(len(washout))
-        self._under = np.array([self._lies_under(pair) for pair in self.pairs], dtype=np.int64)
-        self._X = np.empty((setting.horizon, 6 * len(self.pairs)))
-        self._no_circle = np.empty((len(self.lengths), 0))
+        self._given = linearise.Given(
+            A=self.A,
+            B=self.B,
+            under=np.array([self._lies_under(pair) for pair in self.pairs], dtype=np.int64),
+            ends=self._ends,
+            of=np.array([6 * p + STATES.index(weight.of) for p, weight in washout], dtype=np.int64),
+            washout=np.array([(*weight.coefficients, weight.scale) for _, weight in washout]).reshape(-1, 5),
+            control_weight=np.full(2 * len(self.pairs), setting.control_weight),
+            X=np.empty((setting.horizon, 6 * len(self.pairs))),
+        )
+        self._no_reference = np.empty((0, 2 * len(self.pairs)))
 
     def begin(self, memory: StageMemory) -> None:
         """Write what never changes."""
@@ -93,15 +97,9 @@ class Formulation:
 
     def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
         """Write the problem at state x (6P,), linearised about `plan` (N, 2P), for forces (N, P) wanted."""
-        memory.start[:] = x
-        circle = memory.varying if self.radius is not None else self._no_circle
-        X, D, error = self._X, memory.output, memory.error
-        linearise.prepare(self.A, self.B, x, plan, self._under, wanted, X, D, error, self._ends, circle)
-        linearise.polynomial_weights(x, self._of, self._coefficients, self._scale, self._weights)
-        memory.state_weight[:] = self._weights
-        memory.input_linear[:] = 0.0
-        if u_ref is not None:
-            memory.input_linear[:] -= self.setting.control_weight * np.add.reduceat(u_ref, self._starts)
+        contiguous = np.ascontiguousarray  # one memory layout, one compiled kernel
+        u_ref = self._no_reference if u_ref is None else contiguous(u_ref)
+        linearise.write(self._given, memory, x, contiguous(plan), contiguous(wanted), u_ref)
 
     def of_steps(self, U: Mat) -> Mat:
         """Inputs (N, 2P) of every step from those of the blocks (M, 2P)."""

@@ -9,28 +9,42 @@ linearised about (x̄, ū) as f_p ≈ D x + const. The values of D are stored ro
 states, [θ_q] θ_p a_p, which needs q < p.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
+from otolith.qp.engines import StageMemory
 
 TILT, POSITION, ACCELERATION = 1, 3, 4  # as in otolith.mpc.model, whose test checks it
 _NO_DIRECTION: Final = 1e-9  # [m] closer than this to the centre, the circle has no direction
+
+
+class Given(NamedTuple):
+    """What the kernels need of a formulation, the same at every step."""
+
+    A: Mat  # (6, 6) of one pair
+    B: Mat  # (6, 2)
+    under: Ints  # (P,) index of the pair q whose tilt pair p lies under, −1 where there is none
+    ends: Ints  # (M,) last step of every block
+    of: Ints  # (w,) state whose size the washout weight depends on
+    washout: Mat  # (w, 5) its coefficients w₁ … w₄ and scale
+    control_weight: Vec  # (2P,) R
+    X: Mat  # (N, 6P) room for the prediction
 
 
 @kernel
 def predict(A: Mat, B: Mat, x0: Vec, plan: Mat, X: Mat) -> None:
     """States x_1 … x_N into X (N, 6P) under the inputs `plan` (N, 2P)."""
     for k in range(X.shape[0]):
+        before = x0 if k == 0 else X[k - 1]
         for p in range(plan.shape[1] // 2):
             for i in range(6):
                 total = B[i, 0] * plan[k, 2 * p] + B[i, 1] * plan[k, 2 * p + 1]
                 for j in range(6):
-                    before = x0[6 * p + j] if k == 0 else X[k - 1, 6 * p + j]
-                    total += A[i, j] * before
+                    total += A[i, j] * before[6 * p + j]
                 X[k, 6 * p + i] = total
 
 
@@ -40,21 +54,23 @@ def linearise_force(X: Mat, under: Ints, wanted: Mat, D: Mat, error: Mat) -> Non
 
     Parameters
     ----------
-    under : (P,) index of the pair q whose tilt pair p lies under, −1 where there is none.
+    under : see `Given`.
     wanted : (N, P) forces [m/s²].
     """
+    P = len(under)
+    sine, cosine = np.empty(P), np.empty(P)
     for k in range(X.shape[0]):
         slot = 0
-        for p in range(len(under)):
+        for p in range(P):
             tilt, q = X[k, 6 * p + TILT], under[p]
-            outer = X[k, 6 * q + TILT] if q >= 0 else 0.0
-            constant = GRAVITY * np.cos(outer) * np.sin(tilt) - wanted[k, p]
+            sine[p], cosine[p] = np.sin(tilt), np.cos(tilt)
+            pull = GRAVITY * (cosine[q] if q >= 0 else 1.0)
+            constant = pull * (sine[p] - cosine[p] * tilt) - wanted[k, p]
             if q >= 0:
-                D[k, slot] = -GRAVITY * np.sin(outer) * np.sin(tilt)
-                constant -= D[k, slot] * outer
+                D[k, slot] = -GRAVITY * sine[q] * sine[p]
+                constant -= D[k, slot] * X[k, 6 * q + TILT]
                 slot += 1
-            D[k, slot] = GRAVITY * np.cos(outer) * np.cos(tilt)
-            constant -= D[k, slot] * tilt
+            D[k, slot] = pull * cosine[p]
             D[k, slot + 1] = 1.0
             slot += 2
             error[k, p] = constant
@@ -79,30 +95,35 @@ def linearise_circle(X: Mat, ends: Ints, directions: Mat) -> None:
 
 
 @kernel
-def polynomial_weights(x: Vec, of: Ints, coefficients: Mat, scale: Vec, weights: Vec) -> None:
-    """Washout weights (w,) at state x: w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |x_of| / scale (eq. 4.12)."""
+def weigh_washout(x: Vec, of: Ints, washout: Mat, weights: Mat) -> None:
+    """Washout weights (N, w), the same at all steps: w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |x_of| / scale.
+
+    Of the present state x (eq. 4.12); `washout` as in `Given`.
+    """
     for i in range(len(of)):
-        r = abs(x[of[i]]) / scale[i]
-        c = coefficients[i]
-        weights[i] = c[0] + c[1] * r + c[2] * r**2 + c[3] * r**4
+        c = washout[i]
+        r = abs(x[of[i]]) / c[4]
+        weights[:, i] = c[0] + c[1] * r + c[2] * r**2 + c[3] * r**4
 
 
 @kernel
-def prepare(
-    A: Mat,
-    B: Mat,
-    x0: Vec,
-    plan: Mat,
-    under: Ints,
-    wanted: Mat,
-    X: Mat,
-    D: Mat,
-    error: Mat,
-    ends: Ints,
-    circle: Mat,
-) -> None:
-    """Everything above about the plan, in one call; `circle` has no columns where there is no circle."""
-    predict(A, B, x0, plan, X)
-    linearise_force(X, under, wanted, D, error)
-    if circle.shape[1] == 2:
-        linearise_circle(X, ends, circle)
+def pull_to(u_ref: Mat, R: Vec, ends: Ints, linear: Mat) -> None:
+    """Linear terms −R Σ u_ref (M, 2P), the sum over each block's steps; zero where u_ref has no steps."""
+    linear[:] = 0.0
+    block = 0
+    for k in range(u_ref.shape[0]):
+        block += k > ends[block]
+        for j in range(u_ref.shape[1]):
+            linear[block, j] -= R[j] * u_ref[k, j]
+
+
+@kernel
+def write(given: Given, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat) -> None:
+    """Everything above about the plan, into an engine's memory, in one call."""
+    memory.start[:] = x
+    predict(given.A, given.B, x, plan, given.X)
+    linearise_force(given.X, given.under, wanted, memory.output, memory.error)
+    if memory.varying.shape[1] == 2:
+        linearise_circle(given.X, given.ends, memory.varying)
+    weigh_washout(x, given.of, given.washout, memory.state_weight)
+    pull_to(u_ref, given.control_weight, given.ends, memory.input_linear)

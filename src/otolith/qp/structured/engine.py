@@ -10,12 +10,13 @@ from otolith.core.lti import condense
 from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, hold
 from otolith.qp.problem import Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution
-from otolith.qp.structured.generate import CODES, INFO, SETTINGS, module_of
+from otolith.qp.structured.generate import CODES, SETTINGS, module_of
 from otolith.qp.structured.layout import Structure, Workspace, powers, values
 
 _STATUS: Final = tuple(Status[name] for name in CODES)
+_OPTIMAL: Final = CODES.index("OPTIMAL")
 _HARD: Final = 1e10  # stands for an infinite penalty
-_STIFFNESS: Final = 2e6  # ρ c of an active row, c its compliance
+_STIFFNESS: Final = 2e8  # ρ c of an active row, c its compliance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +24,7 @@ class StructuredSettings:
     """How hard the engine tries, and what it accepts."""
 
     tolerance: float = 1e-6  # largest certificate that counts as solved
-    exchange_limit: int = 16  # factorisations from the previous working set; 0: cold every time
+    exchange_limit: int = 20  # factorisations from the previous working set; 0: cold every time
     polish_limit: int = 12  # factorisations after each interior point
     iteration_limit: int = 60  # of the interior point
 
@@ -57,6 +58,7 @@ class StructuredSolver:
         self.structure = Structure.of(problem, blocks)
         self.kernels: Any = module_of(self.structure, extension)
         self._workspace = Workspace(self.structure)
+        self._answer = (self.part("INFO"), self.part("PLAN"), self.part("X"), self.rows("MULTIPLIER"))
         self._write_constants()
 
     @property
@@ -112,19 +114,18 @@ class StructuredSolver:
 
     def solution(self) -> StageSolution:
         """What the last solve left in the workspace: when it failed, U is still the last certified plan."""
-        info = dict(zip(INFO, self.part("INFO"), strict=False))
-        status = _STATUS[int(info["STATUS"])]
-        solved = status is Status.OPTIMAL
+        info, U, X, y = self._answer
+        code, residual, changes, factorisations, _, iterations, hinted = info.tolist()
         return StageSolution(
-            status,
-            self.part("PLAN").copy(),
-            self.part("X").copy(),
-            self.rows("MULTIPLIER").copy(),
-            changes=int(info["CHANGES"]),
-            factorisations=int(info["FACTORISATIONS"]),
-            iterations=int(info["ITERATIONS"]),
-            residual=float(info["RESIDUAL"]) if solved else np.inf,
-            hinted=bool(info["HINTED"]),
+            _STATUS[int(code)],
+            U.copy(),
+            X.copy(),
+            y.copy(),
+            int(changes),
+            int(factorisations),
+            int(iterations),
+            residual if code == _OPTIMAL else np.inf,
+            hinted == 1.0,
         )
 
     def _write_constants(self) -> None:

@@ -138,7 +138,8 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "LO HI RHO "  # bounds as used (finite); weight of the augmented Lagrangian
         "VALUE MULTIPLIER SET "  # r, y and σ: 0 free, ±1 active, ±2 saturated (soft, |y| = w)
         "HINT OTHER_SET OTHER_MULTIPLIER "  # a second guess, and the first while it is tried
-        "DIAGONAL GRADIENT MARK"  # what the rows add to the stages' Hessian and gradient; scratch
+        "DIAGONAL GRADIENT "  # what the rows add to the stages' Hessian and gradient
+        "EXCESS MARK"  # how far free rows are out; which rows change
     )
     of_sides = (
         "DISTANCE T LAMBDA SIGMA NU INV_LAMBDA INV_NU DELTA E1 E2 SCRATCH"  # interior point: 2 sides a row
@@ -156,7 +157,7 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "ACCUMULATOR": (2 * LANES,),
         "OFFERED": (1,),  # 1 when there is a hint
         "SETTING": (8,),
-        "INFO": (8,),
+        "INFO": (7,),  # `INFO` of `generate`
     }
     rows = dict.fromkeys(of_rows.split(), (total,))
     sides = dict.fromkeys(of_sides.split(), (2 * total,))
@@ -180,10 +181,16 @@ class Workspace:
         room = np.zeros(size + _LINE)
         shift = (-room.ctypes.data // room.itemsize) % _LINE
         self.vector: Vec = room[shift : shift + size]
-        self._structure = structure
+        shapes = parts(structure)
         self._views = {
             name: self.vector[at[name] : at[name] + prod(shape)].reshape(shape)
-            for name, shape in parts(structure).items()
+            for name, shape in shapes.items()
+        }
+        N, rows = structure.N, structure.rows
+        self._rows = {
+            name: self._views[name][: N * rows].reshape(N, rows)
+            for name, shape in shapes.items()
+            if shape == (structure.total,)
         }
 
     def __getitem__(self, part: str) -> Mat:
@@ -192,5 +199,4 @@ class Workspace:
 
     def rows(self, part: str) -> Mat:
         """View (N, rows) of a part that holds one number per row, without its padding."""
-        s = self._structure
-        return self._views[part][: s.N * s.rows].reshape(s.N, s.rows)
+        return self._rows[part]

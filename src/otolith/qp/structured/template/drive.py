@@ -23,7 +23,7 @@ from otolith.qp.structured.template.given import (
     woven,
 )
 from otolith.qp.structured.template.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
-from otolith.qp.structured.template.working import PATIENCE, settle
+from otolith.qp.structured.template.working import settle
 
 STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = HINTED = 0
 TOLERANCE = EXCHANGES = POLISH = ITERATION_LIMIT = 0
@@ -67,7 +67,7 @@ def search_inside(W: Vec) -> int:
         if proved:
             return INFEASIBLE
         guess_from_sides(W)
-        if settle(W, polish, polish) and accept(W):
+        if settle(W, polish) and accept(W):
             return OPTIMAL
         close *= CLOSER
     return LIMIT
@@ -79,7 +79,7 @@ def search(W: Vec) -> int:
     condense_blocks(W)
     exchanges = int(W[SETTING + EXCHANGES])
     if exchanges > 0:
-        if settle(W, exchanges, PATIENCE) and accept(W):
+        if settle(W, exchanges) and accept(W):
             return OPTIMAL
         if impossible(W):
             return INFEASIBLE

@@ -10,15 +10,18 @@ shrinks r − b by about 1 / (1 + ρ c), c the row's compliance, so that one or 
 
 Exchange (primal-dual active set, Hintermüller, Ito & Kunisch, 2002): drop active rows whose sign is
 wrong, add free rows that are violated, saturate soft rows whose |y| exceeds w, release saturated ones
-that are satisfied; all at once. When the number of changes does not fall, rows are only dropped as
-long as there is a wrong sign, which ends the cycles seen in practice; the interior point covers the
-rest. Stages after the last change keep their factors.
+that are satisfied; all at once. When the number of changes does not fall, the exchange has *stalled*:
+from there on rows with wrong signs are dropped first, and where a row is violated at several stages in
+a row, only the worst of them is added, since on an arc of contact the rows of neighbouring stages stand
+in for each other; one row that enters against one that leaves enters alone. That ends the cycles seen
+in practice; the interior point covers the rest. Stages after the last change keep their factors.
 """
 
 from otolith.core.arrays import Vec
 from otolith.qp.structured.template.given import (
     ACCUMULATOR,
     DIAGONAL,
+    EXCESS,
     GRADIENT,
     HI,
     HINT,
@@ -54,17 +57,16 @@ PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
 DUAL = 1e-9  # a multiplier has the wrong sign beyond this
 GREAT = 500.0  # multipliers above this ask for smaller distances, so that y (r − b) is small too
 STEPS = 20  # multiplier steps at most for one working set
-PATIENCE = 5  # exchanges without progress that are borne
 
 
 @pure
 def impose(W: Vec) -> None:
     """Write the working set into the stage problem; multipliers of free rows become zero."""
     for i in range(ROWS):
-        sigma = W[SET + i]
+        sigma, low, high = W[SET + i], W[LO + i], W[HI + i]
         active = 1.0 if abs(sigma) == 1.0 else 0.0
         saturated = 1.0 if abs(sigma) == 2.0 else 0.0
-        b = W[HI + i] if sigma > 0.0 else W[LO + i]
+        b = high if sigma > 0.0 else low
         rho = active * W[RHO + i]
         y = active * W[MULTIPLIER + i] + 0.5 * saturated * sigma * W[SOFT + i]
         W[MULTIPLIER + i] = y
@@ -79,9 +81,9 @@ def step_multipliers(W: Vec) -> float:
     for block in range(ROWS // LANES):
         for j in range(LANES):
             i = block * LANES + j
-            sigma = W[SET + i]
-            b = W[HI + i] if sigma > 0.0 else W[LO + i]
-            off = W[VALUE + i] - b if abs(sigma) == 1.0 else 0.0
+            sigma, r, low, high = W[SET + i], W[VALUE + i], W[LO + i], W[HI + i]
+            b = high if sigma > 0.0 else low
+            off = r - b if abs(sigma) == 1.0 else 0.0
             y = W[MULTIPLIER + i] + W[RHO + i] * off
             W[MULTIPLIER + i] = y
             W[GRADIENT + i] += W[RHO + i] * off
@@ -90,32 +92,55 @@ def step_multipliers(W: Vec) -> float:
 
 
 @pure
+def find_violations(W: Vec) -> float:
+    """How far free rows are out of their bounds, EXCESS, with MARK 1 where they are; the number of these."""
+    clear_lanes(W)
+    for block in range(ROWS // LANES):
+        for j in range(LANES):
+            i = block * LANES + j
+            sigma, r, low, high = W[SET + i], W[VALUE + i], W[LO + i], W[HI + i]
+            excess = largest(r - high, low - r)
+            out = 1.0 if sigma == 0.0 and excess > PRIMAL else 0.0
+            W[EXCESS + i] = out * excess
+            W[MARK + i] = out
+            W[ACCUMULATOR + LANES + j] += out
+    return fold_sum(W)
+
+
+@pure
+def keep_peaks(W: Vec) -> None:
+    """Unmark a violation where the same row is further out at a stage beside it."""
+    for i in range((N - 1) * STAGE_ROWS):
+        here, next_ = W[EXCESS + i], W[EXCESS + STAGE_ROWS + i]
+        W[MARK + i] = 0.0 if here <= next_ else W[MARK + i]
+        W[MARK + STAGE_ROWS + i] = 0.0 if next_ < here else W[MARK + STAGE_ROWS + i]
+
+
+@pure
 def wrong_signs(W: Vec) -> float:
     """Number of active rows whose multiplier points the wrong way."""
     count = 0.0
     for i in range(ROWS):
-        sigma = W[SET + i]
-        pull = sigma * W[MULTIPLIER + i]
+        pull = W[SET + i] * W[MULTIPLIER + i]
         count += 1.0 if pull < -DUAL else 0.0
     return count
 
 
 @pure
-def exchange_rows(W: Vec, adding: float) -> float:
-    """One exchange, without additions when `adding` is 0.0; the number of rows that changed, also in MARK."""
+def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
+    """One exchange: add the marked rows, drop those with wrong signs; the rows that changed, also in MARK."""
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
             i = block * LANES + j
             sigma, r, y, low, high = W[SET + i], W[VALUE + i], W[MULTIPLIER + i], W[LO + i], W[HI + i]
-            above = adding if r > high + PRIMAL else 0.0
-            below = adding if r < low - PRIMAL else 0.0
-            dropped = -sigma if low == high else 0.0  # an equality changes sides instead
-            active = sigma if sigma * y >= -DUAL else dropped
+            added = adding * W[MARK + i] * (1.0 if r > high else -1.0)
+            turned = -sigma if low == high else (1.0 - dropping) * sigma  # an equality changes sides
+            active = sigma if sigma * y >= -DUAL else turned
             active = 2.0 * sigma if sigma * y > W[SOFT + i] else active
             b = high if sigma > 0.0 else low
             saturated = sigma if sigma * (r - b) >= -2.0 * PRIMAL else 0.5 * sigma
-            new = above - below if sigma == 0.0 else active
+            new = added if sigma == 0.0 else active
             new = saturated if abs(sigma) == 2.0 else new
             change = 1.0 if new != sigma else 0.0
             W[SET + i] = new
@@ -134,10 +159,16 @@ def last_changed_stage(W: Vec) -> int:
 
 
 @woven
-def review(W: Vec, cautious: bool) -> float:
-    """Exchange rows at the present point; when cautious, add none while there are wrong signs."""
-    adding = 0.0 if cautious and wrong_signs(W) > 0.0 else 1.0
-    return exchange_rows(W, adding)
+def review(W: Vec, stalled: bool) -> float:
+    """Exchange rows at the present point, see above; the number of changes."""
+    violated = find_violations(W)
+    if not stalled:
+        return exchange_rows(W, 1.0, 1.0)
+    keep_peaks(W)
+    wrong = wrong_signs(W)
+    if wrong == 0.0 or (violated == 1.0 and wrong == 1.0):
+        return exchange_rows(W, 1.0, 0.0)
+    return exchange_rows(W, 0.0, 1.0)
 
 
 @woven
@@ -150,14 +181,14 @@ def refine(W: Vec) -> float:
 
 
 @woven
-def attempt(W: Vec, last: int, cautious: bool) -> tuple[float, float]:
-    """Solve for the set at hand, whose stages after `last` have factors; largest |r − b|, and changes made."""
+def attempt(W: Vec, last: int, stalled: bool) -> tuple[float, float]:
+    """Solve for the set at hand with the factors of the stages after `last`; largest |r − b|, and changes."""
     impose(W)
     factor(W, last)
     forward(W)
     W[INFO + FACTORISATIONS] += 1.0
     off = step_multipliers(W)
-    return off, review(W, cautious)
+    return off, review(W, stalled)
 
 
 @pure
@@ -194,24 +225,20 @@ def consider_hint(W: Vec, changes: float) -> tuple[float, float]:
 
 
 @woven
-def settle(W: Vec, limit: int, patience: int) -> bool:
+def settle(W: Vec, limit: int) -> bool:
     """Exchange from the working set in SET; True when it has settled on a stationary feasible point."""
-    last, fewest, stalled = N - 1, 1e9, 0
+    last, fewest, stalled = N - 1, 1e9, False
     for _ in range(limit):
-        off, changes = attempt(W, last, stalled > 0)
+        off, changes = attempt(W, last, stalled)
         if W[OFFERED] > 0.0 and changes > 0.0:
             off, changes = consider_hint(W, changes)
         steps = 0
         while changes == 0.0 and not off < PRIMAL and steps < STEPS:
-            off, changes, steps = refine(W), review(W, stalled > 0), steps + 1
+            off, changes, steps = refine(W), review(W, stalled), steps + 1
         if changes == 0.0:
             return off < PRIMAL
         W[INFO + CHANGES] += changes
         last = last_changed_stage(W)
-        if changes < fewest:
-            fewest = changes
-        else:
-            stalled += 1
-            if stalled >= patience:
-                return False
+        stalled = stalled or changes >= fewest
+        fewest = changes
     return False
