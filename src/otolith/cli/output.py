@@ -2,9 +2,13 @@
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
+from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
 
 from otolith.mpqp import Progress
 
@@ -19,6 +23,15 @@ def wide_console(*, stderr: bool = False) -> Console:
     console = Console(stderr=stderr)
     console.width = max(console.width, 120)
     return console
+
+
+@contextmanager
+def progress_bar(console: Console, text: str) -> Iterator[Any]:
+    """Show a bar with an estimate on standard error; yields what to call with the fraction done."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bars(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(text, total=1.0)
+        yield lambda fraction: bar.update(task, completed=fraction)
 
 
 def progress_line(now: Progress) -> str:

@@ -2,8 +2,6 @@
 
 import functools
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,11 +9,10 @@ from typing import Annotated, Any
 import typer
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from otolith import __version__, files, metrics, registry
 from otolith.cli.options import Choices, takes_choices
-from otolith.cli.output import print_json, sentence
+from otolith.cli.output import print_json, progress_bar, sentence
 from otolith.report import comparison_figure, cueing_figure, render, render_comparison, save_figure
 from otolith.simulate import Run, simulate
 
@@ -79,7 +76,7 @@ def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[
         status.update(f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached")
         with status:
             cueing = maker.load()(design)
-        with _progress_bar(console, f"{name} on {scenario.name}") as progress:
+        with progress_bar(console, f"{name} on {scenario.name}") as progress:
             run = simulate(
                 cueing,
                 plant_maker.load()(),
@@ -93,15 +90,6 @@ def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[
             )
         runs.append(run)
     return runs
-
-
-@contextmanager
-def _progress_bar(console: Console, text: str) -> Iterator[Any]:
-    """Show a bar with an estimate on standard error; yields what to call with the fraction done."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(text, total=1.0)
-        yield lambda fraction: bar.update(task, completed=fraction)
 
 
 def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, Figure]) -> None:

@@ -1,0 +1,100 @@
+"""`otolith omct`: the objective motion cueing test of any cueing algorithm."""
+
+import functools
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from otolith import __version__, files, registry
+from otolith.cli.options import pairs_named
+from otolith.cli.output import print_json
+from otolith.cli.run import progress_bar
+from otolith.core.errors import InputError
+from otolith.metrics.boundaries import parse_boundaries
+from otolith.metrics.omct import Procedure, System, applicable, motion_cueing_test
+from otolith.mpc.design import Design
+from otolith.mpc.single_axis import SINGLE_AXES
+from otolith.report import save_figure
+from otolith.report.omct import omct_figure, omct_json, omct_page
+from otolith.scenarios.omct import TESTS, Amplitudes
+
+
+def omct_(
+    cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")],
+    platform: Annotated[str, typer.Option(help="A shipped platform's name or a platform file.")] = "thesis",
+    dofs: Annotated[
+        str, typer.Option(help="surge-pitch, sway-roll, heave, yaw; several with commas.")
+    ] = "surge-pitch",
+    plant: Annotated[
+        str | None,
+        typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes)."),
+    ] = None,
+    force: Annotated[
+        float, typer.Option(metavar="M/S2", help="Amplitude of the driven specific force.")
+    ] = 1.0,
+    boundaries: Annotated[
+        Path | None, typer.Option(help="Boundary curves as CSV; see the documentation for its columns.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results (default: out/omct-CUEING).")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
+) -> None:
+    """Drive one axis at a time at twelve frequencies: modulus and phase of what is felt (ICAO 9625)."""
+    if not 0.0 < force <= 20.0:
+        raise InputError("--force", force, "greater than 0 and at most 20 m/s²")
+    bounds = (
+        {}
+        if boundaries is None
+        else parse_boundaries(files.read_text(boundaries, "boundaries"), boundaries.name)
+    )
+    console = Console(stderr=True)
+    system, names = _system(cueing, platform, dofs, plant)
+    procedure = Procedure(amplitudes=Amplitudes(force=force))
+    with progress_bar(console, f"{cueing}, {procedure.seconds(system):.0f} s of motion") as progress:
+        responses = motion_cueing_test(system, procedure, progress=progress)
+    skipped = [test.name for test in TESTS if test not in applicable(system.axes)]
+    summary = {
+        **names,
+        "version": __version__,
+        "force_mps2": force,
+        "tests": omct_json(responses, bounds),
+        "not_cued": skipped,
+    }
+    folder = out or Path("out") / f"omct-{cueing}"
+    files.write_json(folder / "omct.json", summary)
+    facts = {**names, "amplitude of force": f"{force:g} m/s²", "not cued": ", ".join(skipped) or "–"}
+    files.write_text(folder / "report.html", omct_page(cueing, facts, responses, bounds))
+    _write_figures(folder, functools.partial(omct_figure, responses, bounds))
+    if json:
+        print_json(summary)
+    if skipped:
+        console.print(f"not cued, hence not tested: {', '.join(skipped)}", highlight=False, soft_wrap=True)
+    console.print(f"written to {folder}: report.html, figures, omct.json", highlight=False, soft_wrap=True)
+
+
+def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[System, dict[str, str]]:
+    """What is tested, and its names; every wrong value is refused before work starts."""
+    maker = registry.lookup(registry.CUEING, "--cueing", cueing)
+    plant_name = plant or maker.plant
+    plant_maker = registry.lookup(registry.PLANTS, "--plant", plant_name)
+    singles = tuple(name for name in dofs.split(",") if name in SINGLE_AXES)
+    if singles and not maker.singles:
+        raise InputError("--dofs", repr(dofs), f"axis pairs: {cueing} does not cue {' and '.join(singles)}")
+    paired = ",".join(name for name in dofs.split(",") if name not in singles)
+    pairs = pairs_named(paired) if paired else ()
+    design = Design(platform=files.read_platform(platform), pairs=pairs, singles=singles)
+    system = System(
+        cueing=maker.load()(design),
+        plant=plant_maker.load()(),
+        platform=design.platform,
+        axes={axis for pair in pairs for axis in pair.name.split("-")} | set(singles),
+    )
+    return system, {"cueing": cueing, "platform": design.platform.name, "plant": plant_name, "dofs": dofs}
+
+
+def _write_figures(folder: Path, draw: Any) -> None:
+    for ending in ("pdf", "png"):
+        files.write_figure(folder / f"figure.{ending}", functools.partial(save_figure, draw()))

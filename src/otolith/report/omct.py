@@ -1,0 +1,197 @@
+"""The motion cueing test made visible: a Bode figure for paper, a page, and plain JSON values."""
+
+import io
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from otolith.core.arrays import Vec
+from otolith.metrics.boundaries import Boundary
+from otolith.metrics.omct import Response
+from otolith.report.palette import BLUE, GREEN, VERMILION
+from otolith.scenarios.omct import MotionTest
+
+WIDTH: Final = 7.0  # [in] of two columns
+ROW: Final = 1.55  # [in] of a test
+FONT: Final = 7.5  # [pt]
+FLOOR: Final = 1e-4  # modulus below which a response is drawn at the edge
+
+Boundaries = Mapping[str, Boundary]
+
+
+def by_test(responses: Sequence[Response]) -> dict[MotionTest, list[Response]]:
+    """Responses of each test, in their order."""
+    found: dict[MotionTest, list[Response]] = {}
+    for response in responses:
+        found.setdefault(response.test, []).append(response)
+    return found
+
+
+def omct_json(responses: Sequence[Response], boundaries: Boundaries) -> list[dict[str, Any]]:
+    """One entry per test, with a list per quantity; None where a value is not defined."""
+    return [
+        {
+            "test": test.number,
+            "name": test.name,
+            "unit": test.unit,
+            "omega_radps": [r.omega for r in of_test],
+            "modulus": [r.modulus for r in of_test],
+            "modulus_uncertainty": [r.modulus_uncertainty for r in of_test],
+            "phase_deg": [_known(r.phase_deg) for r in of_test],
+            "phase_uncertainty_deg": [_known(r.phase_uncertainty_deg) for r in of_test],
+            "distortion": [_known(r.distortion) for r in of_test],
+            "within_boundaries": [_verdict(r, boundaries) for r in of_test],
+        }
+        for test, of_test in by_test(responses).items()
+    ]
+
+
+def omct_figure(responses: Sequence[Response], boundaries: Boundaries, *, width: float = WIDTH) -> Figure:
+    """Modulus and phase over frequency, one row per test, boundaries shaded where there are any."""
+    tests = by_test(responses)
+    figure = Figure(figsize=(width, ROW * len(tests) + 0.4), layout="constrained")
+    grid = figure.subplots(len(tests), 2, squeeze=False, sharex=True)
+    for (left, right), (test, of_test) in zip(grid, tests.items(), strict=True):
+        boundary = boundaries.get(test.name)
+        _modulus(left, test, of_test, boundary)
+        _phase(right, of_test, boundary)
+    for ax in grid[-1]:
+        ax.set_xlabel("frequency [rad/s]", fontsize=FONT)
+    return figure
+
+
+def omct_page(
+    title: str, facts: Mapping[str, str], responses: Sequence[Response], boundaries: Boundaries
+) -> str:
+    """The figure, every number, and what they mean, as one HTML page that needs nothing else."""
+    entries = "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts.items())
+    tables = "".join(_table(test, of_test, boundaries) for test, of_test in by_test(responses).items())
+    picture = _svg(omct_figure(responses, boundaries))
+    css = (files("otolith.report") / "assets" / "page.css").read_text(encoding="utf-8")
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(title)} – Otolith</title>
+<style>{css} .bode svg {{ width: 100%; height: auto; background: white; }}</style>
+</head>
+<body>
+<header>
+<p class="kind">Otolith <span>Objective motion cueing test</span></p>
+<h1>{escape(title)}</h1>
+<p class="lead">{LEAD}</p>
+<dl class="facts">{entries}</dl>
+</header>
+<main>
+<section><h2>Modulus and phase</h2><figure class="bode">{picture}</figure></section>
+<section><h2>In numbers</h2>{tables}</section>
+</main>
+<footer>Made by Otolith. This page is complete in itself.</footer>
+</body>
+</html>
+"""
+
+
+LEAD: Final = (
+    "One axis at a time is driven by a sinusoid, at twelve frequencies. The modulus says how much of it the "
+    "driver feels, the phase how late (negative) or early. Bars show how far any measured period was from "
+    "the mean: long ones mean that the motion had not settled. Distortion is what is felt beside the "
+    "sinusoid; an algorithm that meets a limit distorts, and its modulus then holds for this amplitude only."
+)
+
+
+def _modulus(ax: Axes, test: MotionTest, of_test: Sequence[Response], boundary: Boundary | None) -> None:
+    modulus = np.maximum([r.modulus for r in of_test], FLOOR)
+    error = np.array([r.modulus_uncertainty for r in of_test])
+    down = np.minimum(error, modulus - 0.1 * FLOOR)  # a bar to zero has no place on a logarithmic axis
+    ax.set_yscale("log")
+    _points(ax, of_test, modulus, np.stack([down, error]))
+    if boundary is not None:
+        _shade(ax, boundary.omega, boundary.modulus_low, boundary.modulus_high)
+    low, high = ax.get_ylim()
+    ax.set_ylim(max(low, 0.5 * FLOOR) if low < high else low, max(high, 2.0 * low))
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    unit = f" [{test.unit}]" if test.unit else ""
+    ax.set_ylabel(f"modulus{unit}", fontsize=FONT)
+    ax.set_title(f"{test.number}  {test.name}", fontsize=FONT + 1, loc="left")
+
+
+def _phase(ax: Axes, of_test: Sequence[Response], boundary: Boundary | None) -> None:
+    phase = np.array([r.phase_deg for r in of_test])
+    known = np.isfinite(phase)
+    phase[known] = np.unwrap(phase[known], period=360.0)
+    error = np.array([r.phase_uncertainty_deg for r in of_test])
+    _points(ax, of_test, phase, np.stack([error, error]))
+    if boundary is not None:
+        _shade(ax, boundary.omega, boundary.phase_low_deg, boundary.phase_high_deg)
+    if not known.any():
+        ax.text(0.5, 0.5, "nothing is felt", transform=ax.transAxes, ha="center", fontsize=FONT)
+        ax.set_ylim(-180.0, 180.0)
+    ax.set_ylabel("phase [deg]", fontsize=FONT)
+
+
+def _points(ax: Axes, of_test: Sequence[Response], values: Vec, error: Vec) -> None:
+    omega = [r.omega for r in of_test]
+    ax.errorbar(
+        omega, values, yerr=error, fmt="o-", color=BLUE, ecolor=VERMILION, ms=2.6, lw=1.0, elinewidth=1.0
+    )
+    ax.set_xscale("log")
+    ax.grid(visible=True, which="major", color="#dddddd", linewidth=0.4)
+    ax.tick_params(which="both", labelsize=FONT, width=0.5, length=2.5)
+
+
+def _shade(ax: Axes, omega: Vec, low: Vec, high: Vec) -> None:
+    """The region inside a boundary; a side without a bound reaches the axis's edge."""
+    bottom, top = ax.get_ylim()
+    finite = np.concatenate([low[np.isfinite(low)], high[np.isfinite(high)]])
+    bottom, top = min([bottom, *finite]), max([top, *finite])
+    ax.fill_between(omega, np.maximum(low, bottom), np.minimum(high, top), color=GREEN, alpha=0.15, lw=0)
+    ax.set_ylim(bottom, top)
+
+
+def _table(test: MotionTest, of_test: Sequence[Response], boundaries: Boundaries) -> str:
+    unit = f" <small>[{escape(test.unit)}]</small>" if test.unit else ""
+    heads = ["Frequency <small>[rad/s]</small>", f"Modulus{unit}", "Phase <small>[deg]</small>", "Distortion"]
+    heads += ["Within boundaries"] if test.name in boundaries else []
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in _row(r, boundaries))}</tr>" for r in of_test)
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+    return (
+        f"<h3>{test.number} {escape(test.name)}</h3>"
+        f'<div class="wide"><table class="models"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def _row(r: Response, boundaries: Boundaries) -> list[str]:
+    phase = "–" if math.isnan(r.phase_deg) else f"{r.phase_deg:.2f} ± {r.phase_uncertainty_deg:.2g}"
+    distortion = "–" if math.isnan(r.distortion) else f"{100.0 * r.distortion:.2g} %"
+    cells = [f"{r.omega:.3f}", f"{r.modulus:.4g} ± {r.modulus_uncertainty:.1g}", phase, distortion]
+    if r.test.name in boundaries:
+        cells.append({True: "yes", False: "<strong>no</strong>", None: "–"}[_verdict(r, boundaries)])
+    return [cell.replace("-", "−") for cell in cells]
+
+
+def _verdict(response: Response, boundaries: Boundaries) -> bool | None:
+    boundary = boundaries.get(response.test.name)
+    return None if boundary is None else boundary.holds(response)
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _svg(figure: Figure) -> str:
+    """The figure as an SVG element; equal figures, equal text."""
+    text = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": "otolith"}):
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()[text.getvalue().index("<svg") :]
