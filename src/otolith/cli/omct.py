@@ -9,8 +9,7 @@ from rich.console import Console
 
 from otolith import __version__, files, registry
 from otolith.cli.options import pairs_named
-from otolith.cli.output import print_json
-from otolith.cli.run import progress_bar
+from otolith.cli.output import print_json, progress_bar
 from otolith.core.errors import InputError
 from otolith.metrics.boundaries import parse_boundaries
 from otolith.metrics.omct import Procedure, System, applicable, motion_cueing_test

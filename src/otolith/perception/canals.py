@@ -5,10 +5,10 @@ rate only: a sustained rotation fades away.
 """
 
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
+from otolith.core.arrays import Vec
 from otolith.core.lti import StateSpace
 
 
@@ -22,8 +22,12 @@ class CanalParameters:
 
     def system(self) -> StateSpace:
         """The organ as a continuous system."""
-        lags = [[T, 1.0] for T in (self.T_L, self.T_S, self.T_a) if T > 0.0]
-        return StateSpace.from_polynomials([self.T_L * self.T_a, 0.0, 0.0], reduce(np.polymul, lags))
+        lags: Vec = np.ones(1)
+        for T in (self.T_L, self.T_S, self.T_a):
+            lags = np.polymul(lags, [T, 1.0]).astype(
+                np.float64
+            )  # T = 0 leaves a leading zero, which drops out
+        return StateSpace.from_polynomials([self.T_L * self.T_a, 0.0, 0.0], lags.tolist())
 
 
 # Thesis, Table B.1, after Telban & Cardullo (NASA CR-2005-213747), Reid & Nahon (UTIAS 296, 1985) and the

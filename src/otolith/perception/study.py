@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Final
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from otolith.core.arrays import Vec
 from otolith.core.filter import Filter
@@ -108,7 +109,7 @@ def step_response(system: StateSpace, period: float, *, hold_last: bool = False)
     ----------
     hold_last : the sample at 15 s still sees the 1, so that it is held for one period more.
     """
-    time = np.arange(round(DURATION / period) + 1) * period
+    time: Vec = np.arange(round(DURATION / period) + 1, dtype=np.float64) * period
     last = END + 0.5 * period if hold_last else END - 0.5 * period
     u = np.where((time > START - 0.5 * period) & (time < last), 1.0, 0.0)
     return time, Filter(system.discretise(period)).simulate(u[:, None])[:, 0]
@@ -156,18 +157,17 @@ def sensitivity_extrema(model: OtolithParameters) -> list[tuple[float, float]]:
 
     With |S|² = n(w) / d(w), w = ω², they are the positive roots of n' d − n d'.
     """
-    den = np.polymul([model.T_L, 1.0], [model.T_S, 1.0])
-    n, d = _squared_modulus(den), _squared_modulus(np.polyadd(den, [model.k * model.T_a, model.k]))
-    slope = np.polysub(np.polymul(np.polyder(n), d), np.polymul(n, np.polyder(d)))
-    roots = np.roots(slope)
-    w = np.sort(roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)])
-    return [(float(np.sqrt(x)), float(np.sqrt(np.polyval(n, x) / np.polyval(d, x)))) for x in w]
+    den = Polynomial([1.0, model.T_S]) * Polynomial([1.0, model.T_L])
+    n, d = _squared_modulus(den), _squared_modulus(den + Polynomial([model.k, model.k * model.T_a]))
+    w = np.asarray((n.deriv() * d - n * d.deriv()).roots(), dtype=np.complex128)
+    real = np.sort(w.real[(np.abs(w.imag) < 1e-9 * np.abs(w)) & (w.real > 0.0)])
+    return [(float(np.sqrt(x)), float(np.sqrt(n(x) / d(x)))) for x in real]
 
 
-def _squared_modulus(p: Vec) -> Vec:
-    """|p(jω)|² of p = [p₂, p₁, p₀] as a polynomial in ω²: (p₀ − p₂ w)² + p₁² w."""
-    p2, p1, p0 = p
-    return np.array([p2**2, p1**2 - 2.0 * p0 * p2, p0**2])
+def _squared_modulus(p: Polynomial) -> Polynomial:
+    """|p(jω)|² of p = p₀ + p₁ s + p₂ s² as a polynomial in w = ω²: (p₀ − p₂ w)² + p₁² w."""
+    p0, p1, p2 = (float(c) for c in np.asarray(p.coef, dtype=np.float64))
+    return Polynomial([p0**2, p1**2 - 2.0 * p0 * p2, p2**2])
 
 
 def _first_crossing(time: Vec, y: Vec, level: float) -> float:

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import MultipleLocator, NullFormatter
 
 from otolith.core.arrays import Vec
 from otolith.metrics.boundaries import Boundary
@@ -136,6 +136,7 @@ def _phase(ax: Axes, of_test: Sequence[Response], boundary: Boundary | None) -> 
     if not known.any():
         ax.text(0.5, 0.5, "nothing is felt", transform=ax.transAxes, ha="center", fontsize=FONT)
         ax.set_ylim(-180.0, 180.0)
+    ax.yaxis.set_major_locator(MultipleLocator(90.0 if np.ptp(ax.get_ylim()) > 225.0 else 45.0))
     ax.set_ylabel("phase [deg]", fontsize=FONT)
 
 
