@@ -8,7 +8,8 @@ from functools import cached_property
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, AxisPair
 from otolith.mpc.explicit import Explicit, ExplicitLaw, ExplicitSettings, explicit_problem
-from otolith.mpc.hybrid import FromExplicit, Guess, HeldPlan, NoGuess
+from otolith.mpc.hint.stored import Kind, Refused, StoredHint
+from otolith.mpc.hybrid import FromExplicit, Guess, HeldPlan, Hint, MissingHint, NoGuess
 from otolith.mpc.implicit import Entry, Implicit, ImplicitSettings
 from otolith.mpqp import Law, Progress, enumerate_regions
 from otolith.platforms import PairLimits, Platform
@@ -41,6 +42,7 @@ class Design:
     singles: tuple[str, ...] = ()  # axes cued on their own, "heave" and "yaw", by what can
     washout: Tuning | None = None  # of the conventional washouts; none: the one shipped for the platform
     stored_laws: tuple[Law, ...] = ()  # from a file; enumerated on first use when there is none
+    hint: StoredHint | Refused | None = None  # offline knowledge, from a file
     progress: Callable[[Progress], None] | None = None  # is told how the enumeration goes
 
     @property
@@ -80,6 +82,25 @@ class Design:
         """The implicit MPC of this design with the given guess."""
         return Implicit(self.platform, self.pairs, settings=self.implicit, guess=guess, entry=self.entry)
 
+    def hinted(self, kind: Kind) -> Implicit:
+        """The implicit MPC of this design with a hint of the working set.
+
+        A hint that was refused is missing at every decision, which their outcomes say.
+
+        Raises
+        ------
+        InputError : there is no hint.
+        StaleHint : it belongs to another platform, other pairs or settings.
+        """
+        if self.hint is None:
+            raise InputError(
+                "--hint", "absent", "a file of 'otolith hint build' for this platform and settings"
+            )
+        hint: Hint = MissingHint()
+        if isinstance(self.hint, StoredHint):
+            hint = self.hint.at_work(kind, self.platform, self.pairs, self.implicit)
+        return Implicit(self.platform, self.pairs, settings=self.implicit, guess=NoGuess(), hint=hint)
+
 
 def explicit(design: Design) -> Explicit:
     """The explicit laws alone."""
@@ -104,3 +125,18 @@ def hybrid_first(design: Design) -> Implicit:
 def hybrid_all(design: Design) -> Implicit:
     """Model 4: all inputs of the explicit law."""
     return design.implicit_with(FromExplicit(design.laws_at_work(), first_only=False))
+
+
+def hybrid_learned(design: Design) -> Implicit:
+    """The answer of model 1, found with a network's hint where that is better than the previous set."""
+    return design.hinted(Kind.LEARNED)
+
+
+def hybrid_law(design: Design) -> Implicit:
+    """The same with the explicit law of the same constraints on a coarse grid."""
+    return design.hinted(Kind.LAW)
+
+
+def hybrid_table(design: Design) -> Implicit:
+    """The same with the best of the working sets that were met near by in training."""
+    return design.hinted(Kind.TABLE)

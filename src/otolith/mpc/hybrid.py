@@ -1,8 +1,12 @@
-"""How a guess of the controls is made (thesis, section 3.1).
+"""What is known before the QP is solved: a guess of the controls, or a hint of the working set.
 
-The thesis's four cueing models differ in the guess alone: none, the first control of the previous
-plan held over the horizon, the explicit law's first input held, or all its inputs in equal
-sections. How a guess then enters the implicit MPC is `otolith.mpc.implicit.Entry`.
+The thesis's four cueing models (section 3.1) differ in their guess of the controls alone: none, the first
+control of the previous plan held over the horizon, the explicit law's first input held, or all its
+inputs in equal sections. How such a guess then enters the implicit MPC is `otolith.mpc.implicit.Entry`.
+
+A hint names the rows that will be active. The engine compares it with the working set it remembers, takes
+the one that fewer conditions contradict, and goes on from there: the answer is the same in any case.
+Hints from offline knowledge are in `otolith.mpc.hint`.
 """
 
 from collections.abc import Sequence
@@ -10,7 +14,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.mpc.explicit import ExplicitLaw
 
 
@@ -30,6 +34,51 @@ class Guess(Protocol):
         Per pair the controls are [a_rot, a_tran]. None where there is no guess: the implicit MPC then
         runs without.
         """
+
+
+class Hint(Protocol):
+    """Guesses which rows will be active."""
+
+    @property
+    def active(self) -> bool:
+        """False when there is no hint to make, so that a None is no miss."""
+
+    def reset(self) -> None:
+        """Forget the past."""
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """Candidates (K, M, rows), see `otolith.qp.stage.StageSolution.working_set`, or None.
+
+        Arguments as of `Guess.controls`. Valid until the next call.
+        """
+
+
+class NoHint:
+    """The working set that the engine remembers, alone: the baseline, and hard to beat."""
+
+    active: Final = False
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """Make none."""
+        del x, wanted, plan
+        return None
+
+
+class MissingHint:
+    """A hint that was asked for and refused: every decision says that it was missing."""
+
+    active: Final = True
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """Have none."""
+        del x, wanted, plan
+        return None
 
 
 class NoGuess:

@@ -16,12 +16,14 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import AxisPair
 from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.mpc.formulation import Formulation, Setting
-from otolith.mpc.hybrid import Guess
+from otolith.mpc.hint.along import Along
+from otolith.mpc.hint.choose import Chooser
+from otolith.mpc.hybrid import Guess, Hint, NoGuess, NoHint
 from otolith.mpc.model import (
     POSITION,
     ROT,
@@ -52,6 +54,7 @@ class Entry(StrEnum):
 
     REFERENCE = "reference"  # eq. 3.1 as printed: u_ref of the cost; it changes the optimum
     PRIMAL = "primal"  # the plan that is linearised about: it changes the way, hardly the answer
+    WORKING_SET = "working-set"  # the rows at their bounds along it: it changes the way, never the answer
 
 
 def parse_entry(name: str) -> Entry:
@@ -132,6 +135,7 @@ class Implicit:
         settings: ImplicitSettings,
         guess: Guess,
         entry: Entry = Entry.REFERENCE,
+        hint: Hint | None = None,
     ) -> None:
         self.settings = settings
         self.formulation = settings.formulation(platform, pairs)
@@ -140,6 +144,10 @@ class Implicit:
         )
         self.formulation.begin(self.engine.memory)
         self._pairs, self._guess, self._entry = tuple(pairs), guess, entry
+        self._hint = hint or NoHint()
+        if entry is Entry.WORKING_SET and guess.active:
+            self._guess, self._hint = NoGuess(), Along(guess, self.formulation, self.engine.memory)
+        self._chooser = Chooser(self.problem, settings.blocks)
         self._plan = np.zeros((settings.horizon, 2 * len(pairs)))
         self._compile()
 
@@ -162,11 +170,12 @@ class Implicit:
         return self.formulation.problem
 
     def reset(self, state: PlatformState) -> None:
-        """Forget plan, working set and guess."""
+        """Forget plan, working set, guess and hint."""
         del state
         self._plan[:] = 0.0
         self.engine.reset()
         self._guess.reset()
+        self._hint.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide by one certified QP; on failure follow the last certified plan, and say why."""
@@ -175,26 +184,28 @@ class Implicit:
         if not (plausible(x) and plausible(wanted)):
             return self._command(x, self._fallback(x), Outcome(status=Status.INVALID, residual=np.inf))
         guessed = self._guess.controls(x, wanted[0], self._plan)
-        solution = self._solve(x, wanted, guessed)
+        hints = self._hint.sets(x, wanted[0], self._plan)
+        solution = self._solve(x, wanted, guessed, hints)
         solved = solution.status is Status.OPTIMAL
         outcome = Outcome(
             status=solution.status,
             changes=solution.changes,
             residual=solution.residual,
-            guess_missed=guessed is None and self._guess.active,
+            guess_missed=(guessed is None and self._guess.active) or (hints is None and self._hint.active),
         )
         plan = self.formulation.of_steps(solution.U) if solved else self._fallback(x)
         return self._command(x, plan, outcome)
 
-    def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None) -> StageSolution:
-        """Gauss-Newton steps until the plan stands still or their number is used up."""
+    def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None, hints: Ints | None) -> StageSolution:
+        """Gauss-Newton steps until the plan stands still or their number is used up; hints: for the first."""
         about = guessed if guessed is not None and self._entry is Entry.PRIMAL else self._plan
         u_ref = guessed if self._entry is Entry.REFERENCE else None
         changes = 0
         for _ in range(self.settings.iterations):
             self.formulation.write(self.engine.memory, x, np.ascontiguousarray(about), wanted, u_ref)
-            solution = self.engine.run()
-            changes += solution.changes
+            hint = None if hints is None else self._chooser.best(self.engine.memory, hints)
+            solution = self.engine.run(hint=hint)
+            changes, hints = changes + solution.changes, None
             plan = self.formulation.of_steps(solution.U)
             if solution.status is not Status.OPTIMAL or np.max(np.abs(plan - about)) < _CONVERGED:
                 break

@@ -1,0 +1,206 @@
+"""Judge hints on what they never saw: identical QPs, answered from every start, and counted.
+
+The closed loop is recorded once with the structured engine. Every scheme then answers the same problems:
+
+- by the dense engine (`daqp`, which counts its working-set changes as the thesis's solver counts iterations),
+  always from the set that was optimal a period before, with the scheme's hint beside it;
+- by the structured engine, each scheme from its own memory, timed as thread CPU time of the whole step: write
+  the problem, make the hint, solve, certify.
+
+Where the previous set is the answer no hint is looked at, so the dense engine answers only the others anew.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.hints.recording import Recording
+from otolith.mpc.formulation import Formulation
+from otolith.mpc.hint.choose import Chooser
+from otolith.mpc.hybrid import Hint, NoHint
+from otolith.mpc.implicit import ImplicitSettings
+from otolith.qp import Status
+from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
+
+Tell = Callable[[str], None]
+PREVIOUS: Final = "previous"
+COLD: Final = "cold"
+EVERY_COLD: Final = 10  # cold starts of the dense engine: one decision in so many
+
+
+@dataclass(slots=True)
+class Tally:
+    """What one scheme cost, decision by decision (n,); NaN where it was not asked."""
+
+    n: int
+    inputs: int
+    changes: Vec = field(init=False)  # of the dense engine's working set
+    solves: Vec = field(init=False)  # equality solves of the structured engine
+    guess: Vec = field(init=False)  # [s] to make the hint
+    step: Vec = field(init=False)  # [s] of the whole step, structured
+    hinted: Bools = field(init=False)  # the hint was taken
+    first: Mat = field(init=False)  # (n, 2P) first inputs, dense
+    first_structured: Mat = field(init=False)  # (n, 2P)
+
+    def __post_init__(self) -> None:
+        for name in ("changes", "solves", "guess", "step"):
+            setattr(self, name, np.full(self.n, np.nan))
+        self.hinted = np.zeros(self.n, dtype=np.bool_)
+        self.first = np.full((self.n, self.inputs), np.nan)
+        self.first_structured = np.full((self.n, self.inputs), np.nan)
+
+
+class Problems:
+    """The recorded problems, written into an engine's memory one after the other."""
+
+    def __init__(self, formulation: Formulation, settings: ImplicitSettings, recording: Recording) -> None:
+        self.recording, self._formulation, self._settings = recording, formulation, settings
+
+    def __len__(self) -> int:
+        return len(self.recording)
+
+    @property
+    def inputs(self) -> int:
+        """2P."""
+        return self._formulation.problem.inputs
+
+    def engine(self, make: Callable[..., StageEngine]) -> StageEngine:
+        """A fresh engine for these problems."""
+        settings = self._settings
+        engine = make(self._formulation.problem, tolerance=settings.tolerance, blocks=settings.blocks)
+        self._formulation.begin(engine.memory)
+        return engine
+
+    def chooser(self) -> Chooser:
+        """What judges several hints at once."""
+        return Chooser(self._formulation.problem, self._settings.blocks)
+
+    def write(self, engine: StageEngine, i: int) -> None:
+        """Problem i into the engine's memory."""
+        of = self.recording
+        wanted = np.broadcast_to(of.wanted[i], (self._settings.horizon, of.wanted.shape[1]))
+        self._formulation.write(engine.memory, of.x[i], of.plan[i], wanted, None)
+
+    def hints(self, hint: Hint, i: int) -> Ints | None:
+        """What a hint says about problem i."""
+        of = self.recording
+        return hint.sets(of.x[i], of.wanted[i], of.plan[i])
+
+
+def compare(
+    formulation: Formulation,
+    settings: ImplicitSettings,
+    recording: Recording,
+    hints: dict[str, Hint],
+    tell: Tell = lambda _: None,
+) -> dict[str, Tally]:
+    """Tallies of `cold`, `previous` and every hint."""
+    problems = Problems(formulation, settings, recording)
+    tallies = {name: Tally(len(problems), problems.inputs) for name in (COLD, PREVIOUS, *hints)}
+    with threadpool_limits(limits=1):
+        _count(problems, hints, tallies, tell)
+        for name, hint in {COLD: NoHint(), PREVIOUS: NoHint(), **hints}.items():
+            tell(f"{name}: structured engine, timed")
+            _time(problems, name, hint, tallies[name])
+    return tallies
+
+
+def _count(problems: Problems, hints: dict[str, Hint], tallies: dict[str, Tally], tell: Tell) -> None:
+    """Dense answers from every start."""
+    engine, chooser = problems.engine(CondensedEngine), problems.chooser()
+    of, nothing = problems.recording, np.zeros(problems.recording.sets.shape[1:], dtype=np.int64)
+    previous = nothing
+    for hint in hints.values():
+        hint.reset()
+    for i in range(len(problems)):
+        start = nothing if of.begins[i] else previous
+        problems.write(engine, i)
+        solution = engine.run(start)
+        _note(tallies[PREVIOUS], i, solution.changes, solution.U[0])
+        previous = solution.working_set
+        if i % EVERY_COLD == 0:
+            cold = engine.run(nothing)
+            _note(tallies[COLD], i, cold.changes, cold.U[0])
+        for name, hint in hints.items():
+            sets = problems.hints(hint, i)  # asked in any case: it may follow the trajectory
+            best = solution
+            if solution.changes > 0 and sets is not None:
+                best = engine.run(start, chooser.best(engine.memory, sets))
+                tallies[name].hinted[i] = best.hinted
+            _note(tallies[name], i, best.changes, best.U[0])
+        if i % 100 == 0:
+            tell(f"dense engine: {100 * i / len(problems):.0f} %")
+
+
+def _note(tally: Tally, i: int, changes: int, first: Vec) -> None:
+    tally.changes[i], tally.first[i] = changes, first
+
+
+def _time(problems: Problems, name: str, hint: Hint, tally: Tally, *, passes: int = 2) -> None:
+    """Structured answers, each from the scheme's own memory; of several passes the least time counts."""
+    engine, chooser, clock = problems.engine(StructuredEngine), problems.chooser(), time.thread_time
+    nothing = np.zeros(problems.recording.sets.shape[1:], dtype=np.int64) if name == COLD else None
+    for _ in range(passes):
+        for i in range(len(problems)):
+            if problems.recording.begins[i]:
+                engine.reset()
+                hint.reset()
+            started = clock()
+            problems.write(engine, i)
+            written = clock()
+            sets = problems.hints(hint, i)
+            guessed = clock()
+            solution = engine.run(nothing, None if sets is None else chooser.best(engine.memory, sets))
+            tally.step[i] = np.fmin(tally.step[i], clock() - started)
+            tally.guess[i] = np.fmin(tally.guess[i], guessed - written)
+            tally.solves[i] = solution.factorisations
+            solved = solution.status is Status.OPTIMAL
+            tally.first_structured[i] = solution.U[0] if solved else np.nan
+
+
+def account(tallies: dict[str, Tally], recording: Recording) -> dict[str, Any]:
+    """Plain figures of every scheme, with what it saves against `previous` [%]."""
+    base = tallies[PREVIOUS]
+    return {name: _of_scheme(tally, base, recording) for name, tally in tallies.items()}
+
+
+def _of_scheme(tally: Tally, base: Tally, recording: Recording) -> dict[str, Any]:
+    changes, of_base = _spread(tally.changes), _spread(base.changes)
+    gaps = [np.abs(first - recording.first) for first in (tally.first, tally.first_structured)]
+    micro = 1e6 * tally.step
+    return {
+        "changes": changes,
+        "changes_saved_percent": {
+            key: 100.0 * (1.0 - changes[key] / of_base[key])
+            for key in ("mean", "p99", "max")
+            if of_base[key] > 0.0
+        },
+        "hit_rate": float(np.nanmean(tally.changes == 0)),
+        "hint_taken": float(np.mean(tally.hinted)),
+        "equality_solves": _spread(tally.solves),
+        "guess_us": _spread(1e6 * tally.guess),
+        "step_us": _spread(micro) | {"worst_percent_mean": _worst_percent(micro)},
+        "first_input_gap": max(float(np.nanmax(gap[recording.solved])) for gap in gaps),
+    }
+
+
+def _spread(values: Vec) -> dict[str, float]:
+    """Mean, median, 99th percentile and maximum, of those that are numbers."""
+    asked = values[np.isfinite(values)]
+    return {
+        "mean": float(np.mean(asked)),
+        "median": float(np.median(asked)),
+        "p99": float(np.percentile(asked, 99)),
+        "max": float(np.max(asked)),
+    }
+
+
+def _worst_percent(values: Vec) -> float:
+    """Mean of the worst hundredth."""
+    ranked = np.sort(values)
+    return float(np.mean(ranked[-max(1, len(ranked) // 100) :]))

@@ -1,0 +1,190 @@
+"""Fit the three kinds of hints to a recording.
+
+Where the platform's reach is symmetric, a mirrored motion has mirrored rows: the network sees every decision
+as it was or mirrored, at random in every pass, and the table keeps one of the two.
+"""
+
+import importlib
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster.vq import kmeans2
+from scipy.spatial import cKDTree
+
+from otolith.core.arrays import Ints, Mat, frozen_array
+from otolith.core.errors import MissingExtra
+from otolith.core.frames import AxisPair
+from otolith.hints.recording import Recording
+from otolith.mpc.hint.coarse import Coarse, CoarseLaws
+from otolith.mpc.hint.features import FEATURES, braking_forms, describe_all, mirror_signs
+from otolith.mpc.hint.network import BOUND, Network
+from otolith.mpc.hint.table import Table
+from otolith.mpc.implicit import ImplicitSettings
+from otolith.platforms import Platform
+
+Tell = Callable[[str], None]
+_RATES: Final = ((0.6, 2e-3), (0.85, 6e-4), (1.0, 1.2e-4))  # learning rate up to this share of the passes
+_ROUNDS: Final = 8  # in which the table grows
+_FAR: Final = 4  # rows by which an entry's set must differ from the right one to count as wrong
+_LEAST_WEIGHT: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effort:
+    """How much is spent on fitting; the defaults take about a minute for the thesis's platform."""
+
+    layers: tuple[int, ...] = (64, 48)  # of the network
+    passes: int = 16  # over the recording
+    batch: int = 256
+    entries: int = 4000  # of the table, at most
+    levels: int = 12  # of adaptive washout weights, with a coarse law each
+    seed: int = 0
+
+
+def is_symmetric(platform: Platform, pairs: Sequence[AxisPair]) -> bool:
+    """True when every reach is as far on both sides, so that a mirrored motion is as good as the motion."""
+    limits = [platform.pair_limits(pair) for pair in pairs]
+    return all(low == -high for one in limits for low, high in (one.position, one.tilt))
+
+
+def fit_network(
+    platform: Platform, pairs: Sequence[AxisPair], recording: Recording, effort: Effort, tell: Tell
+) -> tuple[Network, float]:
+    """The network, and its mean loss [nats per decision] in the last pass.
+
+    Raises
+    ------
+    MissingExtra : scikit-learn is not installed.
+    """
+    classifier = _classifier(effort)
+    symmetric, rng = is_symmetric(platform, pairs), np.random.default_rng(effort.seed)
+    features, rows = _features(platform, pairs, recording), _rows(recording)
+    outputs = _outputs(rows, both_sides=symmetric)
+    mirror = mirror_signs(len(pairs)) if symmetric else np.ones(features.shape[1])
+    mean = 0.5 * (1.0 + mirror) * features.mean(axis=0)
+    deviation = np.maximum(np.sqrt(np.mean((features - mean) ** 2, axis=0)), 1e-9)
+    for number in range(effort.passes):
+        side = rng.choice(np.array([1, -1] if symmetric else [1], dtype=np.int8), len(rows))[:, None]
+        turned = np.where(side < 0, features * mirror, features)
+        standard = np.clip((turned - mean) / deviation, -BOUND, BOUND).astype(np.float32)
+        labels = rows[:, np.abs(outputs) - 1] * side == np.sign(outputs)
+        classifier.set_params(learning_rate_init=_rate((number + 1) / effort.passes))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # one pass at a time has not converged, as it should
+            classifier.fit(standard, labels)
+        tell(f"learning: pass {number + 1} of {effort.passes}, loss {classifier.loss_:.3f}")
+    weights, biases = (
+        tuple(frozen_array(layer, dtype=np.float32) for layer in of)
+        for of in (classifier.coefs_, classifier.intercepts_)
+    )
+    network = Network(frozen_array(mean), frozen_array(deviation), weights, biases, outputs)
+    return network, float(classifier.loss_)
+
+
+def _classifier(effort: Effort) -> Any:
+    try:
+        neural = importlib.import_module("sklearn.neural_network")
+    except ModuleNotFoundError as error:
+        raise MissingExtra(
+            "learning a hint needs scikit-learn, which is not installed: pip install 'otolith[hint]'"
+        ) from error
+    return neural.MLPClassifier(
+        effort.layers,
+        batch_size=effort.batch,
+        max_iter=1,
+        warm_start=True,
+        alpha=1e-6,
+        random_state=effort.seed,
+    )
+
+
+def _rate(share: float) -> float:
+    return next(rate for until, rate in _RATES if share <= until)
+
+
+def _features(platform: Platform, pairs: Sequence[AxisPair], recording: Recording) -> Mat:
+    """Features (solved, 15P)."""
+    features = np.empty((len(recording), FEATURES * len(pairs)))
+    describe_all(recording.x, recording.wanted, braking_forms(platform, pairs), features)
+    return features[recording.solved]
+
+
+def _rows(recording: Recording) -> NDArray[np.int8]:
+    """Optimal sets (solved, M·rows)."""
+    sets = recording.sets[recording.solved]
+    return sets.reshape(len(sets), -1)
+
+
+def _outputs(rows: NDArray[np.int8], *, both_sides: bool) -> Ints:
+    """Side · (1 + row) of every side that was ever active, or whose other side was."""
+    upper, lower = (rows > 0).any(axis=0), (rows < 0).any(axis=0)
+    if both_sides:
+        upper = lower = upper | lower
+    return np.concatenate([np.flatnonzero(upper) + 1, -np.flatnonzero(lower) - 1])
+
+
+def fit_table(platform: Platform, pairs: Sequence[AxisPair], recording: Recording, effort: Effort) -> Table:
+    """Entries of the most frequent sets, then of questions whose nearest entry is far wrong (Hart, 1968)."""
+    symmetric, rng = is_symmetric(platform, pairs), np.random.default_rng(effort.seed)
+    done = recording.solved
+    questions = np.hstack([recording.x, recording.wanted])[done]
+    side = np.where(symmetric & (recording.wanted[done, 0] < 0.0), -1, 1)
+    deviation = np.maximum(np.std(questions, axis=0), 1e-9)
+    parameters = side[:, None] * questions / deviation
+    rows = _rows(recording) * side[:, None].astype(np.int8)
+    sets, which = np.unique(rows, axis=0, return_inverse=True)
+    chosen = _entries(parameters, sets, which.ravel(), effort, rng)
+    used, index = np.unique(which.ravel()[chosen], return_inverse=True)
+    shape = recording.sets.shape[1:]
+    return Table(deviation, parameters[chosen], index, sets[used].reshape(-1, *shape), symmetric)
+
+
+def _entries(
+    parameters: Mat, sets: NDArray[np.int8], which: Ints, effort: Effort, rng: np.random.Generator
+) -> Ints:
+    """Which questions become entries."""
+    frequent = np.argsort(-np.bincount(which))[: effort.entries // 4]
+    order = rng.permutation(len(which))
+    _, first = np.unique(which[order], return_index=True)  # a random question of every set
+    chosen = order[first[frequent]]
+    for _ in range(_ROUNDS):
+        _, nearest = cKDTree(parameters[chosen]).query(parameters)
+        wrong = np.count_nonzero(sets[which[chosen[nearest]]] != sets[which], axis=1) >= _FAR
+        more = min(effort.entries // _ROUNDS, effort.entries - len(chosen), np.count_nonzero(wrong))
+        chosen = np.concatenate([chosen, rng.choice(np.flatnonzero(wrong), more, replace=False)])
+    return chosen
+
+
+def fit_laws(
+    platform: Platform,
+    pairs: Sequence[AxisPair],
+    settings: ImplicitSettings,
+    recording: Recording,
+    effort: Effort,
+) -> CoarseLaws:
+    """The regions of the coarse explicit laws that the recording visits."""
+    levels = _levels(pairs, settings, recording, effort)
+    nothing = tuple(np.empty((0, 7)) for _ in range(len(pairs) * len(levels)))
+    laws = Coarse(CoarseLaws(levels, nothing), platform, pairs, settings)
+    return CoarseLaws(levels, laws.visit(recording.x, recording.wanted))
+
+
+def _levels(
+    pairs: Sequence[AxisPair], settings: ImplicitSettings, recording: Recording, effort: Effort
+) -> Mat:
+    """Washout weights (levels, w): centres of clusters of their logarithms; one where they are constant."""
+    states = recording.x.reshape(-1, 6)[:: 7 * len(pairs)]
+    weights = np.array([[weight.at(x) for weight in settings.washout] for x in states])
+    distinct: Mat = np.unique(np.maximum(weights, _LEAST_WEIGHT), axis=0)
+    if len(distinct) <= effort.levels:
+        return distinct
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a cluster that ends up empty is a level that is never nearest
+        centres, _ = kmeans2(
+            np.log(np.maximum(weights, _LEAST_WEIGHT)), effort.levels, seed=effort.seed, minit="++"
+        )
+    return np.exp(centres)

@@ -1,0 +1,1 @@
+"""Hints: guesses of the working set from offline knowledge. They save time and cannot change an answer."""

@@ -1,0 +1,50 @@
+"""The working set that a guess of the controls stands for: rows that are at a bound along its trajectory."""
+
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.mpc import linearise
+from otolith.mpc.formulation import Formulation
+from otolith.mpc.hybrid import Guess
+from otolith.mpc.model import POSITION
+from otolith.qp.blocked import block_ends, block_starts
+from otolith.qp.engines import StageMemory
+
+CLOSE: Final = 1e-3  # of a bound: as near as that counts as being at it
+
+
+class Along:
+    """Turns a guess of controls into a hint."""
+
+    active: Final = True
+
+    def __init__(self, guess: Guess, formulation: Formulation, memory: StageMemory) -> None:
+        self._guess, self._formulation, self._memory = guess, formulation, memory
+        self._starts, self._ends = block_starts(formulation.lengths), block_ends(formulation.lengths)
+        self._X = np.empty((formulation.setting.horizon, formulation.problem.states))
+
+    def reset(self) -> None:
+        """Forget what the guess remembers."""
+        self._guess.reset()
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """(1, M, rows), or None where there is no guess."""
+        controls = self._guess.controls(x, wanted, plan)
+        if controls is None:
+            return None
+        values, low, high = self._values(x, controls), self._memory.lower, self._memory.upper
+        upper = values >= high - CLOSE * np.abs(high)  # an infinite bound gives NaN, and is never reached
+        lower = values <= low + CLOSE * np.abs(low)
+        return np.asarray(upper, dtype=np.int64)[None] - lower
+
+    def _values(self, x: Vec, controls: Mat) -> Mat:
+        """(M, rows) what the bounds apply to; the circle's row is the distance from the centre."""
+        of = self._formulation
+        linearise.predict(of.A, of.B, x, np.ascontiguousarray(controls), self._X)
+        X = self._X[self._ends]
+        rows = [X @ of.problem.C.T]
+        if of.radius is not None:
+            rows.append(np.hypot(X[:, POSITION], X[:, 6 + POSITION])[:, None])
+        return np.hstack([*rows, controls[self._starts]])

@@ -1,0 +1,28 @@
+"""The best of several hints: the one with fewest violated conditions."""
+
+import numpy as np
+
+from otolith.core.arrays import Ints
+from otolith.qp.blocked import Lengths
+from otolith.qp.candidate import violations
+from otolith.qp.condensed import CondensedSolver
+from otolith.qp.engines import StageMemory, expand
+from otolith.qp.stage import StageProblem, by_columns
+
+
+class Chooser:
+    """Judges sets on the condensed problem; slow beside a solve, and needed only where there are several."""
+
+    def __init__(self, problem: StageProblem, blocks: Lengths) -> None:
+        self._problem, self._blocks = problem, blocks
+        self._solver = CondensedSolver(problem, blocks=blocks)
+
+    def best(self, memory: StageMemory, sets: Ints) -> Ints:
+        """That of `sets` (K, M, rows) which the problem in memory contradicts least; the first of equals."""
+        if len(sets) == 1:
+            only: Ints = sets[0]
+            return only
+        qp = self._solver.condense(expand(self._problem, memory, self._blocks))
+        counts = [violations(qp, by_columns(one, self._problem)) for one in sets]
+        chosen: Ints = sets[int(np.argmin(counts))]
+        return chosen

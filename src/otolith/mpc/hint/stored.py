@@ -1,0 +1,154 @@
+"""A hint as it is stored: what was learned offline, and the model that it belongs to.
+
+A hint never changes an answer, but one for another platform or other weights costs time for nothing;
+so it is bound to everything that the QP is made from, and refused for any other.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any, Final
+
+from numpy.typing import NDArray
+
+from otolith.core.errors import CorruptFile, InputError, OtolithError, one_of
+from otolith.core.frames import AxisPair
+from otolith.mpc.hint.coarse import Coarse, CoarseLaws
+from otolith.mpc.hint.features import braking_forms
+from otolith.mpc.hint.network import Learned, Network
+from otolith.mpc.hint.table import Table, Tabled
+from otolith.mpc.hybrid import Hint
+from otolith.mpc.implicit import ImplicitSettings
+from otolith.platforms import Platform
+
+_SETTINGS: Final = (
+    "horizon",
+    "period",
+    "lag",
+    "control_weight",
+    "washout",
+    "braking",
+    "terminal",
+    "soft",
+    "blocks",
+    "firm",
+    "later_penalty",
+)
+Model = dict[str, Any]  # plain JSON values
+
+
+class StaleHint(OtolithError):
+    """A hint was made for another model than the one at hand."""
+
+
+class Kind(StrEnum):
+    """What a stored hint holds."""
+
+    LEARNED = "learned"
+    LAW = "law"
+    TABLE = "table"
+
+
+def parse_kind(name: str) -> Kind:
+    """Read an option's value, or say in one sentence what it may be."""
+    try:
+        return Kind(name)
+    except ValueError:
+        raise InputError("guess", repr(name), one_of(Kind, name)) from None
+
+
+def model_of(platform: Platform, pairs: Sequence[AxisPair], settings: ImplicitSettings) -> Model:
+    """Everything that the QP depends on beside state and reference."""
+    limits = {pair.name: asdict(platform.pair_limits(pair)) for pair in pairs}
+    chosen = {name: getattr(settings, name) for name in _SETTINGS}
+    chosen |= {"washout": [asdict(weight) for weight in settings.washout], "soft": dict(settings.soft)}
+    chosen |= {"circle": platform.circle, "limits": limits, "braking law": platform.braking.model_dump()}
+    plain: Model = json.loads(json.dumps(chosen))
+    return plain
+
+
+def digest(model: Model) -> str:
+    """SHA-256 of a model."""
+    return hashlib.sha256(json.dumps(model, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredHint:
+    """All kinds of hints for one model."""
+
+    model: Model
+    training: dict[str, Any]  # account of how it was made: plain JSON values
+    network: Network
+    table: Table
+    laws: CoarseLaws
+
+    def check(self, platform: Platform, pairs: Sequence[AxisPair], settings: ImplicitSettings) -> None:
+        """Refuse another model.
+
+        Raises
+        ------
+        StaleHint : the hint was made for another one; the sentence names what differs.
+        """
+        present = model_of(platform, pairs, settings)
+        if present == self.model:
+            return
+        differ = [name for name in present if present[name] != self.model.get(name)]
+        raise StaleHint(
+            f"the hint is of model {digest(self.model)[:12]}, this is {digest(present)[:12]}: "
+            f"they differ in {', '.join(differ)}"
+        )
+
+    def at_work(
+        self, kind: Kind, platform: Platform, pairs: Sequence[AxisPair], settings: ImplicitSettings
+    ) -> Hint:
+        """A fresh hint of one kind; errors as `check`."""
+        self.check(platform, pairs, settings)
+        if kind is Kind.LAW:
+            return Coarse(self.laws, platform, pairs, settings)
+        if kind is Kind.TABLE:
+            return Tabled(self.table)
+        shape = self.table.sets.shape[1:]
+        return Learned(self.network, braking_forms(platform, pairs), (shape[0], shape[1]))
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """What was learned, as plain arrays."""
+        return self.network.to_arrays() | self.table.to_arrays() | self.laws.to_arrays()
+
+    @classmethod
+    def from_arrays(
+        cls, arrays: Mapping[str, NDArray[Any]], model: Model, training: dict[str, Any]
+    ) -> "StoredHint":
+        """Restore.
+
+        Raises
+        ------
+        CorruptFile : an array is missing, or does not belong to the others.
+        """
+        try:
+            hint = cls(
+                model=model,
+                training=training,
+                network=Network.from_arrays(dict(arrays)),
+                table=Table.from_arrays(dict(arrays)),
+                laws=CoarseLaws.from_arrays(dict(arrays)),
+            )
+        except KeyError as error:
+            raise CorruptFile(f"the hint lacks the array {error.args[0]}") from error
+        except (ValueError, TypeError, IndexError) as error:
+            raise CorruptFile(f"the hint is damaged: {error}") from error
+        hint._check_outputs()
+        return hint
+
+    def _check_outputs(self) -> None:
+        _, M, rows = self.table.sets.shape
+        if not ((abs(self.network.outputs) >= 1) & (abs(self.network.outputs) <= M * rows)).all():
+            raise CorruptFile("the hint's network names rows that its table does not have")
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A hint that was asked for and cannot be used, and why."""
+
+    reason: str

@@ -1,0 +1,79 @@
+"""The working sets that training visited, found again by the nearest parameter.
+
+Notation: ϑ = (x, r) states and forces wanted, each divided by its standard deviation in training. Where the
+problem is symmetric, a question is turned so that the first force wanted is not negative, and the set back.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.arrays import Ints, Mat, Vec, frozen_array
+from otolith.core.jit import kernel
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Entries: a parameter each, and the set that was optimal there."""
+
+    deviation: Vec  # (7P,)
+    parameters: Mat  # (n, 7P), scaled
+    which: Ints  # (n,) index into `sets`
+    sets: NDArray[np.int8]  # (distinct, M, rows)
+    symmetric: bool
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """As plain arrays."""
+        return {f"table.{name}": np.asarray(getattr(self, name)) for name in self.__slots__}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> "Table":
+        """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
+        parameters, which = frozen_array(arrays["table.parameters"]), arrays["table.which"]
+        sets = frozen_array(arrays["table.sets"], dtype=np.int8)
+        if len(parameters) != len(which) or not ((which >= 0) & (which < len(sets))).all() or sets.ndim != 3:
+            raise ValueError("the table's entries refer to what does not exist")
+        return cls(
+            frozen_array(arrays["table.deviation"]),
+            parameters,
+            frozen_array(which, dtype=np.int64),
+            sets,
+            bool(arrays["table.symmetric"]),
+        )
+
+
+class Tabled:
+    """The table at work: the distinct sets among the entries nearest to the question."""
+
+    active: Final = True
+
+    def __init__(self, table: Table, *, nearest: int = 4) -> None:
+        self._table, self._nearest = table, min(nearest, len(table.parameters))
+        self._distance = np.empty(len(table.parameters))
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """(K, M, rows), nearest first."""
+        del plan
+        table = self._table
+        sign = -1.0 if table.symmetric and wanted[0] < 0.0 else 1.0
+        distances(sign * np.concatenate([x, wanted]) / table.deviation, table.parameters, self._distance)
+        near = np.argpartition(self._distance, self._nearest - 1)[: self._nearest]
+        which = table.which[near[np.argsort(self._distance[near])]]
+        _, first = np.unique(which, return_index=True)
+        found: Ints = np.int64(sign) * table.sets[which[np.sort(first)]].astype(np.int64)
+        return found
+
+
+@kernel
+def distances(parameter: Vec, parameters: Mat, squared: Vec) -> None:
+    """Squared distances (n,) of one parameter (p,) from many (n, p)."""
+    for i in range(parameters.shape[0]):
+        total = 0.0
+        for j in range(parameters.shape[1]):
+            total += (parameters[i, j] - parameter[j]) ** 2
+        squared[i] = total
