@@ -24,7 +24,15 @@ from otolith.core.lti import StateSpace
 from otolith.platforms.tuning import SecondOrder
 from otolith.washout.classical import coordinate
 from otolith.washout.drive import PERIOD, Demand, Motion, Task, Washout, cued
-from otolith.washout.filters import Bank, denominator, outputs, rotation, tilt
+from otolith.washout.filters import (
+    Bank,
+    at_period_ends,
+    denominator,
+    one_period_late,
+    outputs,
+    rotation,
+    tilt,
+)
 
 NEUTRAL = 1.0  # P₀
 
@@ -41,11 +49,11 @@ class AdaptiveChannels:
         self._of, mask, self._period = task.tuning.adaptive, cued(task), period
         self._pairs = task.pairs
         self._moved, self._turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
-        travels = [_travel(getattr(self._of, AXES[i])) for i in self._moved]
-        turns = [rotation(self._of.rotation) for _ in self._turned]
+        travels = [at_period_ends(_travel(getattr(self._of, AXES[i])), period) for i in self._moved]
+        turns = [one_period_late(rotation(self._of.rotation), period) for _ in self._turned]
         self._travel, self._travel_by_gain = Bank(travels, period), Bank(travels, period)
         self._turn, self._turn_by_gain = Bank(turns, period), Bank(turns, period)
-        self._tilt = Bank([tilt(self._of.tilt) for _ in self._pairs], period)
+        self._tilt = Bank([at_period_ends(tilt(self._of.tilt), period) for _ in self._pairs], period)
         self.reset()
 
     def reset(self) -> None:

@@ -17,7 +17,7 @@ from otolith.core.frames import AXES, GRAVITY, AxisPair
 from otolith.core.lti import Complexes
 from otolith.platforms.tuning import Tuning
 from otolith.washout.drive import PERIOD, Demand, Motion, Task, Washout, cued, tilt_for
-from otolith.washout.filters import Bank, rotation, tilt, translation
+from otolith.washout.filters import Bank, at_period_ends, one_period_late, rotation, tilt, translation
 
 
 class ClassicalChannels:
@@ -27,9 +27,9 @@ class ClassicalChannels:
         of, mask = task.tuning.classical, cued(task)
         self._pairs = task.pairs
         self._moved, self._turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
-        systems = [translation(getattr(of, AXES[i])) for i in self._moved]
-        systems += [rotation(of.rotation) for _ in self._turned]
-        systems += [tilt(of.tilt) for _ in self._pairs]
+        systems = [at_period_ends(translation(getattr(of, AXES[i])), period) for i in self._moved]
+        systems += [one_period_late(rotation(of.rotation), period) for _ in self._turned]
+        systems += [at_period_ends(tilt(of.tilt), period) for _ in self._pairs]
         self._bank = Bank(systems, period)
 
     def reset(self) -> None:
@@ -100,12 +100,15 @@ def cross_response(tuning: Tuning, pair: AxisPair, omega: Vec) -> Complexes:
     return response
 
 
-def hold_response(omega: Vec, period: float = PERIOD) -> Complexes:
-    """What sampling adds to every response above: the reference's hold, and accelerations held in their mean.
+def hold_response(omega: Vec, period: float = PERIOD, *, late: bool = False) -> Complexes:
+    """What sampling adds to the response to force, or, when `late`, to those to rate; (n,) complex.
 
-    e^(−jωT/2) sinc(ωT/2) · sinc²(ωT/2), sinc x = sin x / x: half a period of delay and nothing else below
-    a tenth of the sampling frequency. The plant's own lag comes on top.
+    With sinc x = sin x / x: force is held, and the acceleration is held at its mean, e^(−jωT/2) sinc³(ωT/2);
+    rate is taken as straight between the samples, and reached at the period's end, e^(−jωT) sinc⁴(ωT/2).
+    So half a period of delay or a whole one, and nothing else below a tenth of the sampling frequency. The
+    plant's own lag comes on top.
     """
     half = 0.5 * period * np.asarray(omega, dtype=np.float64)
-    response: Complexes = np.exp(-1j * half) * np.sinc(half / np.pi) ** 3
+    sinc = np.sinc(half / np.pi)
+    response: Complexes = np.exp(-2j * half) * sinc**4 if late else np.exp(-1j * half) * sinc**3
     return response

@@ -61,18 +61,26 @@ def at_period_ends(system: StateSpace, period: float) -> StateSpace:
     return replace(held, C=held.C @ held.A, D=held.C @ held.B + held.D)
 
 
+def one_period_late(system: StateSpace, period: float) -> StateSpace:
+    """Discrete system whose output k is the continuous one's at t = k T, exact for straight inputs between.
+
+    For filters that pass jumps on: held inputs would have them jump at the end of every period, and what
+    stands before the jump is neither the filter's value then nor that of a period ago.
+    """
+    return system.discretise(period, hold="first")
+
+
 class Bank:
-    """Filters beside each other, each with its own input, run as one system."""
+    """Discrete filters beside each other, each with its own input, run as one system."""
 
     def __init__(self, systems: Sequence[StateSpace], period: float) -> None:
-        ends = [at_period_ends(system, period) for system in systems]
         empty = replace(StateSpace.gain(np.zeros((0, 0))), period=period)
-        self._filter = Filter(diagonal(*ends) if ends else empty)
+        self._filter = Filter(diagonal(*systems) if systems else empty)
 
     def reset(self) -> None:
         """Start from rest."""
         self._filter.reset()
 
     def step(self, inputs: Vec) -> Vec:
-        """All outputs at the period's end."""
+        """All outputs under the present inputs."""
         return self._filter.step(inputs)
