@@ -21,9 +21,12 @@ class PlatformState:
     pose: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m ×3, rad ×3]
     twist: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s ×3, rad/s ×3]
     acceleration: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s² ×3, rad/s² ×3]
+    specific_force: Vec | None = None  # (3,) [m/s²] at the driver's head, where the plant senses it
 
     def __post_init__(self) -> None:
         freeze(self, pose=(6,), twist=(6,), acceleration=(6,))
+        if self.specific_force is not None:
+            freeze(self, specific_force=(3,))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

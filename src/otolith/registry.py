@@ -81,10 +81,22 @@ CUEING: Final = {
     ),
 }
 
-# Plants: callables () -> Plant.
+# Plants: callables Platform -> Plant.
 PLANTS: Final = {
-    "ideal": Entry("otolith.plant.ideal:Ideal", "accelerations follow with the lag of eq. 4.9, 10 ms"),
+    "ideal": Entry("otolith.plant.ideal:ideal", "accelerations follow with the lag of eq. 4.9, 10 ms"),
     "ideal-no-lag": Entry("otolith.plant.ideal:without_lag", "accelerations follow at once (eq. 4.1)"),
+    "actuator": Entry(
+        "otolith.plant.actuator:actuator", "as ideal, after the dead time of the platform's file"
+    ),
+    "hexapod": Entry(
+        "otolith.plant.hexapod:hexapod", "rigid body on six legs with servos, supervised (chapter 6)"
+    ),
+    "hexapod-mujoco": Entry(
+        "otolith.plant.mujoco:hexapod_mujoco",
+        "the same machine in MuJoCo, to check the other",
+        extra="emulator",
+        needs=("mujoco",),
+    ),
 }
 
 # QP engines: callables (StageProblem, tolerance=…, blocks=…) -> StageEngine.

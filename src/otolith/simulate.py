@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Ints, Vec
 from otolith.core.frames import specific_force
+from otolith.core.motion import rate_along
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
@@ -51,10 +52,45 @@ class Run:
     guess_missed: Bools  # (m,)
     step_time: Vec  # (m,) [s] thread CPU time of each decision
 
+    @property
+    def felt_rate(self) -> Vec:
+        """Angular rate (n, 3) [rad/s] in the driver's frame; at the head as anywhere on the platform."""
+        rate = np.empty((len(self.pose), 3))
+        rate_along(self.pose, self.twist, rate)
+        return rate
+
     def at_decisions(self, series: Vec) -> Vec:
         """Rows of a plant-rate series at the control nodes: one row per period, at its end."""
         every = round(self.period / self.plant_period)
         return series[every - 1 :: every]
+
+
+class _Motion:
+    """Plant-rate series of a run, as they are made."""
+
+    def __init__(self, n: int) -> None:
+        self.pose, self.twist, self.acceleration = (np.empty((n, 6)) for _ in range(3))
+        self._sensed: Vec | None = None  # (n, 3), once the plant senses
+
+    def note(self, k: int, state: PlatformState) -> None:
+        """Keep sample k."""
+        self.pose[k], self.twist[k], self.acceleration[k] = state.pose, state.twist, state.acceleration
+        if state.specific_force is not None:
+            if self._sensed is None:
+                self._sensed = np.full((len(self.pose), 3), np.nan)
+            self._sensed[k] = state.specific_force
+
+    def series(self) -> dict[str, Any]:
+        """Fields of `Run` by name; where the plant senses no force, it is the planar models' (eq. 4.1)."""
+        felt = self._sensed
+        if felt is None:
+            felt = specific_force(self.acceleration[:, :3], self.pose[:, 3:])
+        return {
+            "felt_force": felt,
+            "pose": self.pose,
+            "twist": self.twist,
+            "acceleration": self.acceleration,
+        }
 
 
 class _Decisions:
@@ -119,8 +155,7 @@ def simulate(
     wanted_force = scenario.specific_force(known_time + EDGE)  # (m + preview, 3)
     wanted_rate = scenario.angular_rate(command_time + EDGE)  # (m, 3)
 
-    pose, twist, acceleration = (np.empty((n, 6)) for _ in range(3))
-    decisions = _Decisions(m)
+    decisions, motion = _Decisions(m), _Motion(n)
     state = PlatformState()
     cueing.reset(state)
     plant.reset(state)
@@ -136,7 +171,7 @@ def simulate(
             decisions.note(i, command, clock() - started)
             for k in range(i * every, (i + 1) * every):
                 state = plant.step(command, plant_period)
-                pose[k], twist[k], acceleration[k] = state.pose, state.twist, state.acceleration
+                motion.note(k, state)
             if i % max(1, m // 100) == 0:
                 progress(i / m)
     progress(1.0)
@@ -152,10 +187,7 @@ def simulate(
         plant_period=plant_period,
         time=sample_time,
         reference_force=scenario.specific_force(sample_time - EDGE),
-        felt_force=specific_force(acceleration[:, :3], pose[:, 3:]),
-        pose=pose,
-        twist=twist,
-        acceleration=acceleration,
+        **motion.series(),
         command_time=command_time,
         **decisions.series(),
     )

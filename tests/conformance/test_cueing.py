@@ -22,7 +22,7 @@ UNLIMITED = [name for name, entry in registry.CUEING.items() if not entry.limite
 
 
 def close_the_loop(name: str, wanted: Scenario, plant_period: float = 1e-3) -> Run:
-    plant = registry.PLANTS[registry.CUEING[name].plant].load()()
+    plant = registry.PLANTS[registry.CUEING[name].plant].load()(THESIS)
     cueing = registry.CUEING[name].load()(DESIGN)
     return simulate(
         cueing,

@@ -87,7 +87,7 @@ def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[S
     design = Design(platform=files.read_platform(platform), pairs=pairs, singles=singles)
     system = System(
         cueing=maker.load()(design),
-        plant=plant_maker.load()(),
+        plant=plant_maker.load()(design.platform),
         platform=design.platform,
         axes={axis for pair in pairs for axis in pair.name.split("-")} | set(singles),
     )

@@ -79,7 +79,7 @@ def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[
         with progress_bar(console, f"{name} on {scenario.name}") as progress:
             run = simulate(
                 cueing,
-                plant_maker.load()(),
+                plant_maker.load()(design.platform),
                 scenario,
                 platform=design.platform,
                 pairs=tuple(pair.name for pair in design.pairs),

@@ -3,22 +3,33 @@
 Notation: per axis ṗ = v, v̇ = a, ȧ = (a_cmd − a) / T with lag T (eq. 4.9); a = a_cmd when T = 0 (eq. 4.1).
 """
 
+from functools import lru_cache
+
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import InputError
 from otolith.core.lti import zero_order_hold
+from otolith.core.motion import felt_along
 from otolith.interfaces import Command, PlatformState
+from otolith.platforms import Platform
 
 
 class Ideal:
-    """Six independent axes, each a double integrator behind a first-order lag; solved exactly."""
+    """Six independent axes, each a double integrator behind a first-order lag; solved exactly.
 
-    def __init__(self, lag: float = 0.01) -> None:
+    Parameters
+    ----------
+    lag : T [s].
+    head : (3,) [m] the driver's head from the reference point. Where it is given, the force felt there is
+        sensed, rotation and lever arm included; otherwise the planar models' force stands.
+    """
+
+    def __init__(self, lag: float = 0.01, *, head: tuple[float, float, float] | None = None) -> None:
         if not 0.0 <= lag < np.inf:
             raise InputError("plant lag", lag, "finite and at least 0 s")
         self._lag = lag
-        self._dt = np.nan
+        self._head = None if head is None else np.array(head, dtype=np.float64)
         self._state = PlatformState()
 
     def reset(self, state: PlatformState) -> None:
@@ -27,22 +38,40 @@ class Ideal:
 
     def step(self, command: Command, dt: float) -> PlatformState:
         """Integrate the commanded accelerations (6,) over dt [s]."""
-        if dt != self._dt:
-            self._dt, (self._A, self._B) = dt, self._discretise(dt)
+        A, B = axis_dynamics(self._lag, dt)
         now = self._state
         motion = np.stack([now.pose, now.twist, now.acceleration])  # (3, 6)
-        after = self._A @ motion + self._B * command.acceleration
-        self._state = PlatformState(pose=after[0], twist=after[1], acceleration=after[2])
+        after = A @ motion + B * command.acceleration
+        self._state = PlatformState(
+            pose=after[0], twist=after[1], acceleration=after[2], specific_force=self._sensed(after)
+        )
         return self._state
 
-    def _discretise(self, dt: float) -> tuple[Mat, Vec]:
-        if self._lag == 0.0:
-            A = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
-            return A, np.array([[0.5 * dt**2], [dt], [1.0]])
-        integrators = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / self._lag]])
-        return zero_order_hold(integrators, np.array([[0.0], [0.0], [1.0 / self._lag]]), dt)
+    def _sensed(self, motion: Mat) -> Vec | None:
+        if self._head is None:
+            return None
+        force = np.empty(3)
+        felt_along(self._head, motion[0:1], motion[1:2], motion[2:3], force[None])
+        return force
 
 
-def without_lag() -> Ideal:
+@lru_cache(maxsize=64)
+def axis_dynamics(lag: float, dt: float) -> tuple[Mat, Vec]:
+    """Exact (A (3, 3), B (3, 1)) of one axis (p, v, a) over dt with the command held."""
+    if lag == 0.0:
+        A = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+        B = np.array([[0.5 * dt**2], [dt], [1.0]])
+    else:
+        integrators = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / lag]])
+        A, B = zero_order_hold(integrators, np.array([[0.0], [0.0], [1.0 / lag]]), dt)
+    return frozen_array(A), frozen_array(B)
+
+
+def ideal(platform: Platform | None = None) -> Ideal:
+    """The plant that the implicit model assumes (eq. 4.9)."""
+    return Ideal(head=None if platform is None else platform.head)
+
+
+def without_lag(platform: Platform | None = None) -> Ideal:
     """The plant that the explicit model assumes: accelerations follow at once (eq. 4.1)."""
-    return Ideal(lag=0.0)
+    return Ideal(lag=0.0, head=None if platform is None else platform.head)

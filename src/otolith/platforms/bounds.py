@@ -79,3 +79,4 @@ TiltAcceleration = Annotated[
 Threshold = Annotated[float, BeforeValidator(Within(0.5, 10.0, "deg/s", "rad/s").number)]  # [deg/s]
 Gain = Annotated[float, BeforeValidator(Within(0.01, 10.0, "").number)]  # [-]
 BrakingTime = Annotated[float, BeforeValidator(Within(0.05, 20.0, "s", "", "ms").number)]  # [s]
+Delay = Annotated[float, BeforeValidator(Within(1e-4, 1.0, "s", "", "ms").number)]  # [s]

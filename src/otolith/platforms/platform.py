@@ -16,6 +16,7 @@ from otolith.core.frames import AXES, AxisPair
 from otolith.platforms.bounds import (
     Acceleration,
     BrakingTime,
+    Delay,
     Gain,
     Radius,
     Speed,
@@ -95,6 +96,13 @@ class Workspace(_Table):
     circle_m: Radius | None = None  # surge² + sway² ≤ circle² [m]
 
 
+class Actuators(_Table):
+    """How late the platform's axes follow, for the plant `actuator`."""
+
+    lag_s: Delay = 0.01  # [s] T of eq. 4.9
+    dead_time_s: Delay = 0.01  # [s] before a command takes effect
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairLimits:
     """Limits of one axis pair's planar model, in which f = a + g sin(tilt); SI units and radians."""
@@ -140,6 +148,7 @@ class Platform(_Table):
     tilt_coordination: TiltCoordination = TiltCoordination()
     braking: Braking = Braking()
     workspace: Workspace = Workspace()
+    actuators: Actuators = Actuators()
     hexapod: HexapodTable | None = None
 
     @model_validator(mode="after")

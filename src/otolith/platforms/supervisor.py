@@ -79,7 +79,8 @@ def _largest(values: Vec) -> int:
 
 @kernel
 def _periods_to_stop(speeds: Vec, A: float, dt: float) -> float:
-    return math.ceil(abs(speeds[_largest(speeds)]) / (A * dt) - 1e-9)
+    periods: float = math.ceil(abs(speeds[_largest(speeds)]) / (A * dt) - 1e-9)
+    return periods
 
 
 @kernel
@@ -224,7 +225,7 @@ class Supervisor:
         self._kept.clear()
 
     def follow(self, lengths: Vec, speeds: Vec) -> bool:
-        """Go one period towards set-points [m], [m/s] (6,) at its end; whether it gave less than was asked."""
+        """Go one period towards set-points (6,) at its end; whether it gave less than was asked."""
         code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self._limits, self.period)
         self._ticks += 1
         reason = _REASONS[code]

@@ -13,6 +13,8 @@ from otolith.scenarios.formula import Builder, arguments, defaults
 from otolith.scenarios.scenario import Scenario
 from otolith.scenarios.signals import SECTION_6_1_WAVES, STEP_END_LITERAL
 
+EMULATOR_REST: Final = 5.0  # [s] "a larger rest period" than one second (section 6.2); its length is not told
+
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -55,6 +57,11 @@ SCENARIOS: Final[Mapping[str, Entry]] = MappingProxyType(
             partial(signals.sine, 1.0, 0.01, duration=60.0),
             "sine 1 m/s², 0.01 Hz, 60 s",
             "thesis section 6.1",
+        ),
+        "combined-emulator": Entry(
+            partial(signals.combined, SECTION_6_1_WAVES, duration=20.0, start=EMULATOR_REST),
+            "as combined-fast, after a rest of 5 s, 20 s",
+            "thesis section 6.2, figure 6.2",
         ),
         "combined-fast": Entry(
             partial(signals.combined, SECTION_6_1_WAVES, duration=20.0),

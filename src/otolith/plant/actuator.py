@@ -1,0 +1,70 @@
+"""Axes that follow their commands late: a dead time, then the first-order lag of eq. 4.9.
+
+The simplified dynamics of chapter 5 with one effect more. A dead time is what a network, a drive and an
+interpolator make of any platform; a controller that does not know of it tracks and keeps limits worse.
+"""
+
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from otolith.core.errors import InputError
+from otolith.interfaces import Command, Outcome, PlatformState
+from otolith.plant.ideal import Ideal
+from otolith.platforms import Platform
+from otolith.qp import Status
+
+EDGE: Final = 1e-9  # [s] within which two times are one
+
+_NOTHING: Final = Command(
+    acceleration=np.zeros(6),
+    pose=np.zeros(6),
+    twist=np.zeros(6),
+    plan=np.zeros((0, 6)),
+    outcome=Outcome(status=Status.OPTIMAL),
+)
+
+
+class Actuator:
+    """The ideal platform, each of whose commands takes effect `dead_time` [s] after it is given.
+
+    Solved exactly, whether or not the dead time is a whole number of steps.
+    """
+
+    def __init__(
+        self, lag: float = 0.01, dead_time: float = 0.01, *, head: tuple[float, float, float] | None = None
+    ) -> None:
+        if not 0.0 <= dead_time <= 1.0:
+            raise InputError("plant dead time", dead_time, "between 0 and 1 s")
+        self._axes, self._dead_time = Ideal(lag, head=head), dead_time
+        self.reset(PlatformState())
+
+    def reset(self, state: PlatformState) -> None:
+        """Put the platform to `state`, with no command on its way."""
+        self._axes.reset(state)
+        self._now, self._in_effect = 0.0, _NOTHING
+        self._coming: deque[tuple[float, Command]] = deque()
+
+    def step(self, command: Command, dt: float) -> PlatformState:
+        """Follow what was commanded a dead time ago, for dt [s]."""
+        start, end = self._now, self._now + dt
+        if not self._coming or self._coming[-1][1] is not command:
+            self._coming.append((start + self._dead_time, command))
+        while self._coming and self._coming[0][0] <= end - EDGE:
+            due, coming = self._coming.popleft()
+            self._follow(due - self._now)
+            self._now, self._in_effect = max(self._now, due), coming
+        state = self._follow(end - self._now)
+        self._now = end
+        return state
+
+    def _follow(self, duration: float) -> PlatformState:
+        """Hold the command in effect; durations are rounded, so that their discretisation is found again."""
+        return self._axes.step(self._in_effect, round(max(0.0, duration), 12))
+
+
+def actuator(platform: Platform) -> Actuator:
+    """The actuators that the platform's file describes."""
+    described = platform.actuators
+    return Actuator(described.lag_s, described.dead_time_s, head=platform.head)

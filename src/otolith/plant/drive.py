@@ -1,0 +1,114 @@
+"""From commanded accelerations to the targets of the leg servos, once per servo period.
+
+Set-points are the commanded accelerations integrated behind the lag of eq. 4.9, exactly as the ideal
+plant moves; inverse kinematics makes leg lengths and speeds of them; the supervisor passes on what the
+legs can do. Where it gives less than was asked, the set-points go on from what it gave: what the legs
+could not do is not made up for later.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
+from otolith.core.jit import kernel
+from otolith.core.motion import place_of, pose_of, twist_of
+from otolith.interfaces import PlatformState
+from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
+from otolith.plant.ideal import axis_dynamics
+from otolith.platforms.hexapod import MOST, Hexapod
+from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
+from otolith.platforms.supervisor import Supervisor
+
+PERIOD: Final = 1e-3  # [s] of the servos
+CLOSE: Final = 1e-12  # [m] on the legs, when a pose is found again from them
+
+
+@kernel
+def _generate(motion: Mat, A: Mat, B: Vec, command: Vec, of: Machine, legs: Mat) -> None:
+    """Advance pose, twist, acceleration (3, 6) in place, and write what they ask of the legs (3, 6)."""
+    for axis in range(6):
+        p, v, a, u = motion[0, axis], motion[1, axis], motion[2, axis], command[axis]
+        for row in range(3):
+            motion[row, axis] = A[row, 0] * p + A[row, 1] * v + A[row, 2] * a + B[row, 0] * u
+    leg_motion(motion[0], motion[1], motion[2], of.joints, of.anchors, legs)
+
+
+@kernel
+def _resume(motion: Mat, place: Vec, before: Vec, lengths: Vec, speeds: Vec, of: Machine, dt: float) -> bool:
+    """Write the motion (3, 6) of given leg lengths and speeds; `place` is near, and becomes theirs."""
+    if forward(lengths, of.joints, of.anchors, place, CLOSE, MOST) < 0:
+        return False
+    J, velocity = np.empty((6, 6)), speeds.copy()
+    inverse(place, of.joints, of.anchors, np.empty(6), J, np.empty((6, 3)))
+    if not solve(J, velocity):
+        return False
+    pose_of(place, motion[0])
+    twist_of(motion[0], velocity, motion[1])
+    for axis in range(6):
+        motion[2, axis] = (motion[1, axis] - before[axis]) / dt
+    return True
+
+
+class Drive:
+    """Set-point generator, inverse kinematics, supervisor, and the weight that the servos carry."""
+
+    def __init__(self, hexapod: Hexapod, *, lag: float, period: float = PERIOD) -> None:
+        check_gains(hexapod, period)
+        self.supervisor = Supervisor(hexapod, period=period)
+        self.period, self.targets = period, np.zeros((3, 6))  # lengths, speeds, weights
+        self.machine = machine(hexapod)
+        self._dynamics = axis_dynamics(lag, period)
+        self._motion, self._legs = np.zeros((3, 6)), np.empty((3, 6))  # of the set-points; what they ask
+        self._place, self._before = np.zeros(7), np.zeros(6)
+        self.reset(PlatformState())
+        self._go_on()  # compiled now, so that no period ever waits for it
+        self.reset(PlatformState())
+
+    def reset(self, state: PlatformState) -> None:
+        """Start from a state; the errors are the supervisor's."""
+        self.supervisor.reset(state.pose, state.twist)
+        self._motion[0], self._motion[1], self._motion[2] = state.pose, state.twist, state.acceleration
+        place_of(state.pose, self._place)
+        self._aim()
+
+    def tick(self, acceleration: Vec) -> Mat:
+        """Targets (3, 6) of the servos at the end of the next period: lengths, speeds, weights."""
+        self._before[:] = self._motion[1]
+        _generate(self._motion, *self._dynamics, acceleration, self.machine, self._legs)
+        if self.supervisor.follow(self._legs[0], self._legs[1]):
+            self._go_on()
+        else:
+            place_of(self._motion[0], self._place)
+        self._aim()
+        return self.targets
+
+    def _go_on(self) -> None:
+        """Take the set-points up from what the supervisor passed on."""
+        lengths, speeds = self.supervisor.lengths, self.supervisor.speeds
+        if not _resume(
+            self._motion, self._place, self._before, lengths, speeds, self.machine, self.period
+        ):  # legs within their strokes fold: a geometry that no file should describe
+            raise FloatingPointError(f"no pose of the leg lengths {lengths} m")
+
+    def _aim(self) -> None:
+        self.targets[0], self.targets[1] = self.supervisor.lengths, self.supervisor.speeds
+        carry(self._place, self.machine, self.targets[2])
+
+
+def check_gains(hexapod: Hexapod, period: float) -> None:
+    """Refuse servo gains with which the platform would swing up.
+
+    Raises
+    ------
+    InputError : the damping is not between the bounds of `otolith.plant.dynamics.damping_bounds`.
+    """
+    low, high = damping_bounds(hexapod, period)
+    if not low < hexapod.damping < high:
+        raise InputError(
+            "hexapod.legs.damping_nspm",
+            f"{hexapod.damping:.4g}",
+            f"between {low:.4g} and {high:.4g} N s/m for a stable servo of {1e3 * period:g} ms "
+            f"and {hexapod.stiffness:.4g} N/m",
+        )

@@ -1,0 +1,111 @@
+"""The emulator of chapter 6: a rigid body on six legs, moved by the servos of its legs."""
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.jit import kernel
+from otolith.core.motion import (
+    acceleration_of,
+    felt_at,
+    place_of,
+    pose_acceleration_of,
+    pose_of,
+    twist_of,
+    velocity_of,
+)
+from otolith.interfaces import Command, PlatformState
+from otolith.plant.drive import PERIOD, Drive
+from otolith.plant.dynamics import advance
+from otolith.platforms import Platform
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.supervisor import Intervention
+
+
+@kernel
+def _observe(place: Vec, velocity: Vec, acceleration: Vec, head: Vec, motion: Mat, force: Vec) -> None:
+    """Write pose, twist and their second derivative (3, 6), and what is felt at the head (3,)."""
+    pose_of(place, motion[0])
+    twist_of(motion[0], velocity, motion[1])
+    pose_acceleration_of(motion[0], motion[1], acceleration, motion[2])
+    felt_at(head, place, velocity, acceleration, force)
+
+
+def observed(place: Vec, velocity: Vec, acceleration: Vec, head: Vec) -> PlatformState:
+    """The state that sensors would tell, of a rigid body's motion in world."""
+    motion, force = np.empty((3, 6)), np.empty(3)
+    _observe(place, velocity, acceleration, head, motion, force)
+    return PlatformState(pose=motion[0], twist=motion[1], acceleration=motion[2], specific_force=force)
+
+
+def periods(dt: float, period: float) -> int:
+    """Whole servo periods in a step of dt [s].
+
+    Raises
+    ------
+    ValueError : there is no whole number of them.
+    """
+    n = round(dt / period)
+    if n < 1 or abs(n * period - dt) > 1e-9:
+        raise ValueError(f"a hexapod's step must be a multiple of its servo period, {period} s, got {dt} s")
+    return n
+
+
+class HexapodPlant:
+    """Six legs with digital servos under one rigid body; lumped legs, no friction, no play.
+
+    The commanded accelerations become set-points behind the lag of eq. 4.9 and pass the supervisor
+    (`otolith.plant.drive`); the servos know the platform's weight in the set-point's pose, and nothing of
+    its inertia. Force and rate are sensed at the head, rotation and lever arm included.
+
+    Raises
+    ------
+    InputError : the servos' gains are not stable.
+    """
+
+    def __init__(self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD) -> None:
+        self.drive = Drive(hexapod, lag=lag, period=period)
+        self.legs = np.zeros((3, 6))  # lengths [m], speeds [m/s], forces [N] at the last servo period
+        self._head = hexapod.head
+        self._place, self._velocity, self._acceleration = np.zeros(7), np.zeros(6), np.zeros(6)
+        self.reset(PlatformState())
+
+    @property
+    def interventions(self) -> tuple[Intervention, ...]:
+        """When and why the supervisor gave less than was asked."""
+        return self.drive.supervisor.interventions
+
+    def reset(self, state: PlatformState) -> None:
+        """Put the platform to `state`; the errors are the supervisor's."""
+        self.drive.reset(state)
+        place_of(state.pose, self._place)
+        velocity_of(state.pose, state.twist, self._velocity)
+        acceleration_of(state.pose, state.twist, state.acceleration, self._acceleration)
+
+    def step(self, command: Command, dt: float) -> PlatformState:
+        """Follow the commanded accelerations (6,) for dt [s], a multiple of the servos' period."""
+        drive = self.drive
+        for _ in range(periods(dt, drive.period)):
+            before = drive.targets.copy()  # of the period's start, when the legs are sampled
+            drive.tick(command.acceleration)
+            moved = advance(
+                self._place,
+                self._velocity,
+                self._acceleration,
+                self.legs,
+                before,
+                drive.machine,
+                drive.period,
+            )
+            if not moved:
+                raise FloatingPointError("the legs folded: no force of theirs moves the platform")
+        return observed(self._place, self._velocity, self._acceleration, self._head)
+
+
+def hexapod(platform: Platform) -> HexapodPlant:
+    """The platform on its own legs.
+
+    Raises
+    ------
+    InputError : its file describes no legs, or their servos are not stable.
+    """
+    return HexapodPlant(platform.six_legs(), lag=platform.actuators.lag_s)
