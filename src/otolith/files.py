@@ -17,11 +17,16 @@ from typing import Any, Final
 import h5py
 import numpy as np
 
+from otolith import registry
 from otolith.core.arrays import frozen_array
 from otolith.core.errors import CorruptFile, InputError, one_of
 from otolith.mpqp import Law
 from otolith.platforms import Platform, catalog, load, parse_platform
-from otolith.scenarios import Log, parse_log
+from otolith.scenarios import Log, log_from
+from otolith.scenarios.columns import recognise
+from otolith.scenarios.erg import parse_erg
+from otolith.scenarios.recorded import Channels, Recorded
+from otolith.scenarios.table import decode, split
 from otolith.simulate import Run
 from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, road
 from otolith.vehicle.lap import COLUMNS
@@ -91,8 +96,46 @@ def write_lap(lap: Lap, path: Path) -> None:
 
 
 def read_log(path: Path, columns: Mapping[str, str]) -> Log:
-    """A recorded drive from a CSV file; see `otolith.scenarios.parse_log`."""
-    return parse_log(read_text(path, "log"), path.name, columns=columns)
+    """A recorded drive: delimited text, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells."""
+    return log_from(_recorded(path, columns), columns=columns)
+
+
+def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
+    ending = path.suffix.lower()
+    if not path.exists():
+        raise InputError(f"log {path}", "absent", "an existing file")
+    if ending == ".erg":
+        info = path.with_name(f"{path.name}.info")
+        return parse_erg(read_text(info, "description of the log"), _read_bytes(path), path.name)
+    if ending in (".mf4", ".mdf", ".dat"):
+        mapped = " ".join(columns.values())
+        read = registry.LOG_FORMATS["mdf"].load()
+        channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
+        return channels
+    if ending in (".bag", ".mcap", ".db3") or path.is_dir():
+        bag: Recorded = registry.LOG_FORMATS["rosbag"].load()(path.parent if ending == ".db3" else path)
+        return bag
+    if ending == ".h5":
+        return _read_lap(path)
+    text, notes = decode(_read_bytes(path), path.name)
+    return split(text, path.name, notes)
+
+
+def _read_lap(path: Path) -> Channels:
+    with _hdf5(path, LAP_KIND, LAP_VERSION) as file:
+        return Channels(
+            source=path.name,
+            names=COLUMNS,
+            units=("",) * len(COLUMNS),
+            values=tuple(file[name][()] for name in COLUMNS),
+        )
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"log {path}", f"not readable ({error.strerror})", "a readable file") from error
 
 
 @contextlib.contextmanager

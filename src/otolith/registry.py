@@ -124,6 +124,14 @@ PERCEPTION: Final = {
     ),
 }
 
+# Formats of recorded drives that need a library: callables that give `scenarios.recorded.Channels`.
+LOG_FORMATS: Final = {
+    "mdf": Entry("otolith.scenarios.mdf:read_mdf", "ASAM MDF 3 and 4", extra="logs", needs=("asammdf",)),
+    "rosbag": Entry(
+        "otolith.scenarios.rosbag:read_rosbag", "ROS 1 and 2, bags and MCAP", extra="logs", needs=("rosbags",)
+    ),
+}
+
 
 def lookup(table: dict[str, Entry], kind: str, name: str) -> Entry:
     """Entry `name` of one of the tables above, or one sentence that lists what there is."""

@@ -41,6 +41,11 @@ def chosen(*names: str, **mapping: str) -> dict[str, tuple[int, float]]:
         ("yaw_rate_degps", "yaw_rate", math.pi / 180),
         ("Yaw Rate [°/s]", "yaw_rate", math.pi / 180),
         ("yaw rate (deg/s)", "yaw_rate", math.pi / 180),
+        ("fx_mps2", "ax", 1.0),
+        ("Specific Force y [g]", "ay", STANDARD_GRAVITY),
+        ("Car.YawVel", "yaw_rate", 1.0),
+        ("x_m", "x", 1.0),
+        ("Position Y [km]", "y", 1000.0),
     ],
 )
 def test_names_tell_quantity_and_unit(name: str, key: str, factor: float) -> None:
@@ -48,7 +53,10 @@ def test_names_tell_quantity_and_unit(name: str, key: str, factor: float) -> Non
     assert chosen(name, *others)[key] == (0, pytest.approx(factor))
 
 
-@pytest.mark.parametrize("name", ["throttle", "lat", "gx", "x", "steering angle [deg]", "lap time", ""])
+@pytest.mark.parametrize(
+    "name",
+    ["throttle", "lat", "gx", "x", "Fx [N]", "x [mm/s]", "y [deg]", "steering angle [deg]", "lap time", ""],
+)
 def test_other_names_tell_nothing(name: str) -> None:
     assert recognise(name) is None
 
@@ -75,6 +83,16 @@ def test_a_mapping_goes_before_names(mapping: str, factor: float) -> None:
     """The unit in a name counts only for the quantity that the name tells."""
     assumed = 1.0 if mapping == "ay_g" else factor
     assert chosen("t", "ax", "Foo", "-neg", "with:colon", "ay_g", ax=mapping)["ax"][1] == assumed
+
+
+def test_twins_are_taken_once_and_others_refused() -> None:
+    names = ("t", "ax", "Car.YawRate [rad/s]", "Car.YawVel [deg/s]")
+    columns = choose(names, "log.csv", {}, [""] * 4, differ=lambda one, other: False)
+    yaw = next(column for column in columns if column.key == "yaw_rate")
+    assert yaw.index == 2
+    assert str(yaw).endswith("in rad/s (the same as 'Car.YawVel [deg/s]')")
+    with pytest.raises(InputError, match=r"yaw_rate in log.csv is given by"):
+        choose(names, "log.csv", {}, [""] * 4)
 
 
 def test_a_quantity_can_be_left_out() -> None:
@@ -117,8 +135,8 @@ def test_a_doubtful_speed_is_ignored_for_it_only_serves_checks() -> None:
         (
             ("t", "ax"),
             {"axx": "ax"},
-            "mapped quantity is 'axx', must be one of t, ax, ay, az, roll_rate, pitch_rate, yaw_rate, vx "
-            "(did you mean ax?)",
+            "mapped quantity is 'axx', must be one of t, ax, ay, az, roll_rate, pitch_rate, yaw_rate, "
+            "vx, x, y (did you mean ax?)",
         ),
         (
             ("t", "ax [furlong]"),

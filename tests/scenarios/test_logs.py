@@ -11,6 +11,7 @@ from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.scenarios import Log, parse_log
 from otolith.scenarios.columns import STANDARD_GRAVITY
+from otolith.scenarios.table import decode
 
 N = 30
 T = np.round(np.arange(N) * 0.1, 3)
@@ -186,38 +187,67 @@ def test_a_vertical_column_without_gravity_is_left_as_it_is() -> None:
     assert_array_equal(parse_log(text("t,ax,az", T, AX, AX), "log.csv").force[:, 2], AX)
 
 
-def drive(ax: float = 1.0, ay: float = 1.0, yaw: float = 1.0) -> str:
-    """A consistent minute of driving, each signal multiplied by the factor given."""
-    t = np.arange(0.0, 60.0, 0.1)
-    v = 15.0 + 5.0 * np.sin(0.3 * t)
-    rate = 0.2 * np.sin(0.2 * t)
-    columns = (t, ax * 1.5 * np.cos(0.3 * t), ay * v * rate, yaw * rate, v)
-    return text("t_s,ax_mps2,ay_mps2,yaw_rate_radps,vx_mps", *columns)
+@pytest.mark.parametrize("log", [text("t,ax,vx", T, AX, AX), text("t,ax,vx", 5 * T, AX, np.ones(N))])
+def test_a_short_drive_or_a_constant_speed_says_nothing_about_the_others(log: str) -> None:
+    assert len(parse_log(log, "log.csv").notes) == 4  # rows, t, ax, and what is not there
 
 
-def test_a_consistent_drive_raises_no_doubt() -> None:
-    assert not [note for note in parse_log(drive(), "log.csv").notes if "doubtful" in note]
+def test_rows_written_twice_are_left_out() -> None:
+    lines = text().splitlines()
+    log = parse_log("\n".join([*lines[:9], lines[8], lines[8], *lines[9:]]), "log.csv")
+    assert_plain(log)
+    assert "2 rows were written twice and left out" in log.notes
+
+
+def test_a_column_written_twice_is_read_once() -> None:
+    log = parse_log(text("t,ax,Car.ax", T, AX, AX), "log.csv")
+    assert_plain(log)
+    assert "ax: column 'ax' in m/s2, no unit stated, taken as SI (the same as 'Car.ax')" in log.notes
+    with pytest.raises(InputError, match=r"ax in log.csv is given by"):
+        parse_log(text("t,ax,Car.ax", T, AX, 1.1 * AX), "log.csv")
+    with pytest.raises(InputError, match=r"ax in log.csv is given by"):
+        parse_log(text("t,ax,Car.ax", T, AX, np.full(N, np.nan)), "log.csv")
+
+
+def test_small_gaps_are_bridged_and_said() -> None:
+    t = np.where(T < 1.0, T, T + 0.6)
+    assert (
+        "1 gaps bridged by straight lines, the longest of 0.7 s at 0.9 s"
+        in parse_log(text("t,ax", t, AX), "log.csv").notes
+    )
+
+
+def test_nothing_but_one_row_over_and_over_is_refused() -> None:
+    assert refusal("t,ax\n1,2\n1,2\n1,2") == "number of different rows in log.csv is 1, must be at least 2"
+
+
+def test_names_behind_a_comment_mark_are_read() -> None:
+    assert_plain(parse_log("# made by hand\n# " + text(), "log.csv"))
+    assert_plain(parse_log("#" + text("Time Car.ax", sep=" "), "log.csv"))
+
+
+def test_where_the_car_was_is_kept() -> None:
+    log = parse_log(text("t,ax,x_m,y_km", T, AX, 10 * T, 0.001 * T), "log.csv")
+    assert log.place is not None
+    assert_allclose(log.place, np.stack([10 * T, T], axis=1))
+    assert parse_log(text("t,ax,x_m", T, AX, T), "log.csv").place is None
 
 
 @pytest.mark.parametrize(
-    ("factors", "note"),
-    [
-        ({"ay": -1.0}, "doubtful: ay runs against speed × yaw rate (correlation -1.00); is a sign turned?"),
-        (
-            {"ax": -1.0},
-            "doubtful: ax runs against the change of speed (correlation -1.00); is a sign turned?",
-        ),
-        ({"ay": 0.1}, "doubtful: ay is 0.1 times speed × yaw rate; are the units right (g, deg/s)?"),
-        ({"yaw": 57.3}, "doubtful: ay is 0.017 times speed × yaw rate; are the units right (g, deg/s)?"),
-    ],
+    ("encoding", "note"),
+    [("utf-8", ""), ("utf-8-sig", ""), ("cp1252", "read as cp1252"), ("utf-16", "read as utf-16")],
 )
-def test_signs_and_units_that_contradict_the_speed_are_noted(factors: dict[str, float], note: str) -> None:
-    assert note in parse_log(drive(**factors), "log.csv").notes
+def test_what_spreadsheets_write_is_decoded(encoding: str, note: str) -> None:
+    written = text("t [s],ax [m/s²],yaw rate [°/s]", T, AX, AX)
+    decoded, notes = decode(written.encode(encoding), "log.csv")
+    assert decoded == written
+    assert [note in said for said in notes] == [True] * bool(note)
 
 
-@pytest.mark.parametrize("log", [text("t,ax,vx", T, AX, AX), text("t,ax,vx", 5 * T, AX, np.ones(N))])
-def test_a_short_drive_or_a_constant_speed_says_nothing_about_the_others(log: str) -> None:
-    assert not [note for note in parse_log(log, "log.csv").notes if "doubtful" in note]
+@pytest.mark.parametrize("data", [b"\x00\x01\x02", b"\xff\xfe\x00", b"\x81\x8d"])
+def test_bytes_that_are_no_text_are_refused(data: bytes) -> None:
+    with pytest.raises(InputError, match=r"log x.bin is not text"):
+        decode(data, "x.bin")
 
 
 def test_a_speed_with_holes_does_not_spoil_the_log() -> None:
@@ -238,7 +268,9 @@ def test_any_text_gives_a_log_or_is_refused(body: str) -> None:
 def test_reading_is_fast() -> None:
     """A million rows take a few seconds; here a tenth of it, with room for a slow machine."""
     n = 100_000
-    rows = "\n".join(f"{0.01 * i:.2f},{(i % 77) * 0.01:.2f},{(i % 13) * 0.1:.1f}" for i in range(n))
+    rows = "\n".join(
+        f"{0.01 * i:.2f},{(i % 77) * 0.01 - 0.38:.2f},{(i % 13) * 0.1 - 0.6:.1f}" for i in range(n)
+    )
     started = time.process_time()
     assert len(parse_log("t,ax,ay\n" + rows, "log.csv").t) == n
     assert time.process_time() - started < 3.0

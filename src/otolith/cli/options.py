@@ -19,7 +19,9 @@ from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.implicit import BLOCKS, HORIZON, ImplicitSettings, parse_entry
 from otolith.mpc.model import BrakingRows, parse_braking_rows
 from otolith.mpc.washout import WashoutWeight, constant, preset
+from otolith.perception import sense
 from otolith.scenarios import Scenario, log_scenario, scenario
+from otolith.scenarios.perceived import perceived
 
 _AXIS_OF_FORCE = {0: "longitudinal", 1: "lateral"}
 
@@ -32,7 +34,9 @@ class Choices:
         str | None,
         typer.Argument(metavar="[SCENARIO]", help="A name of 'otolith list scenarios', or a formula."),
     ] = None
-    log: Annotated[Path | None, typer.Option(help="A recorded drive (CSV) instead of a scenario.")] = None
+    log: Annotated[
+        Path | None, typer.Option(help="A recorded drive instead of a scenario: CSV, ERG, MDF, ROS bag, lap.")
+    ] = None
     column: Annotated[
         list[str] | None,
         typer.Option(
@@ -46,6 +50,12 @@ class Choices:
     causal: Annotated[
         bool, typer.Option("--causal", help="Filter a log causally, as live (default: zero-phase).")
     ] = False
+    through: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ORGAN", help="Cue what this otolith passes on (otolith list perception), as eq. 6.4."
+        ),
+    ] = None
     scale: Annotated[float, typer.Option(help="Scale the reference by this factor.")] = 1.0
     literal: Annotated[
         bool, typer.Option("--literal", help="Steps from 1 s to 4 s as printed, instead of 1 s to 5 s.")
@@ -133,7 +143,7 @@ class Choices:
                 scenario(self.scenario, literal=self.literal, axis=_AXIS_OF_FORCE[pair.translation])
                 for pair in design.pairs
             ]
-            return functools.reduce(Scenario.beside, along).scaled(self.scale)
+            return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")
@@ -143,7 +153,16 @@ class Choices:
             console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
         period = design.implicit.period
         recorded = log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal)
-        return recorded.scaled(self.scale)
+        return self._sensed(recorded).scaled(self.scale)
+
+    def _sensed(self, reference: Scenario) -> Scenario:
+        """The reference as the organ of `--through` passes it on, from rest under its first value."""
+        if self.through is None:
+            return reference
+        otoliths = {k: e for k, e in registry.PERCEPTION.items() if k.startswith("otolith-")}
+        name = self.through if self.through in otoliths else f"otolith-{self.through}"
+        organ = registry.lookup(otoliths, "--through", name).load()()
+        return perceived(reference, lambda f, dt: sense(organ, f, dt, before=f[0]), name=name)
 
     def as_settings(self) -> dict[str, Any]:
         """Plain JSON values for the record of a run: enough to repeat it."""

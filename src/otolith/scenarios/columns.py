@@ -2,8 +2,8 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 from otolith.core.errors import InputError, one_of
@@ -20,13 +20,16 @@ QUANTITIES: Final = {
     "pitch_rate": ("rate", "pitch rate"),
     "yaw_rate": ("rate", "yaw rate"),
     "vx": ("speed", "speed, for checks only"),
+    "x": ("length", "position x, for maps only"),
+    "y": ("length", "position y, for maps only"),
 }
-SI: Final = {"time": "s", "acceleration": "m/s2", "rate": "rad/s", "speed": "m/s"}
+SI: Final = {"time": "s", "acceleration": "m/s2", "rate": "rad/s", "speed": "m/s", "length": "m"}
 READABLE: Final = {
     "time": "s, ms, us, ns, min",
     "acceleration": "m/s2, g, mg, cm/s2, mm/s2, ft/s2",
     "rate": "rad/s, deg/s, mrad/s",
     "speed": "m/s, km/h, mph",
+    "length": "m, km, mm, ft",
 }
 # canonical spelling (see `canonical`) -> factor to SI
 UNITS: Final[Mapping[str, Mapping[str, float]]] = {
@@ -39,12 +42,14 @@ UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "speed": {"mps": 1.0, "ms-1": 1.0}
     | dict.fromkeys(("kmh", "kph", "kmph", "kmh-1"), 1.0 / 3.6)
     | dict.fromkeys(("mph", "milesph"), 0.44704),
+    "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "km": 1e3, "mm": 1e-3, "ft": 0.3048},
 }
-OPTIONAL_CHECKS: Final = ("vx",)  # used where they are sound, ignored where not
+OPTIONAL_CHECKS: Final = ("vx", "x", "y")  # used where they are sound, ignored where not
 OMITTED: Final = "none"  # as a mapping: leave this quantity out although a column has its name
 
 _NOISE: Final = {
     "car",
+    "vhcl",
     "vehicle",
     "ego",
     "imu",
@@ -77,7 +82,12 @@ _PATTERNS: Final = {
     "pitch_rate": re.compile(f"pitch{_RATE}|{_TURN}y"),
     "yaw_rate": re.compile(f"yaw{_RATE}|{_TURN}z"),
     "vx": re.compile("v|vx|speed|velocity|vehiclespeed|groundspeed|speedkmh|velocityx|longitudinalvelocity"),
+    "x": re.compile("x|posx|positionx"),
+    "y": re.compile("y|posy|positiony"),
 }
+_FORCE: Final = re.compile(
+    "(?:f|specificforce)([xyz])"
+)  # [m/s²]; in other units it is a force of another kind
 _IN_G: Final = {
     key: re.compile(f"g(?:{words})|(?:{words})g|gforce(?:{key[1]}|{words})|(?:{key[1]}|{words})gforce")
     for key, words in _AXES.items()
@@ -95,11 +105,17 @@ class Column:
     factor: float  # to SI, with the sign
     unit: str  # as found or assumed
     assumed: bool  # nobody stated the unit
+    twins: tuple[str, ...] = ()  # names of other columns that hold the same numbers
 
     def __str__(self) -> str:
         how = ", no unit stated, taken as SI" if self.assumed else ""
         turned = ", sign turned" if self.factor < 0.0 else ""
-        return f"{self.key}: column {self.name!r} in {self.unit}{how}{turned}"
+        twins = f" (the same as {', '.join(map(repr, self.twins))})" if self.twins else ""
+        return f"{self.key}: column {self.name!r} in {self.unit}{how}{turned}{twins}"
+
+
+def _differ(_one: Column, _other: Column) -> bool:
+    return True
 
 
 def canonical(unit: str) -> str:
@@ -134,7 +150,12 @@ def recognise(name: str) -> tuple[str, str] | None:
 
 
 def choose(
-    names: Sequence[str], source: str, mapping: Mapping[str, str], units: Sequence[str]
+    names: Sequence[str],
+    source: str,
+    mapping: Mapping[str, str],
+    units: Sequence[str],
+    *,
+    differ: Callable[[Column, Column], bool] = _differ,
 ) -> list[Column]:
     """The columns to read: as mapped by the user, else as their names tell.
 
@@ -143,6 +164,8 @@ def choose(
     names : (c,) column names as in the file.
     mapping : quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME`` (sign turned) or ``none``.
     units : (c,) units from a row of their own, empty strings where there is none.
+    differ : whether two columns that tell the same quantity hold different numbers. Where they do not, the
+        first is taken.
 
     Raises
     ------
@@ -157,7 +180,7 @@ def choose(
         if key in mapping:
             column = _mapped(key, mapping[key], names, source, units)
         else:
-            column = _told(key, told, names, source, units)
+            column = _told(key, told, (names, units, source), differ)
         if column is not None:
             chosen.append(column)
         elif key in ("t", "ax"):
@@ -168,6 +191,11 @@ def choose(
 def _quantity(base: str, unit: str) -> str | None:
     squeezed = _squeezed(base)
     key = next((k for k, pattern in _PATTERNS.items() if pattern.fullmatch(squeezed)), None)
+    if key in ("x", "y") and canonical(unit) not in UNITS["length"]:
+        return None  # a position only where its unit says so
+    force = _FORCE.fullmatch(squeezed)
+    if force and canonical(unit) in UNITS["acceleration"]:
+        return f"a{force.group(1)}"
     if key is None and canonical(unit) in UNITS["acceleration"]:  # "Lat [g]"; alone, lat is a latitude
         key = next((k for k, words in _AXES.items() if re.fullmatch(words, squeezed)), _named_in_g(squeezed))
     return key
@@ -185,27 +213,28 @@ def _squeezed(name: str) -> str:
 
 
 def _told(
-    key: str, told: Sequence[tuple[str, str] | None], names: Sequence[str], source: str, units: Sequence[str]
+    key: str,
+    told: Sequence[tuple[str, str] | None],
+    table: tuple[Sequence[str], Sequence[str], str],
+    differ: Callable[[Column, Column], bool],
 ) -> Column | None:
-    found = [index for index, entry in enumerate(told) if entry is not None and entry[0] == key]
-    if key in OPTIONAL_CHECKS and not _usable(key, found, told, units):
-        return None
-    if len(found) > 1:
-        listed = " and ".join(f"{names[i]!r} (column {i + 1})" for i in found)
-        bound = f"one column (rename one, or map {key}=NAME)"
-        raise InputError(f"{key} in {source}", f"given by {listed}", bound)
+    """The column whose name tells the quantity; `table` is names, units and source."""
+    names, units, source = table
+    found = [(index, entry[1]) for index, entry in enumerate(told) if entry is not None and entry[0] == key]
+    optional = key in OPTIONAL_CHECKS
+    if optional:
+        known = {"", *UNITS[QUANTITIES[key][0]]}
+        found = [(index, stated) for index, stated in found if canonical(stated or units[index]) in known]
     if not found:
         return None
-    entry = told[found[0]]
-    stated = entry[1] if entry is not None else ""
-    return _column(key, found[0], names[found[0]], stated or units[found[0]], source)
-
-
-def _usable(
-    key: str, found: Sequence[int], told: Sequence[tuple[str, str] | None], units: Sequence[str]
-) -> bool:
-    entry = told[found[0]] if len(found) == 1 else None
-    return entry is not None and canonical(entry[1] or units[found[0]]) in {"", *UNITS[QUANTITIES[key][0]]}
+    columns = [_column(key, index, names[index], stated or units[index], source) for index, stated in found]
+    if any(differ(columns[0], other) for other in columns[1:]):
+        if optional:
+            return None
+        listed = " and ".join(f"{column.name!r} (column {column.index + 1})" for column in columns)
+        bound = f"one column (rename one, or map {key}=NAME)"
+        raise InputError(f"{key} in {source}", f"given by {listed}", bound)
+    return replace(columns[0], twins=tuple(column.name for column in columns[1:]))
 
 
 def _mapped(key: str, text: str, names: Sequence[str], source: str, units: Sequence[str]) -> Column | None:

@@ -1,4 +1,4 @@
-"""A recorded drive: from the text of a log to checked arrays in SI units, and what to know about them.
+"""A recorded drive: from the columns of a log to checked arrays in SI units, and what to know about them.
 
 Axes x forward, y left, z up. A log in other axes is mapped with turned signs, for example
 ``{"ay": "-LatAcc", "yaw_rate": "-YawRate"}`` for y to the right.
@@ -11,14 +11,18 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec, freeze
+from otolith.core.arrays import Bools, Ints, Mat, Vec, freeze, frozen_array
 from otolith.core.errors import InputError
-from otolith.scenarios.columns import QUANTITIES, STANDARD_GRAVITY, Column, choose
-from otolith.scenarios.table import Table, split
+from otolith.scenarios.columns import OPTIONAL_CHECKS, QUANTITIES, STANDARD_GRAVITY, Column, choose
+from otolith.scenarios.plausible import check
+from otolith.scenarios.recorded import Recorded
+from otolith.scenarios.table import split
 
 MAX_GAP: Final = 1.0  # [s] between two rows; what lies in a longer gap cannot be guessed
+WIDE_GAP: Final = 5.0  # in usual steps: a gap that is told
 MAX_ACCELERATION: Final = 50.0  # [m/s²]
 MAX_RATE: Final = 20.0  # [rad/s]
+SAME: Final = 0.01  # RMS difference of two columns, as a share of their RMS, at which they are taken as one
 FORCE: Final = ("ax", "ay", "az")
 RATE: Final = ("roll_rate", "pitch_rate", "yaw_rate")
 _NO_MAPPING: Final[Mapping[str, str]] = MappingProxyType({})
@@ -34,10 +38,13 @@ class Log:
     rate: Mat  # (n, 3) [rad/s] roll, pitch, yaw rate
     columns: Mapping[str, str]  # quantity -> name of its column in the file
     notes: tuple[str, ...]  # one sentence each: what was read, assumed, removed, and looks doubtful
+    place: Mat | None = None  # (n, 2) [m] where the car was, on a map, if the log tells
 
     def __post_init__(self) -> None:
         n = len(self.t)
         freeze(self, t=(n,), force=(n, 3), rate=(n, 3))
+        if self.place is not None:
+            object.__setattr__(self, "place", frozen_array(self.place))
 
     @property
     def duration(self) -> float:
@@ -46,39 +53,52 @@ class Log:
 
 
 def parse_log(text: str, source: str, *, columns: Mapping[str, str] = _NO_MAPPING) -> Log:
-    """A recorded drive from delimited text with one line of column names.
+    """A recorded drive from delimited text with one line of column names; see `log_from`.
 
     Delimiter (comma, semicolon, tab, bar, white space), comma decimals, quotes, a row of units, comment
-    lines before the header, byte order mark and line ends are recognised. Column names tell quantity and
-    unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …); a unit that is not stated is
-    taken as SI, which a note says. Time and ``ax`` are required. If ``az`` averages about +1 g it holds
-    gravity, which is removed with a note.
+    lines before the header, byte order mark and line ends are recognised.
+    """
+    return log_from(split(text, source), columns=columns)
+
+
+def log_from(recorded: Recorded, *, columns: Mapping[str, str] = _NO_MAPPING) -> Log:
+    """A recorded drive, checked, in SI units.
+
+    Column names tell quantity and unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …); a
+    unit that is not stated is taken as SI, which a note says. Time and ``ax`` are required. If ``az``
+    averages about +1 g it holds gravity, which is removed with a note; so are rows written twice and what a
+    sensor that is not level adds.
 
     Parameters
     ----------
-    source : name of the file, for error sentences and notes.
-    columns : where names do not tell: quantity (t, ax, ay, az, roll_rate, pitch_rate, yaw_rate, vx) ->
-        ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the sign, or ``none`` to leave it out.
+    columns : where names do not tell: quantity (t, ax, ay, az, roll_rate, pitch_rate, yaw_rate, vx, x, y)
+        -> ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the sign, or ``none`` to leave it out.
 
     Raises
     ------
-    InputError : missing or ambiguous columns, cells that are no finite numbers, ragged rows, time that
-        does not increase or leaps by more than 1 s, magnitudes beyond 50 m/s² or 20 rad/s, z down.
+    InputError : missing or ambiguous columns, numbers that are none, time that does not increase or leaps
+        by more than 1 s, magnitudes beyond 50 m/s² or 20 rad/s, z down, and what `plausible.check` refuses.
     """
-    table = split(text, source)
-    chosen = choose(table.names, source, columns, table.units)
-    required = [column for column in chosen if column.key != "vx"]
-    raw = table.numbers(required)
+    source = recorded.source
+    chosen = choose(
+        recorded.names, source, columns, recorded.units, differ=lambda a, b: _differ(recorded, a, b)
+    )
+    required = [column for column in chosen if column.key not in OPTIONAL_CHECKS]
+    raw, repeated = _without_repeats(recorded.numbers(required))
+    rows = np.flatnonzero(~repeated).astype(np.int64)  # of the file
     data = {column.key: raw[:, i] * column.factor for i, column in enumerate(required)}
     t = (raw[:, 0] - raw[0, 0]) * required[0].factor  # subtracted first: time stamps may be huge
-    _check_time(t, table, required[0])
-    notes = [_summary(t, source), *map(str, required)]
+    _check_time(t, recorded, required[0], rows)
+    notes = [*recorded.notes, _summary(t, source), *map(str, required), *_about_time(t, repeated)]
     absent = [key for key in FORCE + RATE if key not in data]
     notes += [f"not in the log, taken as zero: {', '.join(absent)}"] if absent else []
     for column in required[1:]:
-        _check_magnitude(data[column.key], column, table)
+        _check_magnitude(data[column.key], column, recorded, rows)
     notes += _take_gravity_out(data, required, source)
-    notes += _doubts(t, data, table, chosen)
+    extra = _optional(recorded, chosen, ~repeated, notes)
+    checked = check(t, data, extra.get("vx"), {column.key: column for column in chosen}, source)
+    for key, offset in checked.offsets.items():
+        data[key] = data[key] - offset
     zero = np.zeros(len(t))
     return Log(
         source=source,
@@ -86,8 +106,37 @@ def parse_log(text: str, source: str, *, columns: Mapping[str, str] = _NO_MAPPIN
         force=np.stack([data.get(key, zero) for key in FORCE], axis=1),
         rate=np.stack([data.get(key, zero) for key in RATE], axis=1),
         columns={column.key: column.name for column in required},
-        notes=tuple(notes),
+        notes=tuple(notes + checked.notes),
+        place=np.stack([extra["x"], extra["y"]], axis=1) if {"x", "y"} <= set(extra) else None,
     )
+
+
+def _differ(recorded: Recorded, one: Column, other: Column) -> bool:
+    """Whether two columns hold different numbers; so taken where one holds any that is none."""
+    try:
+        values = recorded.numbers([one, other]) * np.array([one.factor, other.factor])
+    except InputError:
+        return True
+    size = float(np.sqrt(np.mean(values**2)))
+    return float(np.sqrt(np.mean((values[:, 0] - values[:, 1]) ** 2))) > SAME * size
+
+
+def _optional(recorded: Recorded, chosen: list[Column], keep: Bools, notes: list[str]) -> dict[str, Vec]:
+    """Speed and place where their columns are sound; a note where they are not."""
+    found = {}
+    for column in chosen:
+        if column.key in OPTIONAL_CHECKS:
+            try:
+                found[column.key] = recorded.numbers([column])[keep, 0] * column.factor
+            except InputError:
+                notes.append(f"{column.key}: not used, it has cells that are no numbers")
+    return found
+
+
+def _without_repeats(raw: Mat) -> tuple[Mat, Bools]:
+    """The rows that are not the same as the one before in all that is read, and which are (n,)."""
+    repeated = np.r_[False, (np.diff(raw, axis=0) == 0.0).all(axis=1)]
+    return raw[~repeated], repeated
 
 
 def _summary(t: Vec, source: str) -> str:
@@ -96,24 +145,40 @@ def _summary(t: Vec, source: str) -> str:
     return f"{source}: {len(t)} rows, {t[-1]:.6g} s, {1.0 / np.median(steps):.5g} Hz{spread}"
 
 
-def _check_time(t: Vec, table: Table, column: Column) -> None:
+def _about_time(t: Vec, repeated: Bools) -> list[str]:
+    """Repeated rows that were left out, and gaps that straight lines bridge."""
+    notes = [f"{int(repeated.sum())} rows were written twice and left out"] if repeated.any() else []
+    steps = np.diff(t)
+    wide = np.flatnonzero(steps > WIDE_GAP * np.median(steps))
+    if len(wide):
+        longest = wide[np.argmax(steps[wide])]
+        notes.append(
+            f"{len(wide)} gaps bridged by straight lines, the longest of {steps[longest]:.3g} s "
+            f"at {t[longest]:.5g} s"
+        )
+    return notes
+
+
+def _check_time(t: Vec, recorded: Recorded, column: Column, rows: Ints) -> None:
+    if len(t) < 2:
+        raise InputError(f"number of different rows in {recorded.source}", len(t), "at least 2")
     steps = np.diff(t)
     wrong = np.flatnonzero(~(steps > 0.0))
     if len(wrong):
         row = int(wrong[0]) + 1
-        where = f"time in {table.where(row)}"
+        where = f"time in {recorded.where(int(rows[row]))}"
         raise InputError(
             where, f"{t[row]:.9g} s after the first row", f"after the row before, {t[row - 1]:.9g} s"
         )
     wide = np.flatnonzero(steps > MAX_GAP)
     if len(wide):
         row = int(wide[0]) + 1
-        where = f"gap before {table.where(row)}, {t[row - 1]:.6g} s after the first row,"
+        where = f"gap before {recorded.where(int(rows[row]))}, {t[row - 1]:.6g} s after the first row,"
         hint = f" (is time in ms? then map t={column.name}:ms)" if np.median(steps) > MAX_GAP else ""
         raise InputError(where, f"{steps[row - 1]:.6g} s", f"at most {MAX_GAP:g} s{hint}")
 
 
-def _check_magnitude(values: Vec, column: Column, table: Table) -> None:
+def _check_magnitude(values: Vec, column: Column, recorded: Recorded, rows: Ints) -> None:
     turning = QUANTITIES[column.key][0] == "rate"
     bound, unit = (MAX_RATE, "rad/s") if turning else (MAX_ACCELERATION, "m/s²")
     row = int(np.argmax(np.abs(values)))
@@ -124,7 +189,7 @@ def _check_magnitude(values: Vec, column: Column, table: Table) -> None:
         question = f"no unit is stated: is it in {other}?"
     else:
         question = f"is it really in {column.unit}?"
-    where = f"{column.key} in {table.where(row)}"
+    where = f"{column.key} in {recorded.where(int(rows[row]))}"
     raise InputError(where, f"{values[row]:.6g} {unit}", f"within ±{bound:g} {unit} ({question})")
 
 
@@ -145,43 +210,3 @@ def _take_gravity_out(data: dict[str, Vec], columns: list[Column], source: str) 
         return []
     data["az"] = data["az"] - STANDARD_GRAVITY
     return [f"az averages {mean:.4g} m/s²: it holds gravity, 1 g was removed"]
-
-
-def _doubts(t: Vec, data: dict[str, Vec], table: Table, columns: list[Column]) -> list[str]:
-    """What speed says about signs and units of the other columns, where the log has a usable speed."""
-    speed = next((column for column in columns if column.key == "vx"), None)
-    if speed is None:
-        return []
-    try:
-        v = table.numbers([speed])[:, 0] * speed.factor
-    except InputError:
-        return ["vx: not used, it has cells that are no numbers"]
-    second = t.astype(np.int64)
-    occupied = np.bincount(second)
-    means = {
-        key: np.bincount(second, values) / np.maximum(occupied, 1)
-        for key, values in {**data, "vx": v}.items()
-    }
-    slow = means["vx"]  # (seconds,) means over whole seconds: vibration averages out
-    notes = []
-    if len(slow) > 10:
-        gained = np.gradient(slow)
-        notes += _doubt(
-            "ax", "the change of speed", np.convolve(means["ax"], [0.25, 0.5, 0.25], "same"), gained
-        )
-    if len(slow) > 10 and "ay" in means and "yaw_rate" in means:
-        notes += _doubt("ay", "speed × yaw rate", means["ay"], slow * means["yaw_rate"])
-    return notes
-
-
-def _doubt(key: str, other: str, values: Vec, expected: Vec) -> list[str]:
-    """A note where `values` follow `expected` [m/s²] with the wrong sign or by a wrong factor."""
-    if np.std(expected) == 0.0 or np.std(values) == 0.0:
-        return []
-    correlation = float(np.corrcoef(values, expected)[0, 1])
-    factor = float(np.std(values) / np.std(expected))
-    if correlation < -0.6:
-        return [f"doubtful: {key} runs against {other} (correlation {correlation:.2f}); is a sign turned?"]
-    if correlation > 0.8 and not 1.0 / 3.0 < factor < 3.0:
-        return [f"doubtful: {key} is {factor:.2g} times {other}; are the units right (g, deg/s)?"]
-    return []

@@ -22,6 +22,7 @@ class Table:
     units: list[str]  # (c,) from a row of their own, empty where there is none
     body: list[str]  # (n,) lines of numbers
     first_line: int  # number in the file, from 1, of body[0]
+    notes: tuple[str, ...] = ()
 
     def where(self, row: int) -> str:
         """Where a row of the body stands, for error sentences."""
@@ -50,7 +51,26 @@ class Table:
         return values
 
 
-def split(text: str, source: str) -> Table:
+def decode(data: bytes, source: str) -> tuple[str, tuple[str, ...]]:
+    """Text of a log's bytes, and a note where they are not UTF-8: spreadsheets write others.
+
+    Raises
+    ------
+    InputError : the bytes are no text.
+    """
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    for encoding in ["utf-16"] if wide else ["utf-8-sig", "cp1252"]:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" in text:
+            break
+        return text, () if encoding == "utf-8-sig" else (f"{source}: not in UTF-8, read as {encoding}",)
+    raise InputError(f"log {source}", "not text", "a text file, or one with the ending of its format")
+
+
+def split(text: str, source: str, notes: tuple[str, ...] = ()) -> Table:
     """Header and body of a log; lines before the header that are empty or start with # are skipped.
 
     Where numbers follow at once, the last line that starts with # holds the names, as numpy and the public
@@ -85,7 +105,7 @@ def split(text: str, source: str) -> Table:
         body = "\n".join(body).replace(",", ".").split("\n")
     if any('"' in line for line in body):
         body = "\n".join(body).replace('"', "").split("\n")
-    table = Table(source, delimiter, names, units, body, first_line)
+    table = Table(source, delimiter, names, units, body, first_line, notes)
     _check_widths(table)
     return table
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.frames import GRAVITY
+from otolith.scenarios import Log
 from otolith.vehicle.car import Car
 from otolith.vehicle.dynamics import STATES
 from otolith.vehicle.profile import Limits, Plan
@@ -57,6 +58,24 @@ class Lap:
         singles = (self.velocity[:, 0], self.way, self.offset, self.steer, self.planned_speed)
         return np.column_stack(
             [self.time, self.force, self.rate, self.position, self.attitude, *singles, self.acceleration]
+        )
+
+    def as_log(self, *, at_head: bool = True) -> Log:
+        """The drive as if it had been recorded: at the driver's head, or of the car alone.
+
+        The car alone: accelerations of the centre of gravity in the plane of the road, no roll, no pitch.
+        """
+        n = len(self.time)
+        force = self.force if at_head else np.column_stack([self.acceleration, np.zeros(n)])
+        turning = self.rate if at_head else self.rate * np.array([0.0, 0.0, 1.0])
+        return Log(
+            source=self.road.name,
+            t=self.time,
+            force=force,
+            rate=turning,
+            columns={},
+            notes=(),
+            place=self.position[:, :2],
         )
 
     def summary(self, limits: Limits) -> dict[str, Any]:

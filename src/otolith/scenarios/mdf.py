@@ -1,0 +1,45 @@
+"""Measurement data of ASAM MDF, versions 3 and 4, through asammdf (extra `logs`)."""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from asammdf import MDF
+from asammdf.blocks.utils import MdfException
+
+from otolith.core.errors import CorruptFile
+from otolith.scenarios.columns import recognise
+from otolith.scenarios.recorded import Channels, Signal, on_one_clock
+
+
+def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Channels:
+    """The channels of an MDF file whose name is `wanted`, on one clock.
+
+    Raises
+    ------
+    CorruptFile : asammdf cannot read it.
+    InputError : no such channel has two samples, or they have no time in common.
+    """
+    try:
+        with MDF(path) as file:
+            signals = [
+                _signal(file, name, group, index)
+                for name, places in file.channels_db.items()
+                for group, index in places
+                if wanted(name) and not _is_clock(name)
+            ]
+    except (MdfException, OSError, ValueError, struct.error) as error:
+        raise CorruptFile(f"{path.name} is damaged or no MDF file: {error}") from error
+    return on_one_clock(path.name, [s for s in signals if np.issubdtype(s.values.dtype, np.number)])
+
+
+def _signal(file: MDF, name: str, group: int, index: int) -> Signal:
+    channel = file.get(name, group=group, index=index)
+    return Signal(name, channel.unit or "", np.asarray(channel.timestamps), np.asarray(channel.samples))
+
+
+def _is_clock(name: str) -> bool:
+    """Every channel comes with its clock; a channel that is one would be a second."""
+    told = recognise(name)
+    return told is not None and told[0] == "t"

@@ -1,0 +1,33 @@
+"""The reference of thesis section 6.3: a lap of Hockenheim, as Telban's otolith passes it on."""
+
+from typing import Final
+
+from otolith.core.arrays import Mat
+from otolith.perception import otoliths, sense
+from otolith.scenarios import Scenario, log_scenario
+from otolith.scenarios.perceived import perceived
+from otolith.vehicle.car import load_car
+from otolith.vehicle.drive import drive
+from otolith.vehicle.driver import Driver
+from otolith.vehicle.roads import road
+
+SPEEDS: Final = (80, 100, 120)  # [km/h] of Tables 6.4 and 6.5
+
+
+def hockenheim_reference(speed: float, *, standing: bool = True, period: float = 0.01) -> Scenario:
+    """What is to be felt on a lap at no more than `speed` [km/h], longitudinally and laterally.
+
+    As the thesis: accelerations of the car (not what its body's roll and pitch add at the driver's head),
+    through eq. 6.4, and nothing else. From standstill, since its hardest braking is then at 80 s.
+
+    Parameters
+    ----------
+    period : [s] of the controller; the reference has no content above its anti-alias filter.
+    """
+    lap = drive(road("hockenheim").limited(speed / 3.6), load_car(), Driver(), standing=standing)
+    driven = log_scenario(lap.as_log(at_head=False), period=period)
+
+    def otolith(force: Mat, dt: float) -> Mat:
+        return sense(otoliths.telban(), force, dt, before=force[0])
+
+    return perceived(driven, otolith, name="the otolith of eq. 6.4")

@@ -1,0 +1,53 @@
+"""MDF as asammdf writes it; skipped where the extra is not installed."""
+
+import gc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+asammdf = pytest.importorskip("asammdf", exc_type=ImportError)
+
+from otolith import files  # noqa: E402
+from otolith.core.errors import CorruptFile, InputError  # noqa: E402
+
+FAST, SLOW = np.arange(0.0, 5.0, 0.01), np.arange(0.0, 5.0, 0.02)
+
+
+def write(path: Path, **signals: tuple[np.ndarray, np.ndarray, str]) -> Path:
+    with asammdf.MDF(version="4.10") as file:
+        for name, (t, values, unit) in signals.items():
+            file.append([asammdf.Signal(values, t, name=name, unit=unit, encoding="utf-8")])
+        file.save(path, overwrite=True)
+    return path
+
+
+def test_channels_of_several_groups_are_read(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "d.mf4",
+        AccX=(FAST, np.sin(FAST), "m/s2"),
+        YawRate=(SLOW, 5.0 * np.cos(SLOW), "deg/s"),
+        Label=(FAST, np.full(len(FAST), b"text"), ""),
+    )
+    log = files.read_log(path, {})
+    assert_allclose(log.force[:, 0], np.sin(log.t), atol=1e-9)
+    assert_allclose(log.rate[:, 2], np.radians(5.0 * np.cos(log.t)), atol=1e-4)
+
+
+def test_a_channel_is_mapped_by_its_name(tmp_path: Path) -> None:
+    path = write(tmp_path / "d.mf4", Sensor7=(FAST, np.sin(FAST), ""))
+    log = files.read_log(path, {"ax": "-Sensor7:g"})
+    assert_allclose(log.force[:, 0], -9.80665 * np.sin(log.t), atol=1e-9)
+    with pytest.raises(InputError, match=r"d.mf4 is without a signal"):
+        files.read_log(path, {})
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf's own clean-up
+@pytest.mark.parametrize("kept", [40, 300, 2000])
+def test_a_file_cut_off_is_refused(tmp_path: Path, kept: int) -> None:
+    path = write(tmp_path / "d.mf4", AccX=(FAST, np.sin(FAST), "m/s2"))
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(CorruptFile, match=r"d.mf4 is damaged or no MDF file"):
+        files.read_log(path, {})
+    gc.collect()  # what asammdf leaves behind shall complain here, not in another test
