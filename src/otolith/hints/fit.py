@@ -153,9 +153,10 @@ def _entries(
     chosen = order[first[frequent]]
     for _ in range(_ROUNDS):
         _, nearest = cKDTree(parameters[chosen]).query(parameters)
-        wrong = np.count_nonzero(sets[which[chosen[nearest]]] != sets[which], axis=1) >= _FAR
-        more = min(effort.entries // _ROUNDS, effort.entries - len(chosen), np.count_nonzero(wrong))
-        chosen = np.concatenate([chosen, rng.choice(np.flatnonzero(wrong), more, replace=False)])
+        differ = np.count_nonzero(sets[which[chosen[nearest]]] != sets[which], axis=1)
+        wrong = np.flatnonzero(differ >= _FAR)
+        more = min(effort.entries // _ROUNDS, effort.entries - len(chosen), len(wrong))
+        chosen = np.concatenate([chosen, rng.choice(wrong, more, replace=False)])
     return chosen
 
 
@@ -187,4 +188,4 @@ def _levels(
         centres, _ = kmeans2(
             np.log(np.maximum(weights, _LEAST_WEIGHT)), effort.levels, seed=effort.seed, minit="++"
         )
-    return np.exp(centres)
+    return np.asarray(np.exp(centres), dtype=np.float64)

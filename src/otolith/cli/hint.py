@@ -1,0 +1,168 @@
+"""`otolith hint`: learn offline which limits will be active, and judge it on what was never seen."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from otolith import files
+from otolith.cli.options import (
+    Blocks,
+    Dofs,
+    Horizon,
+    PlatformName,
+    Washout,
+    Weights,
+    implicit_settings,
+    pairs_named,
+    warn,
+    washout_weights,
+)
+from otolith.cli.output import print_json, wide_console
+from otolith.core.frames import AxisPair
+from otolith.hints.build import build
+from otolith.hints.compare import Tell, account, compare
+from otolith.hints.manoeuvres import along, unseen
+from otolith.hints.recording import record
+from otolith.mpc.hint.stored import Kind, StoredHint, digest
+from otolith.mpc.implicit import ImplicitSettings
+from otolith.mpc.model import parse_braking_rows
+from otolith.platforms import Platform
+from otolith.scenarios import Scenario, log_scenario
+
+app = typer.Typer(help="Hints for the implicit MPC: learn offline, verify.", no_args_is_help=True)
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
+]
+Braking = Annotated[str, typer.Option(help="Braking rows: position, printed or none.")]
+SAME: float = 1e-6  # largest difference between first inputs that counts as the same answer
+_HELD_OUT_SEED = 99  # of what goes beside what along the second axis
+_COLUMNS = ("changes", "", "", "saved %", "", "", "hits", "solves", "guess us", "step us", "", "worst 1 %")
+_HEADS = ("mean", "p99", "max", "mean", "p99", "max", "share", "mean", "mean", "median", "p99", "mean")
+
+
+@app.command("build")
+def build_(
+    out: Annotated[Path, typer.Option(help="File to write the hint to (.h5).")],
+    platform: PlatformName = "thesis",
+    dofs: Dofs = "surge-pitch",
+    horizon: Horizon = None,
+    blocks: Blocks = None,
+    washout: Washout = "thesis-fit",
+    weight: Weights = None,
+    braking: Braking = "position",
+    json: Json = False,
+) -> None:
+    """Simulate training manoeuvres on this platform with these settings, and learn from them."""
+    console = Console(stderr=True)
+    described, pairs = files.read_platform(platform), pairs_named(dofs)
+    settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
+    with console.status("preparing; kernels are compiled on first use (10 to 30 s), then cached") as status:
+        hint = build(described, pairs, settings, tell=status.update)
+    files.write_hint(hint, out)
+    if json:
+        print_json(_about(hint))
+    made = hint.training
+    console.print(
+        f"{made['steps']} steps in {sum(made['seconds'].values()):.0f} s: a network of "
+        f"{made['network_bytes'] / 1e3:.0f} kB, {made['regions']} regions, {made['entries']} entries; "
+        f"model {digest(hint.model)[:12]}, written to {out}",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+@app.command()
+def verify(
+    hint: Annotated[Path, typer.Argument(metavar="HINT", help="A file of 'otolith hint build'.")],
+    platform: PlatformName = "thesis",
+    dofs: Dofs = "surge-pitch",
+    horizon: Horizon = None,
+    blocks: Blocks = None,
+    washout: Washout = "thesis-fit",
+    weight: Weights = None,
+    braking: Braking = "position",
+    log: Annotated[
+        list[Path] | None, typer.Option(help="Also judge on a recorded drive; repeatable.")
+    ] = None,
+    lowpass: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Low-pass logs at this frequency.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Two of the held-out references only.")] = False,
+    json: Json = False,
+) -> None:
+    """Compare every start of the solver on identical, unseen problems; exit code 1 if an answer differs."""
+    console = Console(stderr=True)
+    described, pairs = files.read_platform(platform), pairs_named(dofs)
+    settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
+    stored = files.read_hint(hint)
+    stored.check(described, pairs, settings)
+    references = {"unseen": along(unseen()[: 2 if quick else None], pairs, seed=_HELD_OUT_SEED)}
+    for path in log or []:
+        drive = files.read_log(path, {})
+        for note in drive.notes:
+            warn(console, note)
+        references[path.name] = [log_scenario(drive, period=settings.period, lowpass_hz=lowpass)]
+    with console.status("preparing") as status:
+        found = {
+            name: _judge(stored, (described, pairs, settings), scenarios, status.update)
+            for name, scenarios in references.items()
+        }
+    passed = all(one["same_answer"] for one in found.values())
+    if json:
+        print_json({**_about(stored), "passed": passed, "references": found})
+    for name, one in found.items():
+        _tell(name, one)
+    if not passed:
+        sys.exit(1)
+
+
+def _settings(horizon: int | None, blocks: str | None, weights: Any, braking: str) -> ImplicitSettings:
+    return replace(implicit_settings(horizon, blocks, weights), braking=parse_braking_rows(braking))
+
+
+def _about(hint: StoredHint) -> dict[str, Any]:
+    return {"model": digest(hint.model), "training": hint.training}
+
+
+def _judge(
+    hint: StoredHint,
+    of: tuple[Platform, tuple[AxisPair, ...], ImplicitSettings],
+    scenarios: list[Scenario],
+    tell: Tell,
+) -> dict[str, Any]:
+    platform, pairs, settings = of
+    tell("recording")
+    recording = record(platform, pairs, settings, scenarios, plans=True)
+    hints = {kind.value: hint.at_work(kind, platform, pairs, settings) for kind in Kind}
+    tallies = compare(settings.formulation(platform, pairs), settings, recording, hints, tell)
+    schemes = account(tallies, recording)
+    return {
+        "steps": len(recording),
+        "unsolved": int((~recording.solved).sum()),
+        "same_answer": all(one["first_input_gap"] <= SAME for one in schemes.values()),
+        "schemes": schemes,
+    }
+
+
+def _tell(name: str, found: dict[str, Any]) -> None:
+    table = Table(box=None, pad_edge=False, title=f"{name}: {found['steps']} steps", title_justify="left")
+    table.add_column("scheme")
+    for group, head in zip(_COLUMNS, _HEADS, strict=True):
+        table.add_column(f"{group}\n{head}", justify="right", no_wrap=True)
+    for scheme, one in found["schemes"].items():
+        saved = one["changes_saved_percent"]
+        cells = [f"{one['changes'][key]:.2f}" for key in ("mean", "p99", "max")]
+        cells += [f"{saved[key]:.0f}" if key in saved else "" for key in ("mean", "p99", "max")]
+        cells += [f"{one['hit_rate']:.3f}", f"{one['equality_solves']['mean']:.2f}"]
+        cells += [f"{one['guess_us']['mean']:.1f}", f"{one['step_us']['median']:.1f}"]
+        cells += [f"{one['step_us']['p99']:.1f}", f"{one['step_us']['worst_percent_mean']:.1f}"]
+        table.add_row(scheme, *cells)
+    console = wide_console(stderr=True)
+    console.print(table)
+    gap = max(one["first_input_gap"] for one in found["schemes"].values())
+    console.print(f"first inputs differ by at most {gap:.1e}", highlight=False)
