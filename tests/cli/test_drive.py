@@ -7,7 +7,8 @@ import h5py
 import numpy as np
 import pytest
 
-from otolith import cli
+from otolith import cli, files
+from otolith.vehicle import Driver, drive, load_car, road
 from otolith.vehicle.lap import COLUMNS
 from tests.cli.test_cli import done, refused
 
@@ -80,3 +81,32 @@ def test_roads_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     roads = json.loads(capsys.readouterr().out)
     assert "cones=8" in roads["slalom"]
     assert "thesis section 6.3" in roads["hockenheim"]
+
+
+@pytest.mark.parametrize("ending", ["csv", "h5"])
+def test_a_lap_is_a_log_without_doubts(tmp_path: Path, ending: str) -> None:
+    """Force, rates and place come back; no check finds fault with a drive of our own."""
+    lap = tmp_path / f"lap.{ending}"
+    done(["drive", "slalom:cones=4", "--speed", "50", "--out", str(lap)])
+    log = files.read_log(lap, {})
+    driven = drive(road("slalom:cones=4").limited(50 / 3.6), load_car(), Driver())
+    assert np.allclose(log.force, driven.force, atol=1e-6)
+    assert np.allclose(log.rate, driven.rate, atol=1e-6)
+    assert log.place is not None
+    assert np.allclose(log.place, driven.position[:, :2], atol=1e-4)
+    assert len(log.notes) == 8  # the rows, and where each of seven quantities stands
+
+
+def test_a_lap_is_cued_through_an_otolith(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lap = tmp_path / "lap.csv"
+    done(["drive", "braking:run=30,stop=70", "--speed", "40", "--out", str(lap)])
+    capsys.readouterr()
+    options = ["--through", "telban", "--cueing", "implicit", "--out", str(tmp_path / "o"), "--json"]
+    done(["run", "--log", str(lap), *options])
+    assert json.loads(capsys.readouterr().out)["violations"] == 0
+    run = files.read_run(tmp_path / "o" / "run.h5")
+    driven = files.read_log(lap, {})
+    felt = np.interp(run.time, driven.t, driven.force[:, 0])
+    share = np.dot(run.reference_force[:, 0], felt) / np.dot(felt, felt)
+    assert 0.6 < share < 0.8  # 0.8 at once, 0.4 in the end, with 5 s between them
+    assert "must be one of otolith-telban" in refused(["run", "sine-1", "--through", "nose"], capsys)

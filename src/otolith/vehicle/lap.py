@@ -13,13 +13,14 @@ from otolith.vehicle.dynamics import STATES
 from otolith.vehicle.profile import Limits, Plan
 from otolith.vehicle.road import Road
 
-# columns of a lap's file: name with unit, in order; `otolith run --log` reads the force and the rates
+# Columns of a lap's file, with units. `otolith run --log` reads force, rates, speed and place; the level
+# accelerations, those of `Lap.acceleration`, have names that it reads only when they are mapped.
 COLUMNS: Final = (
     *("t_s", "fx_mps2", "fy_mps2", "fz_mps2"),
     *("roll_rate_radps", "pitch_rate_radps", "yaw_rate_radps"),
     *("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad"),
     *("speed_mps", "way_m", "offset_m", "steer_rad", "planned_speed_mps"),
-    *("car_ax_mps2", "car_ay_mps2"),
+    *("level_ax_mps2", "level_ay_mps2"),
 )
 
 
