@@ -115,10 +115,10 @@ def _modulus(ax: Axes, test: MotionTest, of_test: Sequence[Response], boundary: 
     down = np.minimum(error, modulus - 0.1 * FLOOR)  # a bar to zero has no place on a logarithmic axis
     ax.set_yscale("log")
     _points(ax, of_test, modulus, np.stack([down, error]))
+    low, high = float(np.min(modulus)) / 1.5, float(np.max(modulus + error)) * 1.5
+    ax.set_ylim(low, max(high, 10.0 * low))
     if boundary is not None:
         _shade(ax, boundary.omega, boundary.modulus_low, boundary.modulus_high)
-    low, high = ax.get_ylim()
-    ax.set_ylim(max(low, 0.5 * FLOOR) if low < high else low, max(high, 2.0 * low))
     ax.yaxis.set_minor_formatter(NullFormatter())
     unit = f" [{test.unit}]" if test.unit else ""
     ax.set_ylabel(f"modulus{unit}", fontsize=FONT)
@@ -153,7 +153,7 @@ def _points(ax: Axes, of_test: Sequence[Response], values: Vec, error: Vec) -> N
 def _shade(ax: Axes, omega: Vec, low: Vec, high: Vec) -> None:
     """The region inside a boundary; a side without a bound reaches the axis's edge."""
     bottom, top = ax.get_ylim()
-    finite = np.concatenate([low[np.isfinite(low)], high[np.isfinite(high)]])
+    finite = [*low[np.isfinite(low)], *high[np.isfinite(high)]]
     bottom, top = min([bottom, *finite]), max([top, *finite])
     ax.fill_between(omega, np.maximum(low, bottom), np.minimum(high, top), color=GREEN, alpha=0.15, lw=0)
     ax.set_ylim(bottom, top)
