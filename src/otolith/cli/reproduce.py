@@ -1,59 +1,91 @@
-"""`otolith reproduce`: the thesis's tables beside ours."""
+"""`otolith reproduce`: the thesis's tables, figures and readings beside ours."""
 
+import os
+import time
+from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 
-from otolith import files
+from otolith import __version__, files
 from otolith.cli.output import print_json, wide_console
-from otolith.core.errors import InputError, one_of
-from otolith.reproduce import TABLES, Table, reproduce
+from otolith.core.errors import InputError
+from otolith.report.thesis import page
+from otolith.report.thesis_print import save_pdf
+from otolith.reproduce import CHAPTERS, Outcome, chosen, reproduce
 
 
 def reproduce_(
-    names: Annotated[list[str], typer.Argument(metavar="TABLE...", help="table-5.2, table-c.1, … or all.")],
-    out: Annotated[Path, typer.Option(help="Folder for tables.json.")] = Path("out/reproduced"),
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="ITEM...",
+            help=f"table-5.5, figure-5.7, study-circle, …; {', '.join(CHAPTERS)}; quick; or all.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduced"),
+    processes: Annotated[
+        int | None, typer.Option(help="Processes that work at once (default: one per core).")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
-    """Compute tables of the thesis again and put the published numbers beside ours."""
-    chosen = list(TABLES) if names == ["all"] else names
-    for name in chosen:
-        if name not in TABLES:
-            raise InputError("TABLE", repr(name), one_of([*TABLES, "all"], name))
+    """Compute tables and figures of the thesis again, and put the published numbers beside ours."""
+    if processes is not None and processes < 1:
+        raise InputError("--processes", processes, "at least 1")
+    items = chosen(names)
     console = Console(stderr=True)
-    tables = [reproduce(name, lambda case, name=name: _tell(console, name, case)) for name in chosen]  # type: ignore[misc]
-    as_json = {table.name: {"title": table.title, "rows": table.rows} for table in tables}
-    files.write_json(out / "tables.json", as_json)
+    began = time.monotonic()
+    outcomes = _reproduced(items, processes or os.cpu_count() or 1, console)
+    seconds = time.monotonic() - began
+    made = {"version": __version__, "date": datetime.now().astimezone().date().isoformat()}
+    document = {**made, "seconds": round(seconds, 1), "items": {o.name: o.as_json() for o in outcomes}}
+    files.write_text(out / "report.html", page(document))
+    files.write_figure(out / "report.pdf", lambda path: save_pdf(document, path))
+    plain = _without_curves(document)
+    files.write_json(out / "reproduced.json", plain)
     if json:
-        print_json(as_json)
+        print_json(plain)
     else:
-        for table in tables:
-            wide_console().print(_grid(table))
-    console.print(f"written to {out / 'tables.json'}", highlight=False, soft_wrap=True)
+        wide_console().print(_grid(outcomes))
+    console.print(
+        f"written to {out}: report.html, report.pdf, reproduced.json; {seconds:.0f} s",
+        highlight=False,
+        soft_wrap=True,
+    )
 
 
-def _tell(console: Console, name: str, case: str) -> None:
-    console.print(f"{name}: {case}", highlight=False, soft_wrap=True)
+def _reproduced(items: Sequence[str], processes: int, console: Console) -> list[Outcome]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("beginning", total=1.0)
+        return reproduce(
+            items,
+            processes=processes,
+            tell=lambda label, fraction: bar.update(task, completed=fraction, description=label),
+        )
 
 
-def _grid(table: Table) -> Grid:
-    keys = [key for key in dict.fromkeys(key for row in table.rows for key in row) if key != "tolerance"]
-    grid = Grid(title=table.title, title_justify="left")
-    for key in keys:
-        grid.add_column(key.replace("_", " "), justify="right")
-    for row in table.rows:
-        grid.add_row(*(_cell(row.get(key)) for key in keys))
+def _without_curves(document: dict[str, Any]) -> dict[str, Any]:
+    """The document but for the diagrams' points, which make it a hundred times as long."""
+    items = {
+        name: {key: value for key, value in item.items() if key != "panels"}
+        for name, item in document["items"].items()
+    }
+    return {**document, "items": items}
+
+
+def _grid(outcomes: Sequence[Outcome]) -> Grid:
+    grid = Grid(title="Agreement with the thesis", title_justify="left")
+    for name in ("item", "title", "within 2 %", "within 10 %", "same order", "differs", "conclusion"):
+        grid.add_column(name, justify="left" if name in ("item", "title") else "right")
+    for outcome in outcomes:
+        counts = [str(count) for count in outcome.counts().values()] if outcome.numbers else [""] * 4
+        holds = sum(claim.holds for claim in outcome.claims)
+        claims = f"{holds} of {len(outcome.claims)}" if outcome.claims else ""
+        grid.add_row(outcome.name, outcome.title, *counts, claims)
     return grid
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    return str(value)

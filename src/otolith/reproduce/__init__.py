@@ -1,5 +1,6 @@
-"""The thesis's tables, computed again and put beside the published numbers."""
+"""The thesis's tables and figures, computed again and put beside the published numbers."""
 
-from otolith.reproduce.tables import TABLES, Table, reproduce
+from otolith.reproduce.catalog import CHAPTERS, ITEMS, QUICK, chosen, reproduce
+from otolith.reproduce.outcome import Outcome
 
-__all__ = ["TABLES", "Table", "reproduce"]
+__all__ = ["CHAPTERS", "ITEMS", "QUICK", "Outcome", "chosen", "reproduce"]

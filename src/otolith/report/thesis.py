@@ -1,0 +1,247 @@
+"""The reproduction of the thesis as one HTML page that needs nothing else, on screen and on paper.
+
+It reads the plain values that `otolith reproduce` writes, so that a page can be made again from its JSON.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from html import escape
+from importlib.resources import files
+from typing import Any, Final
+
+from otolith.report.thesis_figures import draw, svg
+
+Values = Mapping[str, Any]
+CHAPTERS: Final = {  # what an item's name and kind say -> heading
+    "5": "Chapters 4 and 5: simplified actuator dynamics",
+    "6": "Chapter 6: emulator and track",
+    "b": "Appendix B: perception",
+    "c": "Appendix C: further simulations",
+}
+MARKS: Final = {"agrees": "●", "within 10 %": "◐", "same order": "○", "differs": "×"}
+CLASSES: Final = {"agrees": "v1", "within 10 %": "v2", "same order": "v3", "differs": "v4"}
+RULE: Final = (
+    ("agrees", "within 2 %, or within half a unit of the last printed digit"),
+    ("within 10 %", "within 10 %"),
+    (
+        "same order",
+        "within a factor of 2, and in its place in the row’s ranking (within 2 % is a tie)",
+    ),
+    ("differs", "all else"),
+)
+
+
+def page(document: Values) -> str:
+    """The page of a reproduction.
+
+    Parameters
+    ----------
+    document : plain values with version, date, seconds and items; an item is what
+        `otolith.reproduce.Outcome.as_json` gives, by its name.
+    """
+    items: Mapping[str, Values] = document["items"]
+    body = [_summary(items), _contents(items)]
+    for key, heading in CHAPTERS.items():
+        own = {n: item for n, item in items.items() if item["kind"] != "study" and chapter_of(n) == key}
+        if own:
+            body.append(f"<h2>{escape(heading)}</h2>")
+            body += [_item(name, item, items) for name, item in own.items()]
+    studies = {name: item for name, item in items.items() if item["kind"] == "study"}
+    if studies:
+        body.append("<h2>Readings, misprints, and why numbers differ</h2>")
+        body.append(
+            "<p>Each is decided by an experiment. A sentence that the thesis prints, or a reason for a "
+            "difference, is put to the test; the figures beside it say what came out.</p>"
+        )
+        body += [_item(name, item, items) for name, item in studies.items()]
+    return _page(document, "\n".join(body))
+
+
+def chapter_of(name: str) -> str:
+    """A key of `CHAPTERS` for an item's name, e.g. "5" for "figure-4.2"."""
+    first = name.split("-", 1)[1][0]
+    return "5" if first == "4" else first
+
+
+def heading_of(name: str, item: Values) -> str:
+    """An item's heading: "Table 5.5. Mean iterations …"; a study's is its finding."""
+    kind, _, number = name.partition("-")
+    title = str(item["title"])
+    return title if item["kind"] == "study" else f"{kind.capitalize()} {number.upper()}. {title}"
+
+
+def number(value: Any) -> str:
+    """A cell's value for reading: four significant digits, whole numbers whole."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int) or (isinstance(value, float) and value.is_integer() and abs(value) < 1e7):
+        return f"{int(value)}"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def pivot(numbers: Sequence[Values]) -> tuple[list[str], dict[str, dict[str, Values]]]:
+    """Columns of a table in their order, and its numbers by row and column."""
+    columns = list(dict.fromkeys(one["column"] for one in numbers))
+    rows: dict[str, dict[str, Values]] = {}
+    for one in numbers:
+        rows.setdefault(one["row"], {})[one["column"]] = one
+    return columns, rows
+
+
+def _page(document: Values, body: str) -> str:
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>The thesis’s numbers beside ours – Otolith</title>
+<style>{_asset("page.css")}{_asset("thesis.css")}</style>
+</head>
+<body>
+<header>
+<p class="kind">Otolith <span>Reproduction</span></p>
+<h1>The thesis’s numbers beside ours</h1>
+<p class="lead"><em>Hybrid MPC based Motion Cueing Algorithm for Driving Simulators</em> (TU Delft;
+arXiv:2304.03232), computed again by Otolith {escape(document["version"])} on {escape(document["date"])} in
+{number(round(document["seconds"]))} s. Items are named by the thesis’s table and section.</p>
+</header>
+<main>
+{body}
+</main>
+<footer>Made by Otolith. SI units; degrees where a label says so. This page is complete in itself.</footer>
+</body>
+</html>
+"""
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _summary(items: Mapping[str, Values]) -> str:
+    """The rule, and how many numbers got which verdict, table by table."""
+    rule = "".join(
+        f'<li><span class="mark {CLASSES[name]}">{MARKS[name]}</span> '
+        f"<strong>{name}</strong>: {escape(text)}</li>"
+        for name, text in RULE
+    )
+    rows, total = [], dict.fromkeys(MARKS, 0)
+    for name, item in items.items():
+        if not item["numbers"]:
+            continue
+        counts = item["verdicts"]
+        total = {key: total[key] + counts[key] for key in total}
+        rows.append(
+            f'<tr><th scope="row"><a href="#{name}">{escape(_label(name))}</a></th>'
+            + "".join(f"<td>{counts[key] or ''}</td>" for key in MARKS)
+            + f"<td>{_kept(item)}</td></tr>"
+        )
+    if not rows:
+        return ""
+    head = "".join(f"<th>{escape(key)}</th>" for key in MARKS)
+    foot = "".join(f"<td>{total[key]}</td>" for key in MARKS)
+    return (
+        f'<section><h2>In short</h2><p>One rule for every number:</p><ul class="rule">{rule}</ul>'
+        f'<div class="wide"><table class="grid summary"><thead><tr><th>table</th>{head}'
+        f"<th>the thesis’s statements that hold</th></tr></thead><tbody>{''.join(rows)}</tbody>"
+        f'<tfoot><tr><th scope="row">all {sum(total.values())} numbers</th>{foot}<td></td></tr></tfoot>'
+        "</table></div></section>"
+    )
+
+
+def _kept(item: Values) -> str:
+    claims = item["claims"]
+    return f"{sum(claim['holds'] for claim in claims)} of {len(claims)}" if claims else ""
+
+
+def _label(name: str) -> str:
+    kind, _, rest = name.partition("-")
+    return f"{kind.capitalize()} {rest.upper()}"
+
+
+def _contents(items: Mapping[str, Values]) -> str:
+    links = "".join(
+        f'<li><a href="#{name}">{escape(heading_of(name, item))}</a></li>' for name, item in items.items()
+    )
+    return f"<nav><details><summary>Contents</summary><ol>{links}</ol></details></nav>"
+
+
+def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
+    parts = [f'<section class="item" id="{name}"><h3>{escape(heading_of(name, item))}</h3>']
+    parts.append(f'<p class="note">thesis, section {escape(item["section"])} · <code>{name}</code></p>')
+    if item["text"]:
+        parts.append(f"<p>{escape(item['text'])}</p>")
+    parts += [_claims(item), _numbers(item["numbers"])]
+    if item["panels"]:
+        parts.append(f'<figure class="drawn">{svg(draw(item["panels"]))}</figure>')
+    parts += [_grid(grid) for grid in item["grids"]]
+    parts.append(_reasons(item, items))
+    return "".join(parts) + "</section>"
+
+
+def _claims(item: Values) -> str:
+    entries = "".join(
+        f'<li class="{"holds" if claim["holds"] else "fails"}">'
+        f"<strong>{'yes' if claim['holds'] else 'no'}</strong> "
+        f"{escape(claim['text'])} <small>{escape(claim['figures'])}</small></li>"
+        for claim in item["claims"]
+    )
+    return f'<ul class="claims">{entries}</ul>' if entries else ""
+
+
+def _numbers(numbers: Sequence[Values]) -> str:
+    """Published above, ours below, the ratio beside: one cell per number."""
+    if not numbers:
+        return ""
+    columns, rows = pivot(numbers)
+    head = "".join(f"<th>{escape(column.replace('_', ' '))}</th>" for column in columns)
+    body = "".join(
+        f'<tr><th scope="row">{escape(row)}</th>{"".join(_cell(cells.get(c)) for c in columns)}</tr>'
+        for row, cells in rows.items()
+    )
+    return (
+        '<div class="wide"><table class="grid numbers"><caption>published · <b>ours</b> · ratio</caption>'
+        f"<thead><tr><th></th>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def _cell(one: Values | None) -> str:
+    if one is None:
+        return "<td>–</td>"
+    ratio = "" if one["ratio"] is None else f"{one['ratio']:.2f}"
+    bound = "&gt; " if one["at_least"] else ""
+    return (
+        f'<td class="{CLASSES[one["verdict"]]}" title="{escape(one["verdict"])}">'
+        f'<span class="published">{bound}{number(one["published"])}</span> <b>{number(one["ours"])}</b> '
+        f'<span class="ratio">{ratio} {MARKS[one["verdict"]]}</span></td>'
+    )
+
+
+def _grid(grid: Values) -> str:
+    head = "".join(f"<th>{escape(str(cell))}</th>" for cell in grid["header"])
+    body = "".join(
+        f'<tr><th scope="row">{escape(number(row[0]))}</th>'
+        + "".join(f"<td>{escape(number(cell))}</td>" for cell in row[1:])
+        + "</tr>"
+        for row in grid["rows"]
+    )
+    return (
+        f'<div class="wide"><table class="grid"><caption>{escape(grid["title"])}</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def _reasons(item: Values, items: Mapping[str, Values]) -> str:
+    """Which experiments tested why numbers differ; those made in the same run are links."""
+    if not item["reasons"]:
+        return ""
+    entries = "".join(
+        f'<li><a href="#{name}">{escape(items[name]["title"])}</a></li>'
+        if name in items
+        else f"<li><code>otolith reproduce {name}</code></li>"
+        for name in item["reasons"]
+    )
+    return f'<div class="reasons"><p>Why numbers differ, tested:</p><ul>{entries}</ul></div>'
