@@ -1,4 +1,4 @@
-"""Every read and write of runs, laws, platforms, logs and reports.
+"""Every read and write of runs, laws, hints, platforms, logs and reports.
 
 Files appear whole or not at all: they are written beside their place and renamed into it. What is
 read is checked before it is used: kind, version, checksum.
@@ -20,8 +20,10 @@ import numpy as np
 from otolith import registry
 from otolith.core.arrays import frozen_array
 from otolith.core.errors import CorruptFile, InputError, one_of
+from otolith.mpc.hint.stored import StoredHint, digest
 from otolith.mpqp import Law
 from otolith.platforms import Platform, catalog, load, parse_platform
+from otolith.platforms.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.scenarios import Log, log_from
 from otolith.scenarios.columns import recognise
 from otolith.scenarios.erg import parse_erg
@@ -33,6 +35,7 @@ from otolith.vehicle.lap import COLUMNS
 
 RUN_KIND, RUN_VERSION = "otolith-run", 1
 LAW_KIND, LAW_VERSION = "otolith-law", 1
+HINT_KIND, HINT_VERSION = "otolith-hint", 1
 LAP_KIND, LAP_VERSION = "otolith-lap", 1
 _RUN_ATTRIBUTES: Final = ("scenario", "cueing", "plant", "period", "plant_period")
 _RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "settings", "status")
@@ -93,6 +96,14 @@ def write_lap(lap: Lap, path: Path) -> None:
             file.attrs["car"] = lap.car.model_dump_json()
             for name, column in zip(COLUMNS, data.T, strict=True):
                 file.create_dataset(name, data=column, compression="gzip")
+
+
+def read_tuning(name_or_path: str) -> Tuning:
+    """A shipped tuning of washouts by name, or a tuning file by its path."""
+    path = Path(name_or_path)
+    if name_or_path in tunings() or path.suffix != ".toml":
+        return load_tuning(name_or_path)
+    return parse_tuning(read_text(path, "tuning"), path.name)
 
 
 def read_log(path: Path, columns: Mapping[str, str]) -> Log:
@@ -247,6 +258,35 @@ def _law(group: h5py.Group, path: Path) -> Law:
     if law.problem.digest != group.attrs["model"]:
         raise CorruptFile(f"{path} was altered: its model does not match its hash")
     return law
+
+
+def write_hint(hint: StoredHint, path: Path) -> None:
+    """Store a hint as HDF5, with the hashes that bind content and model."""
+    arrays = hint.to_arrays()
+    with whole(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(kind=HINT_KIND, version=HINT_VERSION)
+        file.attrs.update(model=json.dumps(hint.model), training=json.dumps(hint.training))
+        file.attrs.update(model_sha256=digest(hint.model), sha256=_digest(arrays))
+        for name, array in arrays.items():
+            options = {"compression": "gzip"} if np.ndim(array) else {}
+            file.create_dataset(name, data=array, **options)
+
+
+def read_hint(path: Path) -> StoredHint:
+    """Read a hint.
+
+    Raises
+    ------
+    CorruptFile : not a hint of this version, or content or model does not match its hash.
+    """
+    with _hdf5(path, HINT_KIND, HINT_VERSION) as file:
+        arrays = {name: file[name][()] for name in file}
+        if _digest(arrays) != file.attrs["sha256"]:
+            raise CorruptFile(f"{path} was altered: its content does not match its SHA-256")
+        model = json.loads(file.attrs["model"])
+        if digest(model) != file.attrs["model_sha256"]:
+            raise CorruptFile(f"{path} was altered: its model does not match its hash")
+        return StoredHint.from_arrays(arrays, model, json.loads(file.attrs["training"]))
 
 
 def _digest(arrays: Mapping[str, Any]) -> str:

@@ -106,7 +106,7 @@ def test_strings_of_users_stay_text(make_run) -> None:
     assert "<b>" not in "".join(names)  # plotly would read it as bold
     compared = Page(render_comparison([run, run], [{}, {EVIL: 1}]))
     assert EVIL in compared.text
-    assert compared.scripts == 4 + 2
+    assert compared.scripts == 6 + 2
 
 
 @pytest.mark.usefixtures("light")
@@ -155,6 +155,8 @@ def test_comparison_has_tables_and_diagrams_of_what_the_runs_share(make_run) -> 
         "surge-pitch-compare-force",
         "surge-pitch-compare-tilt",
         "surge-pitch-compare-position",
+        "surge-pitch-compare-false-cues",
+        "reach-compare-use",
         "effort-compare-changes",
     }
     names = [curve["name"] for curve in page.plots["surge-pitch-compare-force"]["data"]]

@@ -4,6 +4,7 @@ from numpy.testing import assert_allclose
 
 from otolith.platforms import load
 from otolith.report import texts
+from otolith.report.overview import false_cue_panel, overview_panels, use_panel
 from otolith.report.panels import Panel, changes_panel, comparison_panels, effort_panels, run_panels
 from otolith.report.series import MAX_POINTS
 
@@ -121,5 +122,8 @@ def test_every_panel_is_explained(make_run) -> None:
         *effort_panels(run),
         *comparison_panels([run], "surge-pitch"),
         changes_panel([run]),
+        false_cue_panel([run], "surge-pitch"),
+        use_panel([run]),
+        *overview_panels({"one": {"only": {}}}),
     )
     assert {panel.key for panel in panels} == set(texts.PANELS)

@@ -2,6 +2,8 @@
 
 import functools
 import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,12 +15,29 @@ from rich.console import Console
 from otolith import __version__, files, metrics, registry
 from otolith.cli.options import Choices, takes_choices
 from otolith.cli.output import print_json, progress_bar, sentence
-from otolith.report import comparison_figure, cueing_figure, render, render_comparison, save_figure
+from otolith.mpc.design import Design
+from otolith.report import (
+    MEASURES,
+    Standing,
+    comparison_figure,
+    cueing_figure,
+    measure_named,
+    overview_figure,
+    render,
+    render_comparison,
+    render_contest,
+    save_figure,
+    standings,
+)
 from otolith.simulate import Run, simulate
 
 _FOUR_MODELS = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]  # section 3.1
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
+Tuning = Annotated[
+    str | None,
+    typer.Option(help="Tuning of the washouts: a shipped name or a file (default: the platform's own)."),
+]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
@@ -28,76 +47,126 @@ Json = Annotated[
 def run(
     choices: Choices,
     cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")] = "hybrid-all",
+    tuning: Tuning = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
     """Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures."""
     console = Console(stderr=True)
-    (result,) = _simulate_all(choices, [cueing], console)
+    ((result,),) = _simulate_all([choices], [cueing], tuning, console)
     summary = metrics.summarise(result)
     folder = out or Path("out") / f"{_file_name(result.scenario)}-{cueing}"
     files.write_run(result, folder / "run.h5")
     page = render(result, summary, date=_today())
-    _write(folder, summary, page, {pair: cueing_figure(result, pair) for pair in result.pairs})
+    _write(folder, summary, page, _figures(result.pairs, lambda pair: cueing_figure(result, pair)))
     _tell(summary if json else None, [summary], folder, console)
 
 
 @takes_choices
 def compare(
     choices: Choices,
+    more: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Further scenarios.")
+    ] = None,
     cueing: Annotated[
         list[str] | None, typer.Option(help="An algorithm; repeat to compare (default: the thesis's four).")
     ] = None,
+    by: Annotated[str, typer.Option(help="What is ranked by: " + ", ".join(MEASURES) + ".")] = "rmse",
+    tuning: Tuning = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Cue one scenario, or a recorded drive, with several algorithms and put their results side by side."""
+    """Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule."""
     console = Console(stderr=True)
-    runs = _simulate_all(choices, list(dict.fromkeys(cueing or _FOUR_MODELS)), console)
-    summaries = metrics.compare(runs)
-    folder = out or Path("out") / f"{_file_name(runs[0].scenario)}-compared"
-    for result in runs:
-        files.write_run(result, folder / f"{result.cueing}.h5")
-    page = render_comparison(runs, summaries, date=_today())
-    _write(folder, summaries, page, {pair: comparison_figure(runs, pair) for pair in runs[0].pairs})
-    _tell(summaries if json else None, list(summaries.values()), folder, console)
+    measure = measure_named(by)
+    each = [replace(choices, scenario=name) for name in dict.fromkeys([choices.scenario, *(more or [])])]
+    runs = _simulate_all(each, list(dict.fromkeys(cueing or _FOUR_MODELS)), tuning, console)
+    contest = {of_one[0].scenario: (of_one, metrics.compare(of_one)) for of_one in runs}
+    summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
+    several = len(contest) > 1
+    folder = out or Path("out") / f"{'-'.join(map(_file_name, contest))}-compared"
+    for scenario, (of_one, _) in contest.items():
+        for result in of_one:
+            name = f"{_file_name(scenario)}-{result.cueing}" if several else result.cueing
+            files.write_run(result, folder / f"{name}.h5")
+    ranked = standings(summaries, measure)
+    said: dict[str, Any] = {
+        "ranked_by": by,
+        "ranking": [one.as_json() for one in ranked],
+        "scenarios": summaries,
+    }
+    if several:
+        page, figures = render_contest(contest, by=measure, date=_today()), _contest_figures(contest)
+    else:
+        ((only, said),) = contest.values()
+        page = render_comparison(only, said, by=measure, date=_today())
+        figures = _figures(only[0].pairs, lambda pair: comparison_figure(only, pair))
+    _write(folder, said, page, figures)
+    every = [summary for of_one in summaries.values() for summary in of_one.values()]
+    _tell(said if json else None, every, folder, console)
+    for one in ranked:
+        console.print(_place(one, several), highlight=False, soft_wrap=True)
 
 
-def _simulate_all(choices: Choices, names: list[str], console: Console) -> list[Run]:
-    """Check everything the user said, then close the loop once per algorithm."""
-    makers = [registry.lookup(registry.CUEING, "--cueing", name) for name in names]
-    plants = [choices.plant or maker.plant for maker in makers]
+def _simulate_all(
+    each: Sequence[Choices], names: Sequence[str], tuning: str | None, console: Console
+) -> list[list[Run]]:
+    """Check everything the user said, then close the loop once per scenario and algorithm."""
+    first, makers = each[0], [registry.lookup(registry.CUEING, "--cueing", name) for name in names]
+    plants = [first.plant or maker.plant for maker in makers]
     plant_makers = [registry.lookup(registry.PLANTS, "--plant", plant) for plant in plants]
     status = console.status("preparing")
-    design = choices.design(status.update)
-    scenario = choices.reference(design, console)
-    runs = []
+    design = first.design(status.update)
+    if tuning is not None:
+        design = replace(design, washout=files.read_tuning(tuning))
+    wanted = [(choices, choices.reference(design, console)) for choices in each]
+    runs: list[list[Run]] = [[] for _ in each]
     for name, maker, plant, plant_maker in zip(names, makers, plants, plant_makers, strict=True):
         status.update(f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached")
         with status:
             cueing = maker.load()(design)
-        with progress_bar(console, f"{name} on {scenario.name}") as progress:
-            run = simulate(
-                cueing,
-                plant_maker.load()(design.platform),
-                scenario,
-                platform=design.platform,
-                pairs=tuple(pair.name for pair in design.pairs),
-                names=(name, plant),
-                settings={"version": __version__, **choices.as_settings()},
-                preview=design.implicit.horizon if choices.preview else 0,
-                progress=progress,
-            )
-        runs.append(run)
+        for done, (choices, scenario) in zip(runs, wanted, strict=True):
+            with progress_bar(console, f"{name} on {scenario.name}") as progress:
+                run = simulate(
+                    cueing,
+                    plant_maker.load()(design.platform),
+                    scenario,
+                    platform=design.platform,
+                    pairs=tuple(pair.name for pair in design.pairs),
+                    names=(name, plant),
+                    settings=_settings(choices, design, tuning),
+                    preview=design.implicit.horizon if choices.preview else 0,
+                    progress=progress,
+                )
+            done.append(run)
     return runs
 
 
+def _settings(choices: Choices, design: Design, tuning: str | None) -> dict[str, Any]:
+    """What was chosen, so that it can be run again."""
+    chosen = {"version": __version__, **choices.as_settings(design)}
+    return chosen if tuning is None else {**chosen, "tuning": tuning}
+
+
+def _figures(pairs: Sequence[str], draw: Callable[[str], Figure]) -> dict[str, Figure]:
+    """One figure per axis pair, by file name."""
+    return {"figure" if len(pairs) == 1 else f"figure-{pair}": draw(pair) for pair in pairs}
+
+
+def _contest_figures(contest: Mapping[str, tuple[Sequence[Run], Mapping[str, Any]]]) -> dict[str, Figure]:
+    """The overview, and one figure per scenario and axis pair, by file name."""
+    figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
+    for scenario, (runs, _) in contest.items():
+        for pair in runs[0].pairs:
+            figures[f"figure-{_file_name(scenario)}-{pair}"] = comparison_figure(runs, pair)
+    return figures
+
+
 def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, Figure]) -> None:
-    """Summary, page, and one figure per axis pair."""
+    """Summary, page, and figures by file name."""
     files.write_json(folder / "summary.json", summary)
     files.write_text(folder / "report.html", page)
-    for pair, figure in figures.items():
-        name = "figure" if len(figures) == 1 else f"figure-{pair}"
+    for name, figure in figures.items():
         for ending in ("pdf", "png"):
             files.write_figure(folder / f"{name}.{ending}", functools.partial(save_figure, figure))
 
@@ -110,6 +179,13 @@ def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Pa
     console.print(
         f"written to {folder}: report.html, figures, summary.json, run data", highlight=False, soft_wrap=True
     )
+
+
+def _place(one: Standing, several: bool) -> str:
+    """One algorithm's place in one line."""
+    broken = sum(one.broken)
+    where = f"mean rank {one.mean_rank:.2f}, {one.wins} wins" if several else f"rank {one.ranks[0]}"
+    return f"{one.cueing}: {where}" + (f", breaks limits ({broken} violations)" if broken else "")
 
 
 def _today() -> str:

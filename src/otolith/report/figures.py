@@ -3,7 +3,7 @@
 No pyplot and no global settings: a figure here can be made in any thread and beside anyone's plots.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 
 from otolith.core.errors import InputError
+from otolith.report.overview import false_cue_panel, overview_panels, use_panel
 from otolith.report.panels import (
     Axis,
     Bound,
@@ -29,11 +30,15 @@ from otolith.report.panels import (
     effort_panels,
     run_panels,
 )
+from otolith.report.ranking import ByCueing
 from otolith.simulate import Run
 
 COLUMN: Final = 3.5  # [in] width of one column of a two-column paper
 HEIGHT: Final = {"force": 1.65, "compare-force": 1.9, "compare-changes": 1.75}  # [in] of a panel, else:
 OTHER_HEIGHT: Final = 1.3
+ROW, AROUND_ROWS = 0.13, 0.6  # [in] of a panel with rows
+NAME: Final = 110.0  # [pt] that a row's name may take, with the gaps around it
+BESIDE: Final = 34.0  # [pt] of ticks and margin
 FONT: Final = 7.0  # [pt]
 SMALL: Final = 6.5  # [pt] in legends
 FORMATS: Final = (".pdf", ".png", ".svg")
@@ -60,13 +65,24 @@ def cueing_figure(run: Run, pair: str, *, width: float = COLUMN) -> Figure:
 
 
 def comparison_figure(runs: Sequence[Run], pair: str, *, width: float = COLUMN) -> Figure:
-    """Several algorithms on one scenario: felt force, tilt, position, and the tail of their effort.
+    """Several algorithms on one scenario: felt force, tilt, position, false cues, reach, and effort.
 
     Raises
     ------
     ValueError : there is no run, or the runs are not of one scenario.
     """
-    return _draw((*comparison_panels(runs, pair), changes_panel(runs)), width)
+    panels = (
+        *comparison_panels(runs, pair),
+        false_cue_panel(runs, pair),
+        use_panel(runs),
+        changes_panel(runs),
+    )
+    return _draw(panels, width)
+
+
+def overview_figure(scenarios: Mapping[str, ByCueing], *, width: float = COLUMN) -> Figure:
+    """All algorithms on all scenarios: one panel per measure, one dot per scenario."""
+    return _draw(overview_panels(scenarios), width)
 
 
 def save_figure(figure: Figure, path: Path) -> None:
@@ -85,7 +101,7 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def _draw(panels: Sequence[Panel], width: float) -> Figure:
-    heights = [HEIGHT.get(panel.key, OTHER_HEIGHT) for panel in panels]
+    heights = [_height(panel) for panel in panels]
     figure = Figure(
         figsize=(width, sum(heights)), layout=ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, hspace=0.02)
     )
@@ -93,9 +109,10 @@ def _draw(panels: Sequence[Panel], width: float) -> Figure:
     timed = [ax for ax, panel in zip(rows, panels, strict=True) if panel.over_time]
     for ax in timed[1:]:
         ax.sharex(timed[0])
+    room = 72.0 * width - max(72.0 * MARGIN, *(_names_width(panel) for panel in panels))
     explained: set[str] = set()  # labels that a legend further up has told already
     for ax, panel in zip(rows, panels, strict=True):
-        _panel(ax, panel, explained, width)
+        _panel(ax, panel, explained, room)
         if panel.over_time and ax is not timed[-1]:
             ax.tick_params(labelbottom=False)
         else:
@@ -104,7 +121,18 @@ def _draw(panels: Sequence[Panel], width: float) -> Figure:
     return figure
 
 
-def _panel(left: Axes, panel: Panel, explained: set[str], width: float) -> None:
+def _height(panel: Panel) -> float:
+    """Height of a panel [in]; one with rows grows with them."""
+    rows = len(panel.axes[0].ticks)
+    return AROUND_ROWS + ROW * rows if rows else HEIGHT.get(panel.key, OTHER_HEIGHT)
+
+
+def _names_width(panel: Panel) -> float:
+    """Room that the names of a panel's rows take [pt]."""
+    return max((BESIDE + _width(_fitted(name, NAME)) for name in panel.axes[0].ticks), default=0.0)
+
+
+def _panel(left: Axes, panel: Panel, explained: set[str], room: float) -> None:
     sides = [left] if len(panel.axes) == 1 else [left, left.twinx()]
     for ax, axis in zip(sides, panel.axes, strict=True):
         _axis(ax, axis)
@@ -117,13 +145,16 @@ def _panel(left: Axes, panel: Panel, explained: set[str], width: float) -> None:
         left.patch.set_visible(False)
     drawn = [(_curve(sides[c.axis], c, k), c.label, "black") for k, c in enumerate(panel.curves)]
     drawn += [(_bound(sides[b.axis], b), b.label, b.color if b.far else "black") for b in panel.bounds]
-    _legend(left, [entry for entry in drawn if entry[1] not in explained], width)
+    _legend(left, [entry for entry in drawn if entry[1] not in explained], room)
     explained.update(label for _, label, _ in drawn)
 
 
 def _axis(ax: Axes, axis: Axis) -> None:
     ink = axis.color or "black"
-    if axis.log:
+    if axis.ticks:
+        names = [_fitted(text, NAME) for text in axis.ticks]
+        ax.set_yticks(range(len(names)), names, parse_math=False)
+    elif axis.log:
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(1.2, 0.6)))
         ax.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.2, 0.6)))
@@ -143,6 +174,7 @@ def _curve(ax: Axes, curve: Curve, place: int) -> Artist:
         bars.set_label(curve.label)
         return bars
     marker, size, line = "", 0.0, DASHES[curve.dash]
+    ends: Any = "butt" if curve.kind == "bars" else "projecting"
     if curve.kind == "dots":
         marker, size, line = ".", curve.width, "none"
     elif curve.kind == "points":
@@ -159,6 +191,7 @@ def _curve(ax: Axes, curve: Curve, place: int) -> Artist:
         markersize=size,
         clip_on=curve.kind != "marks",
         zorder={"marks": 4, "dots": 2}.get(curve.kind, 3),
+        solid_capstyle=ends,
         label=curve.label,
     )
     return drawn
@@ -172,9 +205,8 @@ def _bound(ax: Axes, bound: Bound) -> Artist:
     return lines[0]
 
 
-def _legend(ax: Axes, entries: Sequence[tuple[Artist, str, str]], width: float) -> None:
+def _legend(ax: Axes, entries: Sequence[tuple[Artist, str, str]], room: float) -> None:
     """Above the panel, where it can hide nothing; texts as they are, also `_x` and `$`."""
-    room = 72.0 * (width - MARGIN)
     texts = [_fitted(text, room) for _, text, _ in entries]
     legend = ax.legend(
         [handle for handle, _, _ in entries],

@@ -1,4 +1,4 @@
-"""One run, or several side by side, as one HTML page that needs nothing else: no network, no files."""
+"""One run as one HTML page that needs nothing else, no network, no files; and what every page is made of."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -10,16 +10,9 @@ from plotly.offline import get_plotlyjs
 
 from otolith.qp import Status
 from otolith.report import tables, texts
-from otolith.report.panels import (
-    Panel,
-    changes_panel,
-    comparison_panels,
-    effort_panels,
-    require_one_scenario,
-    run_panels,
-)
-from otolith.report.plots import plot_json
-from otolith.report.series import MAX_POINTS, decimated, labels, status_counts
+from otolith.report.panels import Panel, effort_panels, run_panels
+from otolith.report.plots import height, plot_json
+from otolith.report.series import MAX_POINTS, decimated, status_counts
 from otolith.report.tables import Summary, number
 from otolith.simulate import Run
 
@@ -32,58 +25,21 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
     summary : key figures, plain JSON values by name, nested as liked; see `otolith.metrics.summarise`.
     date : when the run was made, as it should read.
     """
-    sections = [_section("Key figures", _verdict(run, summary) + tables.key_figures(summary))]
+    sections = [section("Key figures", verdict(run, summary) + tables.key_figures(summary))]
     sections += [
-        _section(texts.PAIRS.get(pair, pair), _diagrams(pair, run_panels(run, pair))) for pair in run.pairs
+        section(texts.PAIRS.get(pair, pair), diagrams(pair, run_panels(run, pair))) for pair in run.pairs
     ]
-    sections.append(_section("The solver’s effort", _diagrams("effort", effort_panels(run))))
-    sections.append(_section("Settings", _settings(_record(run))))
+    sections.append(section("The solver’s effort", diagrams("effort", effort_panels(run))))
+    sections.append(section("Settings", settings_text(record(run))))
     lead = (
         f"Cued by <strong>{escape(run.cueing)}</strong> on platform "
         f"<strong>{escape(run.platform.name)}</strong>."
     )
-    return _page(run.scenario, "Run report", lead, _facts(run, date) + _decimation([run]), sections)
+    return page(run.scenario, "Run report", lead, facts(run, date) + decimation([run]), sections)
 
 
-def render_comparison(
-    runs: Sequence[Run], summaries: Sequence[Summary] | Mapping[str, Summary], *, date: str = ""
-) -> str:
-    """Page of several algorithms on one scenario.
-
-    Parameters
-    ----------
-    summaries : key figures of each run, in the order of `runs`, or by the name of the cueing.
-
-    Raises
-    ------
-    ValueError : there is no run, the runs are not of one scenario, or a summary is missing.
-    """
-    require_one_scenario(runs)
-    if isinstance(summaries, Mapping):
-        summaries = [summaries[run.cueing] for run in runs if run.cueing in summaries]
-    if len(runs) != len(summaries):
-        raise ValueError(f"{len(runs)} runs need as many summaries, got {len(summaries)}")
-    names, first = labels(runs), runs[0]
-    verdicts = "".join(
-        _verdict(run, summary, name) for name, run, summary in zip(names, runs, summaries, strict=True)
-    )
-    shared = [pair for pair in first.pairs if all(pair in run.pairs for run in runs)]
-    settings = {name: _record(run) for name, run in zip(names, runs, strict=True)}
-    sections = [
-        _section("Comparison", tables.headline(names, summaries) + verdicts),
-        *(
-            _section(texts.PAIRS.get(pair, pair), _diagrams(pair, comparison_panels(runs, pair)))
-            for pair in shared
-        ),
-        _section("The solver’s effort", _diagrams("effort", [changes_panel(runs)])),
-        _section("All key figures", tables.side_by_side(names, summaries)),
-        _section("Settings", _settings(settings)),
-    ]
-    lead = f"Compared: {', '.join(f'<strong>{escape(name)}</strong>' for name in names)}."
-    return _page(first.scenario, "Comparison", lead, _facts(first, date) + _decimation(runs), sections)
-
-
-def _page(title: str, kind: str, lead: str, facts: str, sections: Sequence[str]) -> str:
+def page(title: str, kind: str, lead: str, facts: str, sections: Sequence[str]) -> str:
+    """A whole page; everything but the title is HTML."""
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -116,9 +72,10 @@ def _asset(name: str) -> str:
     return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")
 
 
-def _facts(run: Run, date: str) -> str:
+def facts(run: Run, date: str) -> str:
+    """What a run was made with, as a list."""
     steps = len(run.command_time)
-    facts = {
+    known = {
         "platform": run.platform.name,
         "plant": run.plant,
         "degrees of freedom": f"{2 * len(run.pairs)} ({', '.join(run.pairs)})",
@@ -127,15 +84,17 @@ def _facts(run: Run, date: str) -> str:
         "plant period": f"{1e3 * run.plant_period:.4g} ms",
         "date": date,
     }
-    entries = (f"<div><dt>{k}</dt><dd>{escape(v)}</dd></div>" for k, v in facts.items() if v)
+    entries = (f"<div><dt>{k}</dt><dd>{escape(v)}</dd></div>" for k, v in known.items() if v)
     return f'<dl class="facts">{"".join(entries)}</dl>'
 
 
-def _section(title: str, body: str) -> str:
+def section(title: str, body: str) -> str:
+    """A titled part of a page."""
     return f"<section><h2>{escape(title)}</h2>{body}</section>\n"
 
 
-def _diagrams(prefix: str, panels: Sequence[Panel]) -> str:
+def diagrams(prefix: str, panels: Sequence[Panel]) -> str:
+    """Interactive diagrams below each other; the prefix makes their names unique on the page."""
     return "".join(_diagram(f"{prefix}-{panel.key}", panel) for panel in panels)
 
 
@@ -143,12 +102,13 @@ def _diagram(name: str, panel: Panel) -> str:
     linked = " data-linked" if panel.over_time else ""
     return (
         f"<figure><figcaption><h3>{escape(panel.title)}</h3><p>{texts.PANELS[panel.key]}</p></figcaption>"
-        f'<div class="plot" id="{escape(name)}"{linked} role="img" aria-label="{escape(panel.title)}"></div>'
+        f'<div class="plot" style="min-height: {height(panel)}px" id="{escape(name)}"{linked} role="img" '
+        f'aria-label="{escape(panel.title)}"></div>'
         f'<script type="application/json" data-plot="{escape(name)}">{plot_json(panel)}</script></figure>\n'
     )
 
 
-def _verdict(run: Run, summary: Summary, name: str = "") -> str:
+def verdict(run: Run, summary: Summary, name: str = "") -> str:
     """Whether to trust the run, in one sentence: statuses and limits."""
     who = f"<strong>{escape(name)}</strong>: " if name else ""
     counts = status_counts(run)
@@ -157,7 +117,8 @@ def _verdict(run: Run, summary: Summary, name: str = "") -> str:
     broken = summary.get("violations")
     if not counts and not broken:
         kept = "; no limit was violated" if broken == 0 else ""
-        return f'<p class="good">{who}All {number(total)} decisions are optimal{kept}.</p>'
+        made = "are optimal" if run.residual.any() else "were made"
+        return f'<p class="good">{who}All {number(total)} decisions {made}{kept}.</p>'
     bad = []
     if counts:
         reasons = ", ".join(f"{escape(status)} {number(count)}" for status, count in counts.items())
@@ -168,7 +129,8 @@ def _verdict(run: Run, summary: Summary, name: str = "") -> str:
     return f'<p class="warn">{who}{text[0].upper()}{text[1:]}.</p>'
 
 
-def _decimation(runs: Sequence[Run]) -> str:
+def decimation(runs: Sequence[Run]) -> str:
+    """Whether some of the samples are not drawn, in words."""
     if not any(decimated(run) for run in runs):
         return ""
     longest = max(len(run.time) for run in runs)
@@ -179,7 +141,8 @@ def _decimation(runs: Sequence[Run]) -> str:
     )
 
 
-def _record(run: Run) -> dict[str, object]:
+def record(run: Run) -> dict[str, object]:
+    """What is needed to repeat a run."""
     return {
         "scenario": run.scenario,
         "cueing": run.cueing,
@@ -190,6 +153,7 @@ def _record(run: Run) -> dict[str, object]:
     }
 
 
-def _settings(settings: Mapping[str, object]) -> str:
+def settings_text(settings: Mapping[str, object]) -> str:
+    """Settings as they stand in a file."""
     text = json.dumps(settings, indent=2, ensure_ascii=False, default=str)
     return f"<p>What was chosen, so that it can be run again.</p><pre>{escape(text)}</pre>"

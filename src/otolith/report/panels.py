@@ -30,12 +30,12 @@ FAR: Final = 2.5  # a limit this many times beyond all data is told, not drawn: 
 MARGIN: Final = 0.06  # of an axis, beyond its data
 SPREAD: Final = 10.0  # of the slowest step over the median, from where a logarithmic axis reads better
 
-Kind = Literal["line", "stairs", "dots", "points", "marks"]
+Kind = Literal["line", "stairs", "dots", "points", "marks", "bars"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Points to draw; `points` are dots joined by a line, `stairs` the outline of bars, filled."""
+    """Points to draw; `points` are dots joined by a line, `stairs` an outline, filled, `bars` thick lines."""
 
     label: str
     x: Vec
@@ -61,12 +61,13 @@ class Bound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """A vertical axis; `color` ties it to its curve where a panel has two."""
+    """A vertical axis; `color` ties it to its curve where a panel has two; `ticks` name the rows 0, 1, …"""
 
     label: str
     span: Band
     color: str = ""
     log: bool = False
+    ticks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,8 +18,11 @@ MODES: Final = {
     "dots": "markers",
     "points": "lines+markers",
     "marks": "markers",
+    "bars": "lines",
 }
 SYMBOLS: Final = ("x", "triangle-down", "square", "cross")
+ROW: Final = 30  # [px] of a panel with rows
+AROUND_ROWS: Final = 110  # [px] its legend and axis
 SIZES: Final = {"dots": 3.5, "points": 5.0, "marks": 9.0}  # [px] of markers
 SCALE: Final = 1.4  # screen pixels for a paper's point
 GRID: Final = "rgba(128,128,128,0.25)"
@@ -40,8 +43,13 @@ def plot_json(panel: Panel) -> str:
 def _layout(panel: Panel) -> dict[str, Any]:
     layout: dict[str, Any] = {
         "template": "none",
-        "height": HEIGHT,
-        "margin": {"l": 64, "r": 64 if len(panel.axes) > 1 else 16, "t": 8, "b": 44},
+        "height": height(panel),
+        "margin": {
+            "l": 140 if panel.axes[0].ticks else 64,
+            "r": 64 if len(panel.axes) > 1 else 16,
+            "t": 8,
+            "b": 44,
+        },
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"family": "system-ui, sans-serif", "size": 13},
@@ -78,6 +86,23 @@ def _axis(axis: Axis) -> dict[str, Any]:
         "gridcolor": GRID,
         "zerolinecolor": "rgba(128,128,128,0.5)",
         **({"dtick": 1} if axis.log else {}),
+        **_named_rows(axis),
+    }
+
+
+def height(panel: Panel) -> int:
+    """Height of a diagram [px]."""
+    rows = len(panel.axes[0].ticks)
+    return AROUND_ROWS + ROW * rows if rows else HEIGHT
+
+
+def _named_rows(axis: Axis) -> dict[str, Any]:
+    if not axis.ticks:
+        return {}
+    return {
+        "tickvals": list(range(len(axis.ticks))),
+        "ticktext": [_label(text) for text in axis.ticks],
+        "zeroline": False,
     }
 
 

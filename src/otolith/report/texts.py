@@ -39,12 +39,33 @@ PANELS: Final = {
         "dashed."
     ),
     "compare-position": "Travel that each algorithm spends, with the platform's limits dashed.",
+    "compare-false-cues": (
+        "When each algorithm misled. A cue is inverted when it has the wrong sign, unwanted when nothing was "
+        "to be felt, missing when something was and is not, scaled when it has the wrong size; each by at "
+        "least 0.17 m/s², about what is noticed. The first three mislead."
+    ),
+    "compare-use": (
+        "How far each algorithm went, as a share of what the platform can. Beyond the dashed line the "
+        "platform would have hit its end; far below it, room was left that could have carried cues."
+    ),
+    "overview-rmse": "How far the felt force was from the wanted one, in the mean of squares.",
+    "overview-perceived": "The same after the inner ear: the difference that can be sensed.",
+    "overview-false-cues": "How long cues were inverted, unwanted or missing.",
+    "overview-use": "The share of the reach that was used at most; beyond 100 % the limit was broken.",
     "compare-changes": (
         "Each curve gives the share of steps that needed at least so many working-set changes. Lower "
         "and further left is better. The right end, the rare and costly steps, decides whether a "
         "controller keeps its period."
     ),
 }
+
+RULE: Final = (
+    "Within a scenario, algorithms that kept every limit come before those that broke one; then the smaller "
+    "measure is better, and equal ones share a rank."
+)
+RULE_OVERALL: Final = (
+    " Over all scenarios the mean rank decides, then the mean of the measure relative to the best."
+)
 
 PAIRS: Final = {"surge-pitch": "Surge and pitch", "sway-roll": "Sway and roll"}
 

@@ -1,0 +1,122 @@
+"""Panels that put many algorithms into one diagram each: false cues over time, use of the reach, measures.
+
+Every algorithm is a row; the first one stands on top.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.metrics import false_cues, workspace_use
+from otolith.metrics.false_cues import KINDS
+from otolith.report import palette
+from otolith.report.panels import Axis, Curve, Panel, require_one_scenario
+from otolith.report.ranking import MEASURES, ByCueing, Measure, largest_use
+from otolith.report.series import labels
+from otolith.simulate import Run
+
+COLORS: Final = dict(zip(KINDS, (palette.VERMILION, palette.ORANGE, palette.BLUE, palette.SKY), strict=True))
+USE: Final = Measure("Largest use of the reach", "%", lambda summary: 100.0 * largest_use(summary))
+OVERVIEW: Final = {"overview-" + name: measure for name, measure in MEASURES.items()} | {"overview-use": USE}
+
+
+def false_cue_panel(runs: Sequence[Run], pair: str) -> Panel:
+    """When each run misled, and in which way: one row per run, one colour per kind.
+
+    Raises
+    ------
+    ValueError : there is no run, or the runs are not of one scenario.
+    """
+    require_one_scenario(runs)
+    found = [[cue for cue in false_cues(run) if cue.dof == pair] for run in runs]
+    curves = []
+    for kind in KINDS:
+        spans = [
+            (cue.start, cue.end, row) for row, cues in enumerate(found) for cue in cues if cue.kind == kind
+        ]
+        total = sum(end - start for start, end, _ in spans)
+        if spans:
+            curves.append(_bars(f"{kind}: {total:.1f} s in all", spans, COLORS[kind]))
+    return Panel(
+        key="compare-false-cues",
+        title="False cues",
+        axes=(_rows(labels(runs)),),
+        curves=tuple(curves),
+        x_span=(0.0, max(len(run.command_time) * run.period for run in runs) or 1.0),
+    )
+
+
+def use_panel(runs: Sequence[Run]) -> Panel:
+    """Largest share of the reach that each run used along each axis; beyond 100 % the limit is broken."""
+    require_one_scenario(runs)
+    used = [workspace_use(run) if len(run.time) else {} for run in runs]
+    axes = list(dict.fromkeys(axis for of_run in used for axis in of_run))
+    curves, largest = [], 1.1
+    for k, axis in enumerate(axes):
+        offset = (k - (len(axes) - 1) / 2) * 0.7 / len(axes)
+        shares = [(row, of_run[axis].largest) for row, of_run in enumerate(used) if axis in of_run]
+        bars = [(0.0, 100.0 * share, row + offset) for row, share in shares]
+        largest = max(largest, *(share for _, share in shares))
+        color = palette.CYCLE[k % len(palette.CYCLE)]
+        curves.append(_bars(axis, bars, color, width=9.0 / len(axes)))
+    limit = Curve(
+        label="limit",
+        x=np.array([100.0, 100.0]),
+        y=np.array([-0.6, len(runs) - 0.4]),
+        color=palette.VERMILION,
+        dash="dash",
+        width=1.0,
+    )
+    return Panel(
+        key="compare-use",
+        title="Use of the reach",
+        axes=(_rows(labels(runs)),),
+        curves=(*curves, limit),
+        x_label="largest share of the reach [%]",
+        x_span=(0.0, 105.0 * largest),
+    )
+
+
+def overview_panels(scenarios: Mapping[str, ByCueing]) -> tuple[Panel, ...]:
+    """One small diagram per measure: algorithms as rows, scenarios as dots."""
+    return tuple(_overview(key, measure, scenarios) for key, measure in OVERVIEW.items())
+
+
+def _overview(key: str, measure: Measure, scenarios: Mapping[str, ByCueing]) -> Panel:
+    names = list(next(iter(scenarios.values())))
+    curves = []
+    for k, (scenario, summaries) in enumerate(scenarios.items()):
+        x = np.array([measure.of(summaries[name]) for name in names])
+        curves.append(
+            Curve(
+                label=scenario,
+                x=x,
+                y=np.arange(len(names), dtype=np.float64),
+                color=palette.CYCLE[k % len(palette.CYCLE)],
+                kind="marks",
+            )
+        )
+    largest = max((float(np.max(curve.x)) for curve in curves), default=0.0)
+    return Panel(
+        key=key,
+        title=measure.words,
+        axes=(_rows(names),),
+        curves=tuple(curves),
+        x_label=f"{measure.words} [{measure.unit}]",
+        x_span=(-0.03 * (largest or 1.0), 1.06 * (largest or 1.0)),
+    )
+
+
+def _rows(names: Sequence[str]) -> Axis:
+    return Axis(label="", span=(len(names) - 0.4, -0.6), ticks=tuple(names))
+
+
+def _bars(
+    label: str, spans: Sequence[tuple[float, float, float]], color: str, *, width: float = 6.0
+) -> Curve:
+    """Horizontal bars (from, to, row), as one broken line."""
+    x: Vec = np.array([value for start, end, _ in spans for value in (start, end, np.nan)])
+    y: Vec = np.array([value for *_, row in spans for value in (row, row, np.nan)])
+    return Curve(label=label, x=x, y=y, color=color, kind="bars", width=width)

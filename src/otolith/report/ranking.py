@@ -1,0 +1,131 @@
+"""Who did best: a measure, an order within each scenario, and one over all of them.
+
+The rule. Within a scenario, algorithms that kept every limit come before those that broke one; among equals
+the smaller measure is better; equal measures share a rank. Over several scenarios the mean rank decides, then
+the mean of the measure relative to the scenario's best. There are no weights to argue about.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from otolith.core.errors import InputError, one_of
+
+Summary = Mapping[str, Any]
+ByCueing = Mapping[str, Summary]  # the summaries of one scenario
+MISLEADING: Final = ("inverted", "unwanted", "missing")  # kinds of false cues; a scaled one does not mislead
+_EQUAL: Final = 1e-9  # measures closer than this, relative to them, are equal
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """What is ranked by: smaller is better."""
+
+    words: str
+    unit: str
+    of: Callable[[Summary], float]
+
+
+def misleading(summary: Summary) -> float:
+    """Time with inverted, unwanted or missing cues over all axes [s]."""
+    kinds = summary.get("false_cues", {}).values()
+    return float(sum(of_axis[kind]["duration_s"] for of_axis in kinds for kind in MISLEADING))
+
+
+def perceived(summary: Summary) -> float:
+    """RMSE of the sensed specific force over all axes [m/s²]."""
+    return math.sqrt(sum(value**2 for value in summary.get("perceived_rmse", {}).values()))
+
+
+def largest_use(summary: Summary) -> float:
+    """Largest share of the reach used along any axis; above 1 the platform would have hit its end."""
+    return max((use["largest"] for use in summary.get("workspace", {}).values()), default=0.0)
+
+
+MEASURES: Final = {
+    "rmse": Measure("Tracking error (RMSE)", "m/s²", lambda summary: float(summary.get("rmse", math.nan))),
+    "perceived": Measure("Perceived error (RMSE)", "m/s²", perceived),
+    "false-cues": Measure("Time with misleading cues", "s", misleading),
+}
+
+
+def measure_named(name: str) -> Measure:
+    """Look one of `MEASURES` up, or say in one sentence which there are."""
+    if name not in MEASURES:
+        raise InputError("--by", repr(name), one_of(MEASURES, name))
+    return MEASURES[name]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standing:
+    """One algorithm's place."""
+
+    cueing: str
+    ranks: tuple[int, ...]  # one per scenario, 1 is best
+    values: tuple[float, ...]  # of the measure
+    broken: tuple[int, ...]  # limit violations at controller nodes
+
+    @property
+    def mean_rank(self) -> float:
+        """Over the scenarios."""
+        return sum(self.ranks) / len(self.ranks)
+
+    @property
+    def wins(self) -> int:
+        """Scenarios in which nobody was better."""
+        return self.ranks.count(1)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain JSON values."""
+        return {
+            "cueing": self.cueing,
+            "mean_rank": self.mean_rank,
+            "wins": self.wins,
+            "ranks": list(self.ranks),
+            "values": list(self.values),
+            "limit_violations": list(self.broken),
+        }
+
+
+def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Standing]:
+    """All algorithms, best first; every scenario has the same ones.
+
+    Raises
+    ------
+    ValueError : there is no scenario, or one lacks an algorithm.
+    """
+    names = list(next(iter(scenarios.values()), {}))
+    if not names or any(set(summaries) != set(names) for summaries in scenarios.values()):
+        raise ValueError("a ranking needs the same algorithms in every scenario, and at least one")
+    values = [[measure.of(summaries[name]) for name in names] for summaries in scenarios.values()]
+    broken = [
+        [int(summaries[name].get("violations") or 0) for name in names] for summaries in scenarios.values()
+    ]
+    ranks = [_ranks(*of_scenario) for of_scenario in zip(values, broken, strict=True)]
+    found = [
+        Standing(
+            cueing=name,
+            ranks=tuple(row[i] for row in ranks),
+            values=tuple(row[i] for row in values),
+            broken=tuple(row[i] for row in broken),
+        )
+        for i, name in enumerate(names)
+    ]
+    best = [min(row) for row in values]
+    return sorted(found, key=lambda one: (one.mean_rank, _relative(one.values, best)))
+
+
+def _ranks(values: Sequence[float], broken: Sequence[int]) -> list[int]:
+    keys = [(count > 0, value) for value, count in zip(values, broken, strict=True)]
+    return [1 + sum(_better(other, key) for other in keys) for key in keys]
+
+
+def _better(one: tuple[bool, float], other: tuple[bool, float]) -> bool:
+    if one[0] != other[0]:
+        return other[0]
+    return one[1] < other[1] - _EQUAL * abs(other[1])
+
+
+def _relative(values: Sequence[float], best: Sequence[float]) -> float:
+    return sum(value / least if least > 0.0 else 1.0 for value, least in zip(values, best, strict=True))

@@ -1,0 +1,67 @@
+import pytest
+
+from otolith.core.errors import InputError
+from otolith.report.ranking import (
+    MEASURES,
+    Measure,
+    largest_use,
+    measure_named,
+    misleading,
+    perceived,
+    standings,
+)
+
+RMSE = MEASURES["rmse"]
+
+
+def summary(rmse: float, violations: int = 0) -> dict[str, object]:
+    return {"rmse": rmse, "violations": violations}
+
+
+def test_who_breaks_a_limit_comes_after_all_who_keep_them() -> None:
+    ranked = standings({"one": {"a": summary(0.1, 3), "b": summary(0.9), "c": summary(0.2)}}, RMSE)
+    assert [(one.cueing, one.ranks) for one in ranked] == [("c", (1,)), ("b", (2,)), ("a", (3,))]
+    assert [one.wins for one in ranked] == [1, 0, 0]
+
+
+def test_equal_measures_share_a_rank_and_the_next_is_left_out() -> None:
+    ranked = standings({"one": {"a": summary(0.1), "b": summary(0.1), "c": summary(0.2)}}, RMSE)
+    assert {one.cueing: one.ranks for one in ranked} == {"a": (1,), "b": (1,), "c": (3,)}
+
+
+def test_the_mean_rank_decides_then_the_distance_to_the_best() -> None:
+    by_hand = {
+        "x": {"a": summary(1.0), "b": summary(2.0), "c": summary(4.0)},
+        "y": {"a": summary(2.0), "b": summary(1.0), "c": summary(3.0)},
+        "z": {"a": summary(1.0), "b": summary(1.0), "c": summary(1.5)},
+    }
+    ranked = standings(by_hand, RMSE)
+    assert [one.cueing for one in ranked] == ["a", "b", "c"]
+    assert [one.mean_rank for one in ranked] == pytest.approx([4 / 3, 4 / 3, 3.0])
+    by_hand["x"]["a"] = summary(1.9)  # a's advantage in x is now less than b's in y
+    assert [one.cueing for one in standings(by_hand, RMSE)] == ["b", "a", "c"]
+
+
+def test_a_ranking_needs_the_same_algorithms_everywhere() -> None:
+    with pytest.raises(ValueError, match="same algorithms"):
+        standings({"x": {"a": summary(1.0)}, "y": {"b": summary(1.0)}}, RMSE)
+    with pytest.raises(ValueError, match="at least one"):
+        standings({}, RMSE)
+
+
+def test_measures_add_up_what_the_summary_says() -> None:
+    kinds = {kind: {"duration_s": 1.0} for kind in ("inverted", "unwanted", "missing", "scaled")}
+    told = {
+        "false_cues": {"surge-pitch": kinds, "sway-roll": kinds},
+        "perceived_rmse": {"surge-pitch": 3.0, "sway-roll": 4.0},
+        "workspace": {"surge": {"largest": 0.4}, "pitch": {"largest": 1.2}},
+    }
+    assert misleading(told) == 6.0
+    assert perceived(told) == 5.0
+    assert largest_use(told) == 1.2
+
+
+def test_an_unknown_measure_says_which_there_are() -> None:
+    assert isinstance(measure_named("perceived"), Measure)
+    with pytest.raises(InputError, match="one of rmse, perceived, false-cues"):
+        measure_named("beauty")
