@@ -47,6 +47,8 @@ def test_a_washout_is_tested_and_written(
         "heave",
     ]
     assert all(len(test["modulus"]) == 2 for test in summary["tests"])
+    assert set(summary["at_1_radps"]) == {"surge", "heave", "pitch"}
+    assert 0.0 < summary["at_1_radps"]["pitch"]["gain"] < 1.0
     assert summary["tests"][2]["within_boundaries"] == [False, False]
     assert summary["not_cued"] == ["roll", "roll to sway", "yaw", "sway", "sway to roll"]
     assert "not cued, hence not tested: roll" in printed.err

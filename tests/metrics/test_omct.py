@@ -11,7 +11,15 @@ from otolith.core.filter import Filter
 from otolith.core.frames import GRAVITY
 from otolith.core.lti import StateSpace, diagonal
 from otolith.interfaces import Command, Outcome, PlatformState, Reference
-from otolith.metrics.omct import Procedure, System, applicable, drive, motion_cueing_test, respond
+from otolith.metrics.omct import (
+    Procedure,
+    System,
+    applicable,
+    drive,
+    motion_cueing_test,
+    respond,
+    sinacori_point,
+)
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp import Status
@@ -73,6 +81,16 @@ def test_the_response_of_a_linear_algorithm_is_its_transfer_function() -> None:
         assert abs(measured / exact - 1.0) < 2e-3, (response.test.name, response.omega)
         assert abs(response.modulus - abs(exact)) < response.modulus_uncertainty + 2e-3 * abs(exact)
         assert response.phase_uncertainty_deg < 0.2
+
+
+def test_the_point_at_1_rad_per_s_is_that_of_the_high_pass_alone() -> None:
+    held = (1.0 - np.exp(-1j * T)) / (1j * T) / (1.0 + 1j * LAG)
+    high = complex(HIGH.discretise(T).frequency_response(np.ones(1))[0, 0, 0]) * held
+    point = sinacori_point(LINEAR, "surge", QUICK)
+    assert point.modulus == pytest.approx(abs(high), rel=2e-3)
+    assert math.radians(point.phase_deg) == pytest.approx(np.angle(high), abs=2e-3)
+    turned = sinacori_point(LINEAR, "pitch", QUICK)
+    assert turned.modulus == pytest.approx(abs(expected(1.0)["pitch"]), rel=2e-3)
 
 
 def test_what_had_no_time_to_settle_says_so() -> None:

@@ -11,12 +11,13 @@ from otolith import __version__, files, registry
 from otolith.cli.options import pairs_named
 from otolith.cli.output import print_json, progress_bar
 from otolith.core.errors import InputError
+from otolith.core.frames import AXES
 from otolith.metrics.boundaries import parse_boundaries
-from otolith.metrics.omct import Procedure, System, applicable, motion_cueing_test
+from otolith.metrics.omct import Procedure, System, applicable, motion_cueing_test, sinacori_point
 from otolith.mpc.design import Design
 from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.report import save_figure
-from otolith.report.omct import omct_figure, omct_json, omct_page
+from otolith.report.omct import known, omct_figure, omct_json, omct_page
 from otolith.scenarios.omct import TESTS, Amplitudes
 
 
@@ -54,11 +55,16 @@ def omct_(
     procedure = Procedure(amplitudes=Amplitudes(force=force))
     with progress_bar(console, f"{cueing}, {procedure.seconds(system):.0f} s of motion") as progress:
         responses = motion_cueing_test(system, procedure, progress=progress)
+        points = {axis: sinacori_point(system, axis, procedure) for axis in AXES if axis in system.axes}
     skipped = [test.name for test in TESTS if test not in applicable(system.axes)]
     summary = {
         **names,
         "version": __version__,
         "force_mps2": force,
+        "at_1_radps": {
+            axis: {"gain": point.modulus, "phase_deg": known(point.phase_deg)}
+            for axis, point in points.items()
+        },
         "tests": omct_json(responses, bounds),
         "not_cued": skipped,
     }

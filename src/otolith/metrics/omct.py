@@ -90,10 +90,19 @@ def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
 
 def respond(run: Run, test: MotionTest, omega: float, procedure: Procedure) -> Response:
     """Read one test from a run that `drive` made along the test's driven axis."""
-    _, measured = procedure.sweep.times(omega)
-    last = run.time > run.time[-1] - measured - 0.5 * run.plant_period
-    driven = -1j * procedure.amplitudes.of(test.driven, omega)  # a sin ωt is the real part of −j a e^{jωt}
-    return _response(test, omega, driven, harmonic(run.time[last], felt_along(run, test.felt)[last], omega))
+    return _read(run, felt_along(run, test.felt), test, omega, procedure)
+
+
+def sinacori_point(system: System, axis: str, procedure: Procedure) -> Response:
+    """Gain and phase of one axis's own motion at 1 rad/s: the point by which Sinacori judges a washout.
+
+    Unlike the test along the same axis, a translation is read without the gravity that tilt lends, so that
+    it is the high-pass path alone. Judge it with `otolith.metrics.frequency.graded`.
+    """
+    run = drive(system, axis, 1.0, procedure)
+    index = AXES.index(axis)
+    moved: Vec = run.acceleration[:, index] if index < 3 else run.twist[:, index]
+    return _read(run, moved, MotionTest(0, axis, axis), 1.0, procedure)
 
 
 def felt_along(run: Run, axis: str) -> Vec:
@@ -111,6 +120,13 @@ def _drive_all(system: System, procedure: Procedure, progress: Callable[[float],
             yield from (respond(run, test, omega, procedure) for test in tests if test.driven == axis)
             done += sum(procedure.sweep.times(omega))
             progress(done / total)
+
+
+def _read(run: Run, series: Vec, test: MotionTest, omega: float, procedure: Procedure) -> Response:
+    _, measured = procedure.sweep.times(omega)
+    last = run.time > run.time[-1] - measured - 0.5 * run.plant_period
+    driven = -1j * procedure.amplitudes.of(test.driven, omega)  # a sin ωt is the real part of −j a e^{jωt}
+    return _response(test, omega, driven, harmonic(run.time[last], series[last], omega))
 
 
 def _response(test: MotionTest, omega: float, driven: complex, felt: Harmonic) -> Response:

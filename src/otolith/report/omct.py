@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from otolith.core.arrays import Vec
 from otolith.metrics.boundaries import Boundary
@@ -35,6 +35,11 @@ def by_test(responses: Sequence[Response]) -> dict[MotionTest, list[Response]]:
     return found
 
 
+def known(value: float) -> float | None:
+    """NaN, which JSON does not have, becomes None."""
+    return None if math.isnan(value) else value
+
+
 def omct_json(responses: Sequence[Response], boundaries: Boundaries) -> list[dict[str, Any]]:
     """One entry per test, with a list per quantity; None where a value is not defined."""
     return [
@@ -45,9 +50,9 @@ def omct_json(responses: Sequence[Response], boundaries: Boundaries) -> list[dic
             "omega_radps": [r.omega for r in of_test],
             "modulus": [r.modulus for r in of_test],
             "modulus_uncertainty": [r.modulus_uncertainty for r in of_test],
-            "phase_deg": [_known(r.phase_deg) for r in of_test],
-            "phase_uncertainty_deg": [_known(r.phase_uncertainty_deg) for r in of_test],
-            "distortion": [_known(r.distortion) for r in of_test],
+            "phase_deg": [known(r.phase_deg) for r in of_test],
+            "phase_uncertainty_deg": [known(r.phase_uncertainty_deg) for r in of_test],
+            "distortion": [known(r.distortion) for r in of_test],
             "within_boundaries": [_verdict(r, boundaries) for r in of_test],
         }
         for test, of_test in by_test(responses).items()
@@ -136,7 +141,7 @@ def _phase(ax: Axes, of_test: Sequence[Response], boundary: Boundary | None) -> 
     if not known.any():
         ax.text(0.5, 0.5, "nothing is felt", transform=ax.transAxes, ha="center", fontsize=FONT)
         ax.set_ylim(-180.0, 180.0)
-    ax.yaxis.set_major_locator(MultipleLocator(90.0 if np.ptp(ax.get_ylim()) > 225.0 else 45.0))
+    ax.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 1.5, 3, 4.5, 9, 10]))
     ax.set_ylabel("phase [deg]", fontsize=FONT)
 
 
@@ -184,10 +189,6 @@ def _row(r: Response, boundaries: Boundaries) -> list[str]:
 def _verdict(response: Response, boundaries: Boundaries) -> bool | None:
     boundary = boundaries.get(response.test.name)
     return None if boundary is None else boundary.holds(response)
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value
 
 
 def _svg(figure: Figure) -> str:
