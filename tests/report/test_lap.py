@@ -27,13 +27,16 @@ def test_the_map_shows_the_way_and_its_speed(lap: Lap) -> None:
 
 def test_false_cues_lie_where_the_car_was_then(lap: Lap) -> None:
     cues = [Marked("inverted", 2.0, 2.5), Marked("inverted", 5.0, 5.003), Marked("scaled", 1.0, 3.0)]
-    axes = false_cue_map(lap.time, lap.position[:, :2], cues).axes[0]
+    axes = false_cue_map(lap.time, lap.position[:, :2], cues, numbered=2).axes[0]
     by_label = {c.get_label(): c for c in axes.collections if isinstance(c, LineCollection)}
     assert set(by_label) == {"inverted: 2, 0.5 s", "scaled: 1, 2.0 s"}
     long, short = by_label["inverted: 2, 0.5 s"].get_segments()
     at = [np.interp([2.0, 2.5], lap.time, lap.position[:, k]) for k in range(2)]
     assert_allclose(np.array([long[0], long[-1]]).T, at)
     assert len(short) == 2
+    numbers = {text.get_text(): text.xy for text in axes.texts if text.get_text().isdecimal()}
+    assert set(numbers) == {"1", "2"}
+    assert_allclose(numbers["1"], long[0])
     legend = axes.get_legend()
     assert legend is not None
     assert len(legend.get_texts()) == 2

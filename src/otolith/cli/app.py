@@ -10,7 +10,7 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from otolith.cli import bench, catalog, drive, explicit, omct, reproduce, run  # noqa: E402
+from otolith.cli import bench, catalog, drive, explicit, hint, misled, omct, platform, reproduce, run  # noqa: E402
 from otolith.core.errors import OtolithError  # noqa: E402
 
 app = typer.Typer(
@@ -24,11 +24,14 @@ app.command("list")(catalog.list_)
 app.command("run")(run.run)
 app.command("compare")(run.compare)
 app.command("drive")(drive.drive_)
+app.command("map")(misled.map_)
 app.command("reproduce")(reproduce.reproduce_)
 app.command("omct")(omct.omct_)
 app.command("bench")(bench.bench_)
 app.command("warmup")(bench.warmup)
 app.add_typer(explicit.app, name="explicit")
+app.add_typer(hint.app, name="hint")
+app.add_typer(platform.app, name="platform")
 
 
 def main(arguments: list[str] | None = None) -> None:

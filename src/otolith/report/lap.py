@@ -17,7 +17,8 @@ from otolith.vehicle import Lap
 WIDTH: Final = 7.2  # [in] two columns of a paper
 MAP_HEIGHT: Final = 3.6  # [in] at most
 PANEL_HEIGHT: Final = 1.25  # [in]
-EVERY: Final = 500.0  # [m] between marks along the way
+EVERY: Final = 1000.0  # [m] between marks along the way
+# of `otolith.metrics.false_cues`, the first drawn above the others
 KINDS: Final = {"inverted": VERMILION, "unwanted": ORANGE, "missing": PURPLE, "scaled": GREEN}
 
 
@@ -57,30 +58,41 @@ def lap_figure(lap: Lap) -> Figure:
     return figure
 
 
-def false_cue_map(time: Vec, position: Mat, cues: Sequence[Marked]) -> Figure:
+def false_cue_map(time: Vec, position: Mat, cues: Sequence[Marked], *, numbered: int = 0) -> Figure:
     """The way that was driven, with the stretches on which the simulator's driver was misled.
 
     Parameters
     ----------
     time, position : (n,) [s] and (n, 2) [m] of the car.
-    cues : stretches of time; each kind has its colour, and a dot where it begins.
+    cues : stretches of time, the gravest first; each kind has its colour.
+    numbered : so many of the gravest carry their number, where they begin.
     """
     figure, rows = _frame(position, panels=0)
     _road(rows[0], position)
-    for kind, color in KINDS.items():
+    for layer, (kind, color) in enumerate(KINDS.items()):
         of_kind = [cue for cue in cues if cue.label == kind]
         lines = [_between(time, position, cue) for cue in of_kind]
         if lines:
             seconds = sum(cue.end - cue.start for cue in of_kind)
-            label = f"{kind}: {len(of_kind)}, {seconds:.1f} s"
-            rows[0].add_collection(LineCollection(lines, colors=color, linewidths=2.6, label=label, zorder=3))
-            rows[0].plot(*np.array([line[0] for line in lines]).T, "o", color=color, markersize=3, zorder=4)
+            label, z = f"{kind}: {len(of_kind)}, {seconds:.1f} s", 4.0 - 0.1 * layer
+            rows[0].add_collection(LineCollection(lines, colors=color, linewidths=2.6, label=label, zorder=z))
+    for number, cue in enumerate(cues[:numbered], 1):
+        _number(rows[0], number, _between(time, position, cue)[0], KINDS[cue.label])
     way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(position, axis=0), axis=1))]
     _milestones(rows[0], way, position)
     handles, labels = rows[0].get_legend_handles_labels()
     if labels:
         rows[0].legend(handles, labels, fontsize=SMALL, frameon=False, loc="best")
     return figure
+
+
+def _number(ax: Axes, number: int, point: Vec, color: str) -> None:
+    """A numbered disc beside the road."""
+    disc = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": color, "linewidth": 0.8}
+    ax.annotate(
+        str(number), (float(point[0]), float(point[1])), (-11, -9), textcoords="offset points",
+        fontsize=SMALL, bbox=disc, zorder=6,
+    )  # fmt: skip
 
 
 def _between(time: Vec, position: Mat, cue: Marked) -> Mat:
@@ -114,7 +126,7 @@ def _road(ax: Axes, position: Mat) -> None:
 
 
 def _milestones(ax: Axes, way: Vec, position: Mat) -> None:
-    """Start, direction, and a mark every 500 m of way."""
+    """The start, and a mark every kilometre of way."""
     for s in np.arange(0.0, way[-1], EVERY):
         x, y = (float(np.interp(s, way, column)) for column in position.T)
         ax.plot([x], [y], "o", color="black", markersize=2.0, zorder=5)
