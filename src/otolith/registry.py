@@ -55,6 +55,15 @@ CUEING: Final = {
         "otolith.mpc.design:hybrid_first", "guess: first input of the explicit law (model 3)"
     ),
     "hybrid-all": Entry("otolith.mpc.design:hybrid_all", "guess: all inputs of the explicit law (model 4)"),
+    "hybrid-learned": Entry(
+        "otolith.mpc.design:hybrid_learned", "as implicit, sooner: a network names the active limits"
+    ),
+    "hybrid-law": Entry(
+        "otolith.mpc.design:hybrid_law", "as implicit: a coarse explicit law of the same limits names them"
+    ),
+    "hybrid-table": Entry(
+        "otolith.mpc.design:hybrid_table", "as implicit: what was active near by in training"
+    ),
     "classical": Entry(
         "otolith.washout.classical:classical",
         "washout: high-pass travel, low-pass tilt (section 2.2.1)",

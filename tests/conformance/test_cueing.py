@@ -1,6 +1,7 @@
 """What every cueing algorithm of the registry promises, whatever it is."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,17 +14,23 @@ from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.scenarios import SCENARIOS, Scenario, scenario
 from otolith.simulate import Run, simulate
+from tests.hints.tiny import tiny_hint
 
 THESIS = load("thesis")
-DESIGN = Design(platform=THESIS)
 EVERY = pytest.mark.parametrize("name", registry.CUEING)
 LIMITED = [name for name, entry in registry.CUEING.items() if entry.limited]
 UNLIMITED = [name for name, entry in registry.CUEING.items() if not entry.limited]
 
 
+@cache
+def design() -> Design:
+    """What every algorithm may need; the hint is made on first use."""
+    return Design(platform=THESIS, hint=tiny_hint())
+
+
 def close_the_loop(name: str, wanted: Scenario, plant_period: float = 1e-3) -> Run:
     plant = registry.PLANTS[registry.CUEING[name].plant].load()(THESIS)
-    cueing = registry.CUEING[name].load()(DESIGN)
+    cueing = registry.CUEING[name].load()(design())
     return simulate(
         cueing,
         plant,
@@ -36,7 +43,7 @@ def close_the_loop(name: str, wanted: Scenario, plant_period: float = 1e-3) -> R
 
 @EVERY
 def test_after_reset_the_same_run_comes_out_bit_for_bit(name: str) -> None:
-    cueing = registry.CUEING[name].load()(DESIGN)
+    cueing = registry.CUEING[name].load()(design())
     runs = [
         simulate(
             cueing,
@@ -54,7 +61,7 @@ def test_after_reset_the_same_run_comes_out_bit_for_bit(name: str) -> None:
 @EVERY
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e300])
 def test_step_never_raises_and_never_commands_what_is_not_finite(name: str, bad: float) -> None:
-    cueing = registry.CUEING[name].load()(DESIGN)
+    cueing = registry.CUEING[name].load()(design())
     for state in (
         PlatformState(),
         PlatformState(pose=np.full(6, bad)),

@@ -26,7 +26,8 @@ from otolith.cli.output import print_json, wide_console
 from otolith.core.frames import AxisPair
 from otolith.hints.build import build
 from otolith.hints.compare import Tell, account, compare
-from otolith.hints.manoeuvres import along, unseen
+from otolith.hints.fit import QUICK
+from otolith.hints.manoeuvres import along, training, unseen
 from otolith.hints.recording import record
 from otolith.mpc.hint.stored import Kind, StoredHint, digest
 from otolith.mpc.implicit import ImplicitSettings
@@ -55,6 +56,7 @@ def build_(
     washout: Washout = "thesis-fit",
     weight: Weights = None,
     braking: Braking = "position",
+    quick: Annotated[bool, typer.Option("--quick", help="Little training: to try things out.")] = False,
     json: Json = False,
 ) -> None:
     """Simulate training manoeuvres on this platform with these settings, and learn from them."""
@@ -62,7 +64,14 @@ def build_(
     described, pairs = files.read_platform(platform), pairs_named(dofs)
     settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
     with console.status("preparing; kernels are compiled on first use (10 to 30 s), then cached") as status:
-        hint = build(described, pairs, settings, tell=status.update)
+        hint = build(
+            described,
+            pairs,
+            settings,
+            manoeuvres=training()[::24] if quick else None,
+            effort=QUICK if quick else None,
+            tell=status.update,
+        )
     files.write_hint(hint, out)
     if json:
         print_json(_about(hint))

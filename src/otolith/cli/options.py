@@ -3,7 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,18 +12,40 @@ from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.output import progress_line
-from otolith.core.errors import InputError, one_of
+from otolith.core.errors import CorruptFile, InputError, one_of
 from otolith.core.frames import PAIRS, AxisPair
 from otolith.mpc.design import Design
 from otolith.mpc.explicit import ExplicitSettings
+from otolith.mpc.hint.stored import Refused, StaleHint, StoredHint
 from otolith.mpc.implicit import BLOCKS, HORIZON, ImplicitSettings, parse_entry
 from otolith.mpc.model import BrakingRows, parse_braking_rows
 from otolith.mpc.washout import WashoutWeight, constant, preset
 from otolith.perception import sense
+from otolith.platforms import Platform
 from otolith.scenarios import Scenario, log_scenario, scenario
 from otolith.scenarios.perceived import perceived
 
 _AXIS_OF_FORCE = {0: "longitudinal", 1: "lateral"}
+
+PlatformName = Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")]
+Dofs = Annotated[str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")]
+Horizon = Annotated[
+    int | None, typer.Option(help="Steps of the implicit MPC (default: 50, or those of --blocks).")
+]
+Blocks = Annotated[
+    str | None,
+    typer.Option(
+        metavar="STEPS,...",
+        help="Hold the implicit MPC's inputs over blocks, e.g. " + ",".join(map(str, BLOCKS)) + ".",
+    ),
+]
+Washout = Annotated[
+    str, typer.Option(help="Washout weights of the implicit MPC: printed, thesis-fit or none.")
+]
+Weights = Annotated[
+    list[str] | None,
+    typer.Option(metavar="STATE=W", help="Constant washout weights instead, e.g. position=0.9; repeatable."),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,50 +82,34 @@ class Choices:
     literal: Annotated[
         bool, typer.Option("--literal", help="Steps from 1 s to 4 s as printed, instead of 1 s to 5 s.")
     ] = False
-    platform: Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")] = (
-        "thesis"
-    )
+    platform: PlatformName = "thesis"
     plant: Annotated[
         str | None,
         typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes)."),
     ] = None
-    dofs: Annotated[
-        str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")
-    ] = "surge-pitch"
+    dofs: Dofs = "surge-pitch"
     solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
         "structured"
     )
-    horizon: Annotated[
-        int | None, typer.Option(help="Steps of the implicit MPC (default: 50, or those of --blocks).")
-    ] = None
-    blocks: Annotated[
-        str | None,
-        typer.Option(
-            metavar="STEPS,...",
-            help="Hold the implicit MPC's inputs over blocks, e.g. " + ",".join(map(str, BLOCKS)) + ".",
-        ),
-    ] = None
+    horizon: Horizon = None
+    blocks: Blocks = None
     preview: Annotated[
         bool, typer.Option("--preview", help="Tell the controller the future reference (default: held).")
     ] = False
-    washout: Annotated[
-        str, typer.Option(help="Washout weights of the implicit MPC: printed, thesis-fit or none.")
-    ] = "thesis-fit"
-    weight: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="STATE=W", help="Constant washout weights instead, e.g. position=0.9; repeatable."
-        ),
-    ] = None
+    washout: Washout = "thesis-fit"
+    weight: Weights = None
     braking: Annotated[
         str | None,
         typer.Option(
             help="Braking rows: position, printed or none (default: implicit position, explicit none)."
         ),
     ] = None
-    guess_entry: Annotated[str, typer.Option(help="How a guess enters: reference (eq. 3.1) or primal.")] = (
-        "reference"
-    )
+    guess_entry: Annotated[
+        str, typer.Option(help="How a guess enters: reference (eq. 3.1), primal or working-set.")
+    ] = "reference"
+    hint: Annotated[
+        Path | None, typer.Option(help="Offline knowledge for hybrid-learned, -law and -table.")
+    ] = None
     law: Annotated[Path | None, typer.Option(help="A stored explicit law, instead of enumerating one.")] = (
         None
     )
@@ -114,20 +120,21 @@ class Choices:
         `tell` is told how the enumeration of explicit laws goes.
         """
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
-        blocks = block_lengths(self.blocks) if self.blocks is not None else ()
+        platform, pairs = files.read_platform(self.platform), pairs_named(self.dofs)
+        weights = washout_weights(self.washout, self.weight or [])
+        settings = replace(
+            implicit_settings(self.horizon, self.blocks, weights),
+            braking=rows or BrakingRows.POSITION,
+            engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
+        )
         return Design(
-            platform=files.read_platform(self.platform),
-            pairs=pairs_named(self.dofs),
+            platform=platform,
+            pairs=pairs,
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
-            implicit=ImplicitSettings(
-                horizon=self.horizon if self.horizon is not None else sum(blocks) or HORIZON,
-                blocks=blocks,
-                washout=washout_weights(self.washout, self.weight or []),
-                braking=rows or BrakingRows.POSITION,
-                engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
-            ),
+            implicit=settings,
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
+            hint=None if self.hint is None else hint_for(self.hint, platform, pairs, settings),
             progress=lambda now: tell(f"explicit law: {progress_line(now)}"),
         )
 
@@ -136,6 +143,8 @@ class Choices:
 
         That period whatever the algorithm, so that all are judged against one and the same reference.
         """
+        if isinstance(design.hint, Refused):
+            warn(console, f"hint refused, running without it: {design.hint.reason}")
         if self.log is None and self.scenario is not None:
             if self.lowpass is not None or self.causal or self.column:
                 raise InputError("--lowpass, --causal or --column", "given", "used together with --log")
@@ -150,7 +159,7 @@ class Choices:
         columns = dict(_assignment("--column", text) for text in self.column or [])
         log = files.read_log(self.log, columns)
         for note in log.notes:
-            console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+            warn(console, note)
         period = design.implicit.period
         recorded = log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal)
         return self._sensed(recorded).scaled(self.scale)
@@ -164,13 +173,14 @@ class Choices:
         organ = registry.lookup(otoliths, "--through", name).load()()
         return perceived(reference, lambda f, dt: sense(organ, f, dt, before=f[0]), name=name)
 
-    def as_settings(self) -> dict[str, Any]:
-        """Plain JSON values for the record of a run: enough to repeat it."""
-        return {
+    def as_settings(self, design: Design) -> dict[str, Any]:
+        """Plain JSON values for the record of a run: enough to repeat it, and why a hint was refused."""
+        chosen = {
             name: str(value) if isinstance(value, Path) else value
             for name, value in asdict(self).items()
             if value is not None
         }
+        return chosen | ({"hint_refused": design.hint.reason} if isinstance(design.hint, Refused) else {})
 
 
 def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
@@ -190,6 +200,32 @@ def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
     with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     with_options.__annotations__ = {p.name: p.annotation for p in parameters}
     return with_options
+
+
+def warn(console: Console, note: str) -> None:
+    """Tell what the user should know and need not act on."""
+    console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+
+
+def hint_for(
+    path: Path, platform: Platform, pairs: tuple[AxisPair, ...], settings: ImplicitSettings
+) -> StoredHint | Refused:
+    """A stored hint, or why it cannot be used: without one the answers are the same, only later."""
+    try:
+        hint = files.read_hint(path)
+        hint.check(platform, pairs, settings)
+    except (CorruptFile, StaleHint) as error:
+        return Refused(str(error))
+    return hint
+
+
+def implicit_settings(
+    horizon: int | None, blocks: str | None, washout: tuple[WashoutWeight, ...]
+) -> ImplicitSettings:
+    """Settings from the texts of the options."""
+    lengths = block_lengths(blocks) if blocks is not None else ()
+    steps = horizon if horizon is not None else sum(lengths) or HORIZON
+    return ImplicitSettings(horizon=steps, blocks=lengths, washout=washout)
 
 
 def pairs_named(dofs: str) -> tuple[AxisPair, ...]:

@@ -29,6 +29,7 @@ from otolith.platforms import Platform
 Tell = Callable[[str], None]
 _RATES: Final = ((0.6, 2e-3), (0.85, 6e-4), (1.0, 1.2e-4))  # learning rate up to this share of the passes
 _ROUNDS: Final = 8  # in which the table grows
+_SAMPLE: Final = 20_000  # questions among which it looks for its errors
 _FAR: Final = 4  # rows by which an entry's set must differ from the right one to count as wrong
 _LEAST_WEIGHT: Final = 1e-9
 
@@ -43,6 +44,9 @@ class Effort:
     entries: int = 4000  # of the table, at most
     levels: int = 12  # of adaptive washout weights, with a coarse law each
     seed: int = 0
+
+
+QUICK: Final = Effort(layers=(16,), passes=3, entries=100, levels=2)
 
 
 def is_symmetric(platform: Platform, pairs: Sequence[AxisPair]) -> bool:
@@ -150,11 +154,11 @@ def _entries(
     frequent = np.argsort(-np.bincount(which))[: effort.entries // 4]
     order = rng.permutation(len(which))
     _, first = np.unique(which[order], return_index=True)  # a random question of every set
-    chosen = order[first[frequent]]
+    chosen, sample = order[first[frequent]], order[:_SAMPLE]
     for _ in range(_ROUNDS):
-        _, nearest = cKDTree(parameters[chosen]).query(parameters)
-        differ = np.count_nonzero(sets[which[chosen[nearest]]] != sets[which], axis=1)
-        wrong = np.flatnonzero(differ >= _FAR)
+        _, nearest = cKDTree(parameters[chosen]).query(parameters[sample])
+        differ = np.count_nonzero(sets[which[chosen[nearest]]] != sets[which[sample]], axis=1)
+        wrong = sample[differ >= _FAR]
         more = min(effort.entries // _ROUNDS, effort.entries - len(chosen), len(wrong))
         chosen = np.concatenate([chosen, rng.choice(wrong, more, replace=False)])
     return chosen

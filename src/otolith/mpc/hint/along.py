@@ -35,8 +35,7 @@ class Along:
         if controls is None:
             return None
         values, low, high = self._values(x, controls), self._memory.lower, self._memory.upper
-        upper = values >= high - CLOSE * np.abs(high)  # an infinite bound gives NaN, and is never reached
-        lower = values <= low + CLOSE * np.abs(low)
+        upper, lower = values >= high - _margin(high), values <= low + _margin(low)
         return np.asarray(upper, dtype=np.int64)[None] - lower
 
     def _values(self, x: Vec, controls: Mat) -> Mat:
@@ -48,3 +47,9 @@ class Along:
         if of.radius is not None:
             rows.append(np.hypot(X[:, POSITION], X[:, 6 + POSITION])[:, None])
         return np.hstack([*rows, controls[self._starts]])
+
+
+def _margin(bound: Mat) -> Mat:
+    """How near to a bound is at it; nothing is near to an infinite one."""
+    margin: Mat = CLOSE * np.abs(np.where(np.isfinite(bound), bound, 0.0))
+    return margin

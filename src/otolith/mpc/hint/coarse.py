@@ -10,6 +10,7 @@ A row of the coarse grid stands for the same row of the fine grid at the nearest
 inputs of its block. Rows that only several pairs together have (the limit circle) are left free.
 """
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -162,9 +163,10 @@ class Coarse:
         self._problems = [
             coarse_problem(platform, pair, settings, weights) for pair in pairs for weights in laws.levels
         ]
-        self._laws = [PartialLaw(made.problem) for made in self._problems]
-        for law, parameters in zip(self._laws, laws.parameters, strict=True):
+        self._learned = [PartialLaw(made.problem) for made in self._problems]
+        for law, parameters in zip(self._learned, laws.parameters, strict=True):
             law.learn(parameters)
+        self._laws = copy.deepcopy(self._learned)
         self._carry = _Carry(fine, [settings.formulation(platform, (pair,)) for pair in pairs], settings)
         self._region = [-1] * len(self._laws)
 
@@ -174,7 +176,10 @@ class Coarse:
         return sum(len(law) for law in self._laws)
 
     def reset(self) -> None:
-        """Forget the regions of the last query."""
+        """Forget what was asked since; the laws grow with every new region, and equal runs must be equal."""
+        for number, asked in enumerate(self._region):
+            if asked >= 0:
+                self._laws[number] = copy.deepcopy(self._learned[number])
         self._region = [-1] * len(self._laws)
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:

@@ -1,0 +1,57 @@
+"""Rows along a guess of the controls, against the trajectory rolled out by hand."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
+from otolith.mpc.hint.along import CLOSE, Along
+from otolith.mpc.hybrid import NoGuess
+from otolith.mpc.implicit import BLOCKS, ImplicitSettings
+from otolith.platforms import load
+from otolith.qp.engines import CondensedEngine
+
+FORMS = {"full": ImplicitSettings(), "blocked": ImplicitSettings(horizon=sum(BLOCKS), blocks=BLOCKS)}
+
+
+class Fixed:
+    active = True
+
+    def __init__(self, controls: Mat) -> None:
+        self._controls = controls
+
+    def reset(self) -> None:
+        pass
+
+    def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat:
+        return self._controls
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_rows_at_their_bounds_along_the_guess_are_named(form: str) -> None:
+    settings, pairs = FORMS[form], (SURGE_PITCH, SWAY_ROLL)
+    formulation = settings.formulation(load("thesis"), pairs)
+    memory = CondensedEngine(formulation.problem, tolerance=1e-6, blocks=settings.blocks).memory
+    formulation.begin(memory)
+    controls = np.tile([0.3, 5.0, -0.2, -0.5], (settings.horizon, 1))  # surge at its command bound
+    x = np.array([0.0, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0, -0.1, 0.0, -0.39, 0.0, 0.0])
+    found = Along(Fixed(controls), formulation, memory).sets(x, np.zeros(2), controls)
+    state, rows = x.copy(), []
+    for u in controls:
+        state = formulation.problem.A @ state + formulation.problem.B @ u
+        circle = [np.hypot(state[3], state[9])]
+        rows.append(np.concatenate([formulation.problem.C @ state, circle, u]))
+    values = np.array(rows)[np.cumsum(formulation.lengths) - 1]
+    with np.errstate(invalid="ignore"):  # of infinite bounds: NaN, which compares false
+        expected = np.where(values >= memory.upper - CLOSE * abs(memory.upper), 1, 0)
+        expected -= np.where(values <= memory.lower + CLOSE * abs(memory.lower), 1, 0)
+    assert_array_equal(found, expected[None])
+    assert found[0, :, -3].all()  # the command
+    assert found[0, :, -5].any()  # the circle, left by and by
+
+
+def test_no_guess_is_no_hint() -> None:
+    formulation = FORMS["full"].formulation(load("thesis"), (SURGE_PITCH,))
+    memory = CondensedEngine(formulation.problem, tolerance=1e-6).memory
+    assert Along(NoGuess(), formulation, memory).sets(np.zeros(6), np.zeros(1), np.zeros((50, 2))) is None
