@@ -1,11 +1,13 @@
 """CarMaker's results, written here byte by byte as its readers describe them."""
 
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from otolith import files
 from otolith.core.errors import CorruptFile, InputError, OtolithError
 from otolith.scenarios import log_from
 from otolith.scenarios.erg import parse_erg
@@ -95,3 +97,17 @@ def test_a_result_that_does_not_fit_its_description_is_refused(
     with pytest.raises(error) as caught:
         parse_erg(info, data, "lap.erg")
     assert sentence in str(caught.value)
+
+
+def test_a_result_and_its_description_are_read_from_their_files(tmp_path: Path) -> None:
+    result = tmp_path / "lap.erg"
+    result.write_bytes(DATA)
+    with pytest.raises(InputError, match=r"description of the log .*lap\.erg\.info is not readable"):
+        files.read_log(result, {})
+    result.with_name("lap.erg.info").write_text(INFO_)
+    assert_allclose(files.read_log(result, {}).force[:, 0], AX, atol=1e-7)
+
+
+def test_a_folder_or_a_file_that_is_absent_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"absent\.erg is absent, must be an existing file"):
+        files.read_log(tmp_path / "absent.erg", {})

@@ -170,8 +170,10 @@ def test_without_the_speed_nothing_is_checked_against_it() -> None:
 
 def test_a_likely_contradiction_is_noted() -> None:
     noisy = np.random.default_rng(2).normal(0.0, 1.0, 60)[T.astype(int)]
-    notes = read(changed(ax=lambda d: -np.gradient(V, T) + 2.2 * noisy)).notes
+    notes = read(changed(ax=lambda d: -np.gradient(V, T) + 3.0 * noisy)).notes
     assert any(note.startswith("doubtful: ax runs against the change of speed") for note in notes)
+    notes = read(changed(ay=lambda d: 0.1 * (d["ay"] + 2.3 * noisy))).notes
+    assert any(note.startswith("doubtful: ay is 0.1") and "is ay in g?" in note for note in notes)
 
 
 @given(tilt=st.floats(-5.0, 5.0))
