@@ -19,11 +19,11 @@ from otolith.qp.stage import stage_residual
 TOLERANCE = 1e-6
 
 
-def hostile(pairs, problems: int, seed: int) -> dict[str, float]:  # type: ignore[no-untyped-def]
+def hostile(pairs, problems: int, seed: int, platform: str = "thesis") -> dict[str, float]:  # type: ignore[no-untyped-def]
     """Counts over `problems` random problems of one set of pairs."""
     rng = np.random.default_rng(seed)
     settings = ImplicitSettings()
-    formulation = settings.formulation(load("thesis"), pairs)
+    formulation = settings.formulation(load(platform), pairs)
     engine = StructuredEngine(formulation.problem, tolerance=TOLERANCE)
     formulation.begin(engine.memory)
     P, N = len(pairs), settings.horizon

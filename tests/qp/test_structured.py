@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 from otolith.qp import DenseSolver, Status
 from otolith.qp.stage import StageQp, StageSolution, condense, rollout, stage_residual
 from otolith.qp.structured import StructuredSettings, StructuredSolver
-from tests.qp.stage_problems import NU, N, stage_qp
+from tests.qp.stage_problems import NU, NX, N, stage_qp
 
 seeds = st.integers(0, 10_000)
 COLD = StructuredSettings(exchange_limit=0)
@@ -107,6 +108,60 @@ def test_what_is_infeasible_is_found_so_and_nothing_else(seed: int, cold: bool) 
     if expected is Status.INFEASIBLE:
         assert found.residual == np.inf
         assert np.isfinite(found.U).all()
+
+
+def least_violation(qp: StageQp) -> float:
+    """The least amount by which all bounds must be widened for a feasible point, by HiGHS."""
+    dense = condense(qp)
+    n, R = len(dense.g), np.vstack([np.eye(dense.bounds, len(dense.g)), dense.A])
+    above, below = np.isfinite(dense.upper), np.isfinite(dense.lower)
+    A = np.vstack([R[above], -R[below]])
+    found = linprog(
+        np.eye(n + 1)[n],
+        A_ub=np.hstack([A, -np.ones((len(A), 1))]),
+        b_ub=np.concatenate([dense.upper[above], -dense.lower[below]]),
+        bounds=[(None, None)] * n + [(-1.0, None)],
+    )
+    assert found.status == 0
+    return float(found.x[n])
+
+
+@given(seed=seeds, sides=st.sampled_from(["both", "upper", "none"]), edge=st.booleans())
+@settings(max_examples=25, deadline=None, derandomize=True)
+def test_infeasibility_is_proved_only_where_a_linear_program_finds_it(
+    seed: int, sides: str, edge: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    qp = stage_qp(rng, tight=0.3)
+    if sides != "none":  # an input without bounds: its pivot row takes its part in the proof
+        qp.upper[:, -1] = np.inf
+    if sides == "both":
+        qp.lower[:, -1] = -np.inf
+    solver, feasible, x0 = StructuredSolver(qp.problem), 0.0, rng.uniform(-1.0, 1.0, NX)
+    infeasible = 1.0
+    for _ in range(12 if edge else 0):  # to the edge of the feasible starts along a ray
+        middle = 0.5 * (feasible + infeasible)
+        outside = least_violation(qp.changed(x0=middle * x0)) > 0.0
+        feasible, infeasible = (feasible, middle) if outside else (middle, infeasible)
+    for size in (feasible, infeasible):
+        case = qp.changed(x0=size * x0)
+        found = solver.solve(case)
+        if found.status is Status.INFEASIBLE:
+            assert least_violation(case) > 0.0
+        else:
+            assert found.status is Status.OPTIMAL or least_violation(case) > -1e-6 or not edge
+
+
+def test_most_infeasible_problems_are_proved_so_without_bounds_on_an_input() -> None:
+    rng, proved, infeasible = np.random.default_rng(2), 0, 0
+    for _ in range(40):
+        qp = stage_qp(rng, tight=0.3).changed(x0=rng.uniform(-1.0, 1.0, NX))
+        qp.lower[:, -1], qp.upper[:, -1] = -np.inf, np.inf
+        if least_violation(qp) > 1e-6:
+            infeasible += 1
+            proved += solve(qp).status is Status.INFEASIBLE
+    assert infeasible > 12
+    assert proved > 0.9 * infeasible
 
 
 def test_soft_rows_make_an_infeasible_start_solvable() -> None:

@@ -110,7 +110,29 @@ def test_the_least_value_of_combined_rows_is_that_of_the_best_corner(seed: int) 
     pull = dense.A.T @ by_columns(y, qp.problem)[N * NU :]  # (N·nu,)
     corner = np.where(pull > 0, qp.lower[:, -NU:].ravel(), qp.upper[:, -NU:].ravel()).reshape(N, NU)
     expected = np.sum(y * row_values(qp, corner, rollout(qp, corner)))
-    assert solver.kernels.least_of_rows(solver.vector) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    least, size = solver.kernels.least_of_rows(solver.vector)
+    assert least == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert size >= abs(least)
+
+
+@given(seed=seeds)
+@settings(max_examples=15, deadline=None, derandomize=True)
+def test_a_pivot_row_takes_the_pull_on_an_input_without_bounds(seed: int) -> None:
+    solver, qp, rng = loaded(seed)
+    assert solver.structure.pivots == {1: 0}
+    open_, y = -1, rng.standard_normal((N, qp.problem.rows))
+    y[:, -NU:] = 0.0
+    solver.rows("GRADIENT")[:] = y
+    solver.rows("LOWER")[:, open_], solver.rows("UPPER")[:, open_] = -np.inf, np.inf
+    least, size = solver.kernels.least_of_rows(solver.vector)
+    taken = solver.rows("GRADIENT").copy()
+    np.testing.assert_array_equal(taken[:, 1:], y[:, 1:])  # only the pivot row's part changed
+    pull = (condense(qp).A.T @ by_columns(taken, qp.problem)[N * NU :]).reshape(N, NU)
+    np.testing.assert_allclose(pull[:, open_], 0.0, atol=1e-10 * size)
+    corner = np.where(pull > 0, qp.lower[:, -NU:], qp.upper[:, -NU:])
+    corner[:, open_] = rng.standard_normal(N)  # whatever it is
+    expected = np.sum(taken * row_values(qp, corner, rollout(qp, corner)))
+    assert least == pytest.approx(expected, abs=1e-9 * size)
 
 
 def test_numbers_are_data_and_only_the_structure_is_compiled() -> None:

@@ -299,30 +299,55 @@ def least_of_rows(s: Structure) -> str:
     """Smallest value of Σ c_r r over all inputs within their bounds, c in GRADIENT, rows on states only.
 
     Σ c_r r = p₀ᵀ x_0 + Σ_k g_kᵀ u_k with g the rows' costates pulled through Bᵀ; the inputs are
-    bounded one by one, so its minimum takes the side that the sign of g tells.
+    bounded one by one, so its minimum takes the side that the sign of g tells. Where that side has no
+    bound, the input's pivot row takes its part: c of that row changes by −g / (C B), which leaves g = 0.
+    Any c is as good as another for a proof, as long as the caller pays for what it becomes. Second
+    result: the sum of all absolute values, for a judgement of rounding.
     """
     least = []
     for j in range(s.nu):
         row = f"k*{s.rows} + {s.nc + s.nv + j}"
-        least.append(f"least += min_of(m{j}, W[LOWER + {row}], W[UPPER + {row}])")
-    free = total(f"p{i}*W[START + {i}]" for i in range(s.nx))
+        left = (
+            f"m{j}" if j not in s.pivots else f"(g{j} if t{j} == 0.0 else 0.0)"
+        )  # not the rounding of g + C B t
+        least.append(f"of_input = min_of({left}, W[LOWER + {row}], W[UPPER + {row}])")
+        least += ["least += of_input", "size += abs(of_input)"]
+    start = [f"of_state = p{i}*W[START + {i}]\nleast += of_state\nsize += abs(of_state)" for i in range(s.nx)]
     return function(
         "least_of_rows",
         "W",
         constants(s),
-        ["least = 0.0"],
+        ["least = 0.0", "size = 0.0"],
         [f"p{i} = 0.0" for i in range(s.nx)],
         loop(
             BACKWARD.format("N"),
             ["k = N - 1 - back"],
             of_stage(s),
             stage_gradient(s, cost=False),
+            pivoting(s),
             input_gradient(s, cost=False),
             least,
             [f"p{i} = m{s.nu + i}" for i in range(s.nx)],
         ),
-        result=f"least + {free}",
+        chain.from_iterable(text.split("\n") for text in start),
+        result="least, size",
     )
+
+
+def pivoting(s: Structure) -> Lines:
+    """Let the pivot rows take what pulls an input towards a side without bound; s follows."""
+    lines: Lines = []
+    for j, row in s.pivots.items():
+        bound, column = f"k*{s.rows} + {s.nc + s.nv + j}", dict(in_column(s.B, j))
+        pull = (product(b, f"s{i}") for i, b in column.items())
+        reach = (product(c, column[i]) for i, c in in_row(s.C, row) if i in column)
+        lines += [
+            f"g{j} = {total(pull)}",
+            f"t{j} = taken(g{j}, {total(reach)}, W[LOWER + {bound}], W[UPPER + {bound}])",
+            f"W[GRADIENT + k*{s.rows} + {row}] += t{j}",
+        ]
+        lines += [f"s{i} += {product(c, f't{j}')}" for i, c in in_row(s.C, row)]
+    return lines
 
 
 def recursions(s: Structure) -> str:

@@ -79,6 +79,12 @@ class Structure:
         return len(data(self.A)) + len(data(self.B))
 
     @property
+    def pivots(self) -> dict[int, int]:
+        """Input → the first constant row that it, and no other input, moves within a step, if any."""
+        moved = [{j for state, j in self.B if (row, state) in self.C} for row in range(self.nc)]
+        return {j: moved.index({j}) for j in range(self.nu) if {j} in moved}
+
+    @property
     def gains(self) -> int:
         """Numbers that the elimination of one stage's inputs leaves: pivots, gains, feed-forward."""
         return sum(self.nx + self.nu - p for p in range(self.nu)) + self.nu

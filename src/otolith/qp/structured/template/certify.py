@@ -89,14 +89,20 @@ def impossible(W: Vec) -> bool:
     """True when the multipliers prove that no inputs within their bounds satisfy the hard rows.
 
     For any y, Σ y r ≤ Σ y⁺ u − y⁻ l at a feasible point; so when already the least value of Σ y r over
-    the inputs' box exceeds that, there is none. y is tried with the soft rows' and inputs' part removed.
+    the inputs' box exceeds that, there is none. y is tried with the soft rows' and inputs' part removed, and
+    with what points to sides without bound; pivot rows take the part of inputs without bounds.
     """
-    most, size = 0.0, 0.0
     for i in range(ROWS):
+        y = W[MULTIPLIER + i]
         of_input = i % STAGE_ROWS >= STAGE_ROWS - INPUTS
-        y = 0.0 if of_input or W[SOFT + i] < HARD else W[MULTIPLIER + i]
-        b = W[HI + i] if y > 0.0 else W[LO + i]
-        W[GRADIENT + i] = y
-        most += y * b
-        size += abs(y) * largest(1.0, abs(b))
-    return least_of_rows(W) > most + PROOF * size
+        b = W[UPPER + i] if y > 0.0 else W[LOWER + i]
+        W[GRADIENT + i] = 0.0 if of_input or W[SOFT + i] < HARD or not abs(b) < FAR else y
+    least, size = least_of_rows(W)
+    most = 0.0
+    for i in range(ROWS):
+        y = W[GRADIENT + i]
+        b = W[UPPER + i] if y > 0.0 else W[LOWER + i]
+        if y != 0.0:
+            most += y * b if W[SOFT + i] >= HARD else INFINITY
+            size += abs(y) * largest(1.0, abs(b))
+    return least > most + PROOF * size

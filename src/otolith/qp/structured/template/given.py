@@ -47,6 +47,6 @@ def stationarity(W: Vec) -> float:
     raise NotImplementedError
 
 
-def least_of_rows(W: Vec) -> float:
+def least_of_rows(W: Vec) -> tuple[float, float]:
     """`otolith.qp.structured.emit.least_of_rows`."""
     raise NotImplementedError

@@ -5,7 +5,7 @@ folded at the end.
 """
 
 from otolith.core.arrays import Vec
-from otolith.qp.structured.template.given import ACCUMULATOR, LANES, pure
+from otolith.qp.structured.template.given import ACCUMULATOR, INFINITY, LANES, pure
 
 # --- template ---
 
@@ -26,6 +26,13 @@ def smallest(a: float, b: float) -> float:
 def min_of(g: float, low: float, high: float) -> float:
     """Minimum of g u over low ≤ u ≤ high."""
     return g * high if g < 0.0 else (g * low if g > 0.0 else 0.0)
+
+
+@pure
+def taken(g: float, reach: float, low: float, high: float) -> float:
+    """What a row that moves by `reach` with the input takes of its pull g: all of it where no bound does."""
+    unbounded = (g < 0.0 and high == INFINITY) or (g > 0.0 and low == -INFINITY)
+    return -g / reach if unbounded else 0.0
 
 
 @pure
