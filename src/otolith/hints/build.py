@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 from otolith.core.frames import AxisPair
-from otolith.hints.fit import Effort, Tell, fit_laws, fit_network, fit_table
+from otolith.hints.fit import LARGER, Effort, Tell, fit_laws, fit_network, fit_table
 from otolith.hints.manoeuvres import Manoeuvre, along, training
 from otolith.hints.recording import record
 from otolith.mpc.hint.stored import StoredHint, model_of
@@ -28,7 +28,7 @@ def build(
     ------
     MissingExtra : scikit-learn is not installed.
     """
-    effort = effort or Effort(layers=(64, 48) if len(pairs) == 1 else (96, 64))
+    effort = effort or (Effort() if len(pairs) == 1 else LARGER)
     clock = _Clock()
     scenarios = along(training() if manoeuvres is None else manoeuvres, pairs, seed=effort.seed)
     recording = record(

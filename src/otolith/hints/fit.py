@@ -39,13 +39,14 @@ class Effort:
     """How much is spent on fitting; the defaults take about a minute for the thesis's platform."""
 
     layers: tuple[int, ...] = (64, 48)  # of the network
-    passes: int = 16  # over the recording
+    passes: int = 24  # over the recording
     batch: int = 256
     entries: int = 4000  # of the table, at most
     levels: int = 12  # of adaptive washout weights, with a coarse law each
     seed: int = 0
 
 
+LARGER: Final = Effort(layers=(96, 64), passes=12)  # for several pairs: four times as many sets
 QUICK: Final = Effort(layers=(16,), passes=3, entries=100, levels=2)
 
 

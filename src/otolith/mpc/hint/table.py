@@ -49,7 +49,7 @@ class Tabled:
 
     active: Final = True
 
-    def __init__(self, table: Table, *, nearest: int = 4) -> None:
+    def __init__(self, table: Table, *, nearest: int = 3) -> None:
         self._table, self._nearest = table, min(nearest, len(table.parameters))
         self._distance = np.empty(len(table.parameters))
 
