@@ -121,8 +121,13 @@ class Hexapod:
 
         So scaled it has one unit throughout; unscaled, it would depend on whether one counts in metres.
         """
-        scaled = self.jacobian(pose) / np.array([1.0, 1.0, 1.0, *[self.size] * 3])
-        return float(np.linalg.cond(scaled))
+        return float(self.conditions(np.asarray(pose)[None])[0])
+
+    def conditions(self, poses: Mat) -> Vec:
+        """Condition numbers (n,) of the poses (n, 6); see `condition`."""
+        jacobians = np.array([self.jacobian(pose) for pose in poses]).reshape(-1, 6, 6)
+        numbers: Vec = np.linalg.cond(jacobians / np.array([1.0, 1.0, 1.0, *[self.size] * 3]))
+        return numbers
 
     def pose_of(self, lengths: Vec, near: Vec | None = None) -> Vec:
         """Pose (6,) of leg lengths (6,) [m], the one that Newton's method reaches from `near` (neutral).

@@ -1,0 +1,112 @@
+"""`otolith platform`: look at a platform's legs, and find legs that reach what a data sheet prints."""
+
+import functools
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from otolith import files
+from otolith.cli.output import print_json
+from otolith.core.errors import InputError
+from otolith.platforms.fit import as_toml, fit
+from otolith.report import save_figure
+from otolith.report.platform import platform_figure, platform_page, platform_summary
+
+app = typer.Typer(help="Look at a platform's legs, and fit legs to a data sheet.", no_args_is_help=True)
+
+Name = Annotated[
+    str, typer.Argument(metavar="PLATFORM", help="A shipped platform's name or a platform file (.toml).")
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
+]
+
+
+@app.command("show")
+def show(
+    platform: Name,
+    run: Annotated[Path | None, typer.Option(help="A run (run.h5) to show the platform move in.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results (default: out/platform-NAME).")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Draw a platform's legs, their reach, cuts across two axes and conditioning, as page and figure."""
+    console = Console(stderr=True)
+    shown = files.read_platform(platform)
+    recorded = files.read_run(run) if run is not None else None
+    summary, figure = platform_summary(shown), platform_figure(shown)
+    folder = out or Path("out") / f"platform-{shown.name}"
+    files.write_text(folder / "platform.html", platform_page(shown, summary, figure, run=recorded))
+    files.write_json(folder / "platform.json", summary)
+    for ending in ("pdf", "png"):
+        files.write_figure(folder / f"platform.{ending}", functools.partial(save_figure, figure))
+    if json:
+        print_json(summary)
+    for axis, entry in summary["ranges"].items():
+        (key, (low, high)), *_ = entry.items()
+        unit = key.removeprefix("reach_")
+        console.print(f"{axis}: {low:.3f} to {high:.3f} {unit}", highlight=False)
+    console.print(f"written to {folder}: platform.html, .json, .pdf, .png", highlight=False, soft_wrap=True)
+
+
+@app.command("fit")
+def fit_(
+    platform: Name,
+    leg: Annotated[
+        str | None,
+        typer.Option(metavar="SHORTEST,LONGEST", help="Lengths of a leg [m] (default: those of the file)."),
+    ] = None,
+    starts: Annotated[int, typer.Option(min=1, max=10_000, help="Random starts of the search.")] = 60,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random starts; equal seeds, equal answers.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="File for the geometry (default: standard output).")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Find legs that reach what the platform's file says of each axis alone. One of many answers."""
+    console = Console(stderr=True)
+    wanted = files.read_platform(platform)
+    stroke = _stroke(leg) if leg is not None else wanted.six_legs().stroke
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(f"fitting {wanted.name}", total=1.0)
+        result = fit(
+            wanted, stroke, starts=starts, seed=seed, progress=lambda done: bar.update(task, completed=done)
+        )
+    text, best = as_toml(result, stroke), result.best
+    if out is not None:
+        files.write_text(out, text)
+    if json:
+        print_json(
+            {
+                "worst": best.worst,
+                "errors": {axis: list(ends) for axis, ends in best.errors.items()},
+                "condition": best.condition,
+                "alike": len(result.alike),
+                "starts": result.starts,
+                "base_radius_m": [candidate.circles.base_radius_m for candidate in result.alike],
+                "toml": text,
+            }
+        )
+    elif out is None:
+        typer.echo(text, nl=False)
+    console.print(
+        f"worst end {100 * best.worst:.2f} % off, condition number {best.condition:.2f}; one of many: "
+        f"{len(result.alike)} of {starts} starts came as near within 1 %",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def _stroke(text: str) -> tuple[float, float]:
+    parts = text.split(",")
+    try:
+        low, high = (float(part) for part in parts)
+    except ValueError:
+        raise InputError("--leg", repr(text), "SHORTEST,LONGEST in m, as in 1.297,1.937") from None
+    if not 0.05 <= low < high <= 20.0:
+        raise InputError("--leg", repr(text), "two lengths between 0.05 and 20 m, the shorter first")
+    return low, high

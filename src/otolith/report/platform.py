@@ -1,0 +1,247 @@
+"""A platform made visible: its legs, what they reach, how firmly they stand, and a run in motion."""
+
+import io
+import json
+from collections.abc import Sequence
+from functools import cache
+from html import escape
+from importlib.resources import files
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import AXES
+from otolith.core.motion import place_of
+from otolith.platforms import Platform
+from otolith.platforms.fit import table_of
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach
+from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
+from otolith.simulate import Run
+
+WIDTH: Final = 7.16  # [in] both columns of a paper
+FONT: Final = 7.0  # [pt]
+FRAMES_PER_SECOND: Final = 25.0
+SWEEP: Final = 2.4  # [s] of each axis in the tour of a platform
+
+
+def _shown(axis: str) -> tuple[float, str]:
+    """Factor and unit in which an axis is shown."""
+    return (180.0 / np.pi, "deg") if AXES.index(axis) >= 3 else (1.0, "m")
+
+
+def platform_summary(platform: Platform) -> dict[str, Any]:
+    """What the legs reach and how they stand, as plain JSON values; degrees where a name says so.
+
+    Raises
+    ------
+    InputError : the platform's file describes no legs.
+    """
+    hexapod, table = platform.six_legs(), table_of(platform)
+    ranges = {}
+    for axis, ends in reach(hexapod).items():
+        factor, unit = _shown(axis)
+        entry = {f"reach_{unit}": [factor * end for end in ends]}
+        if axis in table:
+            entry[f"file_{unit}"] = [factor * end for end in table[axis]]
+        ranges[axis] = entry
+    neutral = hexapod.lengths(np.zeros(6))
+    return {
+        "platform": platform.name,
+        "ranges": ranges,
+        "neutral_lengths_m": neutral.tolist(),
+        "leg_stroke_m": list(hexapod.stroke),
+        "condition_neutral": hexapod.condition(np.zeros(6)),
+        "reachable_share_of_box": box_share(hexapod),
+    }
+
+
+def platform_figure(platform: Platform) -> Figure:
+    """The legs in the neutral pose, the range of each axis alone, and cuts across two axes."""
+    hexapod = platform.six_legs()
+    figure = Figure(figsize=(WIDTH, 6.6), layout="constrained")
+    grid = figure.add_gridspec(3, 3, height_ratios=[1.25, 1.0, 1.0])
+    _drawing(figure.add_subplot(grid[0, 0], projection="3d"), hexapod)
+    _ranges(figure.add_subplot(grid[0, 1:]), platform, hexapod)
+    cuts = [cut(hexapod, axes) for axes in CUTS]
+    highest = max(float(np.nanmax(one.condition)) for one in cuts)
+    scale = Normalize(1.0, highest)
+    panels = [figure.add_subplot(grid[1 + k // 3, k % 3]) for k in range(len(cuts))]
+    for axes, one in zip(panels, cuts, strict=True):
+        mesh = _cut(axes, one, platform, scale)
+    bar = figure.colorbar(mesh, ax=panels, location="bottom", shrink=0.5, aspect=50, pad=0.01)
+    bar.set_label("condition number of the legs (1 is best); white: beyond a leg's stroke", fontsize=FONT)
+    bar.ax.tick_params(labelsize=FONT)
+    return figure
+
+
+def _drawing(axes: Any, hexapod: Hexapod) -> None:
+    joints, anchors = hexapod.joints, hexapod.anchors
+    for a, b in zip(anchors, joints, strict=True):
+        axes.plot(*zip(a, b, strict=True), color=VERMILION, lw=1.6)
+    for points, color in ((anchors, GREY), (joints, BLUE)):
+        axes.plot(*np.vstack([points, points[:1]]).T, color=color, lw=1.4)
+    axes.scatter(*hexapod.head, s=14, color=ORANGE)
+    low, high = (float(f(np.vstack([joints, anchors])[:, 2])) for f in (np.min, np.max))
+    axes.quiver(0, 0, hexapod.joints[:, 2].mean(), 0.8 * hexapod.size, 0, 0, color=BLUE, lw=1.0)
+    axes.set_zlim(low, max(high, float(hexapod.head[2])))
+    axes.set_aspect("equal")
+    axes.view_init(elev=22, azim=-125)
+    axes.set_axis_off()
+    axes.set_title("neutral pose (arrow: forward)", fontsize=FONT, y=-0.06)
+
+
+def _ranges(axes: Axes, platform: Platform, hexapod: Hexapod) -> None:
+    """Bars of what the legs reach, as shares of the largest of each unit; marks where the file says else."""
+    ranges, table = reach(hexapod), table_of(platform)
+    for row, (axis, ends) in enumerate(ranges.items()):
+        factor, unit = _shown(axis)
+        alike = AXES[:3] if row < 3 else AXES[3:]
+        size = max(max(map(abs, ranges[name])) for name in alike)
+        low, high = (end / size for end in ends)
+        axes.barh(row, high - low, left=low, height=0.55, color=BLUE, alpha=0.75)
+        digits = 3 if unit == "m" else 1
+        for end, share, side in ((ends[0], low, "right"), (ends[1], high, "left")):
+            text = f" {factor * end:+.{digits}f} {unit} ".replace("-", "−")
+            axes.text(share, row, text, ha=side, va="center", fontsize=FONT)
+        if axis in table:
+            axes.plot([end / size for end in table[axis]], [row, row], "|", color="black", ms=13, mew=1.2)
+    axes.set_yticks(range(6), AXES, fontsize=FONT)
+    axes.invert_yaxis()
+    axes.set_xlim(-1.5, 1.5)
+    axes.set_xticks([])
+    axes.set_title("reach of each axis alone (bars) and what the file allows (marks)", fontsize=FONT)
+    for side in ("top", "right", "bottom"):
+        axes.spines[side].set_visible(False)
+
+
+def _cut(axes: Axes, one: Cut, platform: Platform, scale: Normalize) -> Any:
+    (fx, ux), (fy, uy) = (_shown(axis) for axis in one.axes)
+    x, y, table = fx * one.first, fy * one.second, table_of(platform)
+    mesh = axes.pcolormesh(
+        x, y, one.condition, norm=scale, cmap="viridis", shading="nearest", rasterized=True
+    )
+    axes.contour(x, y, one.inside.astype(float), levels=[0.5], colors=VERMILION, linewidths=0.9)
+    if all(axis in table for axis in one.axes):
+        (x0, x1), (y0, y1) = ([f * end for end in table[a]] for a, f in zip(one.axes, (fx, fy), strict=True))
+        axes.plot([x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color="black", lw=0.7, ls="--")
+    axes.set_xlabel(f"{one.axes[0]} [{ux}]", fontsize=FONT)
+    axes.set_ylabel(f"{one.axes[1]} [{uy}]", fontsize=FONT)
+    axes.tick_params(labelsize=FONT)
+    return mesh
+
+
+def tour(hexapod: Hexapod) -> tuple[Vec, Mat, list[str]]:
+    """Time (n,), poses (n, 6) and captions of a tour: every axis to both of its ends and back."""
+    swing = np.sin(2.0 * np.pi * np.arange(0.0, 1.0, 1.0 / (SWEEP * FRAMES_PER_SECOND)))
+    poses, captions = [], []
+    for i, (axis, (low, high)) in enumerate(reach(hexapod).items()):
+        factor, unit = _shown(axis)
+        for share in swing:
+            pose = np.zeros(6)
+            pose[i] = share * (high if share > 0.0 else -low)
+            poses.append(pose)
+            captions.append(f"{axis} {factor * pose[i]:+.2f} {unit}")
+    return np.arange(len(poses)) / FRAMES_PER_SECOND, np.array(poses), captions
+
+
+def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[str] = ()) -> str:
+    """A moving picture of a platform as a piece of HTML that needs nothing else; drag to turn it.
+
+    Parameters
+    ----------
+    time : (n,) [s]; poses : (n, 6); as many as will be shown, see `frames_of` for a run.
+    captions : one text per pose, or none.
+    """
+    places = np.empty((len(poses), 7))
+    for pose, place in zip(poses, places, strict=True):
+        place_of(pose, place)
+    data = {
+        "anchors": hexapod.anchors.round(5).tolist(),
+        "joints": hexapod.joints.round(5).tolist(),
+        "head": hexapod.head.round(5).tolist(),
+        "stroke": list(hexapod.stroke),
+        "time": np.asarray(time).round(4).tolist(),
+        "places": places.round(6).tolist(),
+        "captions": list(captions),
+    }
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    return (
+        '<figure class="platform-view"><canvas width="960" height="560" role="img" '
+        'aria-label="The platform in motion"></canvas>'
+        '<p><button type="button">Play</button> <input type="range" min="0" value="0" aria-label="time"> '
+        "<output></output></p>"
+        f'<script type="application/json">{text}</script><script>{_asset("platform.js")}</script></figure>'
+    )
+
+
+def frames_of(run: Run) -> tuple[Vec, Mat]:
+    """Time (n,) and poses (n, 6) of a run at `FRAMES_PER_SECOND`."""
+    every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)))
+    return run.time[::every], run.pose[::every]
+
+
+def platform_page(
+    platform: Platform, summary: dict[str, Any], figure: Figure, *, run: Run | None = None
+) -> str:
+    """A page of one platform: the picture in motion, its ranges, cuts, and what they mean.
+
+    Parameters
+    ----------
+    summary, figure : what `platform_summary` and `platform_figure` give.
+    run : moves the picture; otherwise a tour of every axis does.
+    """
+    hexapod = platform.six_legs()
+    view = platform_view(hexapod, *frames_of(run)) if run else platform_view(hexapod, *tour(hexapod))
+    moving = f"{run.cueing} on {run.scenario}" if run else "every axis to both of its ends"
+    share = 100.0 * summary["reachable_share_of_box"]
+    rows = "".join(_row(axis, entry) for axis, entry in summary["ranges"].items())
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(platform.name)} – Otolith</title>
+<style>{_asset("page.css")}{_asset("platform.css")}</style></head>
+<body><header><p class="kind">Otolith <span>Platform</span></p><h1>{escape(platform.name)}</h1>
+<p class="lead">{escape(platform.description)}</p></header><main>
+<section><h2>In motion</h2><p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>
+{view}</section>
+<section><h2>Reach of each axis alone</h2><div class="wide"><table><thead><tr><th>axis</th><th>legs reach</th>
+<th>the file allows</th></tr></thead><tbody>{rows}</tbody></table></div>
+<p class="note">Of the box of all these ranges at once the legs reach {share:.1f} %.</p></section>
+<section><h2>Across two axes</h2><p>Coloured: the legs are within their strokes, the other four axes neutral.
+Dashed: what the file allows each axis alone.</p><div class="drawing">{_svg(figure)}</div></section>
+</main><footer>Made by Otolith. This page is complete in itself.</footer></body></html>
+"""
+
+
+def _row(axis: str, entry: dict[str, list[float]]) -> str:
+    unit = next(iter(entry)).removeprefix("reach_")
+    digits = 3 if unit == "m" else 1
+
+    def shown(ends: list[float] | None) -> str:
+        if ends is None:
+            return "–"
+        return f"{ends[0]:+.{digits}f} … {ends[1]:+.{digits}f} {unit}".replace("-", "−")
+
+    return (
+        f"<tr><td>{axis}</td><td>{shown(entry[f'reach_{unit}'])}</td>"
+        f"<td>{shown(entry.get(f'file_{unit}'))}</td></tr>"
+    )
+
+
+def _svg(figure: Figure) -> str:
+    stream = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": "otolith"}):
+        figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
+    text = stream.getvalue()
+    return text[text.index("<svg") :]
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")

@@ -1,0 +1,56 @@
+"""`otolith platform` as a user meets it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from otolith import files
+from otolith.cli import main
+from otolith.simulate import Run
+
+
+def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_show_writes_page_figure_and_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], handmade: Run
+) -> None:
+    files.write_run(handmade, tmp_path / "run.h5")
+    with pytest.raises(SystemExit) as caught:
+        main(
+            ["platform", "show", "davsi", "--run", str(tmp_path / "run.h5"), "--out", str(tmp_path), "--json"]
+        )
+    assert caught.value.code == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out) == json.loads((tmp_path / "platform.json").read_text())
+    assert "surge: -0.496 to 0.627 m" in told.err
+    assert "nobody on by hand" in (tmp_path / "platform.html").read_text()
+    assert (tmp_path / "platform.png").stat().st_size > 10_000
+
+
+def test_fit_writes_a_geometry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["platform", "fit", "davsi", "--starts", "1", "--out", str(tmp_path / "legs.toml"), "--json"])
+    assert caught.value.code == 0
+    told = capsys.readouterr()
+    answer = json.loads(told.out)
+    assert answer["toml"] == (tmp_path / "legs.toml").read_text()
+    assert answer["toml"].startswith("[hexapod]")
+    assert "one of many: 1 of 1 starts" in told.err
+    with pytest.raises(SystemExit):
+        main(["platform", "fit", "davsi", "--leg", "1.297,1.937", "--starts", "1"])
+    assert capsys.readouterr().out == answer["toml"]
+
+
+@pytest.mark.parametrize("leg", ["1.3", "2,1", "a,b", "0.001,2"])
+def test_wrong_leg_lengths_are_refused(leg: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"--leg is '{leg}', must be" in refusal(["platform", "fit", "davsi", "--leg", leg], capsys)
+
+
+def test_without_legs_there_is_nothing_to_show(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "[hexapod] of platform benchmark is missing" in refusal(["platform", "show", "benchmark"], capsys)

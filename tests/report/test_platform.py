@@ -1,0 +1,89 @@
+"""The picture of a platform: what is drawn is what the legs do."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from otolith.core.errors import InputError
+from otolith.platforms import load
+from otolith.platforms.reach import reach
+from otolith.report.platform import (
+    frames_of,
+    platform_figure,
+    platform_page,
+    platform_summary,
+    platform_view,
+    tour,
+)
+from otolith.simulate import Run
+
+DAVSI = load("davsi")
+LEGS = DAVSI.six_legs()
+
+
+def drawn(view: str) -> dict[str, list[list[float]]]:
+    found = re.search(r'<script type="application/json">(.*?)</script>', view, re.S)
+    assert found is not None
+    data: dict[str, list[list[float]]] = json.loads(found.group(1))
+    return data
+
+
+def test_the_summary_is_plain_json_in_shown_units() -> None:
+    summary = platform_summary(DAVSI)
+    assert json.loads(json.dumps(summary)) == summary
+    assert summary["ranges"]["surge"]["file_m"] == [-0.51, 0.63]
+    assert summary["ranges"]["pitch"]["reach_deg"] == pytest.approx(np.degrees(reach(LEGS)["pitch"]))
+    assert 0.01 < summary["reachable_share_of_box"] < 0.03
+
+
+def test_a_platform_without_legs_is_refused() -> None:
+    with pytest.raises(InputError, match=r"\[hexapod\] of platform benchmark is missing"):
+        platform_summary(load("benchmark"))
+
+
+def test_the_picture_shows_the_legs_where_they_are() -> None:
+    pose = np.array([0.1, -0.05, 0.1, 0.1, -0.1, 0.2])
+    data = drawn(platform_view(LEGS, np.zeros(1), pose[None]))
+    (place,) = data["places"]
+    R = Rotation.from_quat(place[3:], scalar_first=True).as_matrix()
+    ends = np.array(place[:3]) + np.array(data["joints"]) @ R.T
+    lengths = np.linalg.norm(ends - np.array(data["anchors"]), axis=1)
+    np.testing.assert_allclose(lengths, LEGS.lengths(pose), atol=5e-5)
+
+
+def test_the_tour_goes_to_every_end_and_never_beyond() -> None:
+    time, poses, captions = tour(LEGS)
+    assert len(time) == len(poses) == len(captions)
+    assert LEGS.reaches(0.9999 * poses).all()
+    for i, ends in enumerate(reach(LEGS).values()):
+        np.testing.assert_allclose([poses[:, i].min(), poses[:, i].max()], ends, rtol=1e-9)
+
+
+def test_a_runs_frames_are_its_poses(handmade: Run) -> None:
+    time, poses = frames_of(handmade)
+    np.testing.assert_allclose(np.diff(time), 0.04)
+    np.testing.assert_allclose(poses[:, 0], 0.1 * time)
+
+
+def test_the_page_is_complete_in_itself(handmade: Run) -> None:
+    summary, figure = platform_summary(DAVSI), platform_figure(DAVSI)
+    hostile = DAVSI.model_copy(update={"name": "<b>&"})
+    run = replace(handmade, scenario="</script><b>", platform=hostile)
+    for page in (platform_page(hostile, summary, figure), platform_page(hostile, summary, figure, run=run)):
+        assert not re.findall(r'(?:src|href)="(?!#|data:)', page)
+        assert "<b>" not in page
+        assert "−0.496 … +0.627 m" in page
+        assert "2.1 %" in page
+    assert "nobody on" in page
+
+
+def test_the_figure_shows_ranges_and_cuts() -> None:
+    figure = platform_figure(DAVSI)
+    labels = {ax.get_xlabel() for ax in figure.axes}
+    assert {"surge [m]", "roll [deg]", "heave [m]"} <= labels
+    shown = [text.get_text() for ax in figure.axes for text in ax.texts]
+    assert any("−0.496 m" in text for text in shown)
