@@ -149,7 +149,9 @@ def test_infeasibility_is_proved_only_where_a_linear_program_finds_it(
         if found.status is Status.INFEASIBLE:
             assert least_violation(case) > 0.0
         else:
-            assert found.status is Status.OPTIMAL or least_violation(case) > -1e-6 or not edge
+            assert (
+                found.status is Status.OPTIMAL or abs(least_violation(case)) < 1e-4
+            )  # left open at the edge
 
 
 def test_most_infeasible_problems_are_proved_so_without_bounds_on_an_input() -> None:
