@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Bools, Vec
 from otolith.metrics.boundaries import Boundary
 from otolith.metrics.omct import Response
 from otolith.report.palette import BLUE, GREEN, VERMILION
@@ -22,7 +22,6 @@ from otolith.scenarios.omct import MotionTest
 WIDTH: Final = 7.0  # [in] of two columns
 ROW: Final = 1.55  # [in] of a test
 FONT: Final = 7.5  # [pt]
-FLOOR: Final = 1e-4  # modulus below which a response is drawn at the edge
 
 Boundaries = Mapping[str, Boundary]
 
@@ -115,13 +114,13 @@ LEAD: Final = (
 
 
 def _modulus(ax: Axes, test: MotionTest, of_test: Sequence[Response], boundary: Boundary | None) -> None:
-    modulus = np.maximum([r.modulus for r in of_test], FLOOR)
+    felt = _felt(of_test)
+    modulus = np.where(felt, [r.modulus for r in of_test], np.nan)
     error = np.array([r.modulus_uncertainty for r in of_test])
-    down = np.minimum(error, modulus - 0.1 * FLOOR)  # a bar to zero has no place on a logarithmic axis
     ax.set_yscale("log")
-    _points(ax, of_test, modulus, np.stack([down, error]))
-    low, high = float(np.min(modulus)) / 1.5, float(np.max(modulus + error)) * 1.5
-    ax.set_ylim(low, max(high, 10.0 * low))
+    _points(ax, of_test, modulus, np.stack([np.minimum(error, 0.9 * modulus), error]))  # no bar down to zero
+    low, high = (np.min(modulus[felt]), np.max((modulus + error)[felt])) if felt.any() else (0.1, 1.0)
+    ax.set_ylim(low / 1.5, 1.5 * max(high, 5.0 * low))
     if boundary is not None:
         _shade(ax, boundary.omega, boundary.modulus_low, boundary.modulus_high)
     ax.yaxis.set_minor_formatter(NullFormatter())
@@ -131,22 +130,29 @@ def _modulus(ax: Axes, test: MotionTest, of_test: Sequence[Response], boundary: 
 
 
 def _phase(ax: Axes, of_test: Sequence[Response], boundary: Boundary | None) -> None:
+    felt = _felt(of_test)
     phase = np.array([r.phase_deg for r in of_test])
-    known = np.isfinite(phase)
-    phase[known] = np.unwrap(phase[known], period=360.0)
+    phase[felt] = np.unwrap(phase[felt], period=360.0)
     error = np.array([r.phase_uncertainty_deg for r in of_test])
     _points(ax, of_test, phase, np.stack([error, error]))
+    if not felt.any():
+        ax.set_ylim(-180.0, 180.0)
     if boundary is not None:
         _shade(ax, boundary.omega, boundary.phase_low_deg, boundary.phase_high_deg)
-    if not known.any():
-        ax.text(0.5, 0.5, "nothing is felt", transform=ax.transAxes, ha="center", fontsize=FONT)
-        ax.set_ylim(-180.0, 180.0)
     ax.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 1.5, 3, 4.5, 9, 10]))
     ax.set_ylabel("phase [deg]", fontsize=FONT)
 
 
+def _felt(of_test: Sequence[Response]) -> Bools:
+    """Frequencies at which anything is felt: only they have a phase, and a place on a logarithmic axis."""
+    return np.isfinite([r.phase_deg for r in of_test])
+
+
 def _points(ax: Axes, of_test: Sequence[Response], values: Vec, error: Vec) -> None:
     omega = [r.omega for r in of_test]
+    if not _felt(of_test).any():
+        ax.text(0.5, 0.5, "nothing is felt", transform=ax.transAxes, ha="center", fontsize=FONT)
+        ax.set_xlim(0.9 * omega[0], 1.1 * omega[-1])
     ax.errorbar(
         omega, values, yerr=error, fmt="o-", color=BLUE, ecolor=VERMILION, ms=2.6, lw=1.0, elinewidth=1.0
     )
