@@ -55,11 +55,17 @@ class PartialLaw:
     """Explicit law of the regions met so far; `tries` bounds the sets tried before the QP is solved.
 
     Not for use by several threads at once.
+
+    Parameters
+    ----------
+    pruned : no constraint is left out, since the caller knows that every one may bind; saves most of the
+        time that making a law takes.
     """
 
-    def __init__(self, problem: ParametricQp, *, tries: int = 8) -> None:
+    def __init__(self, problem: ParametricQp, *, tries: int = 8, pruned: bool = False) -> None:
         self.problem = problem
-        self._form = prune(least_distance(problem)).form.unsymmetric()
+        form = least_distance(problem)
+        self._form = (form if pruned else prune(form).form).unsymmetric()
         f, m = self._form, self._form.sizes[0]
         self._sets: SetTable = set_table(m, np.array(f.mirror))
         self._packed = _without_facets(f, self._sets)

@@ -25,6 +25,8 @@ from otolith.mpc.formulation import Formulation
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.mpc.washout import WashoutWeight
 from otolith.mpqp import ParametricQp, PartialLaw
+from otolith.mpqp.leastdistance import least_distance
+from otolith.mpqp.prune import prune
 from otolith.platforms import Platform
 from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.condensed import CondensedSolver
@@ -77,6 +79,12 @@ class CoarseProblem:
     row: Ints  # (m,) number among blocks x rows
     side: Ints  # (m,) +1 or -1
 
+    def only(self, constraints: Ints) -> "CoarseProblem":
+        """The same with some of the constraints."""
+        whole, kept = self.problem, constraints
+        problem = replace(whole, G=whole.G[kept], w=whole.w[kept], S=whole.S[kept])
+        return CoarseProblem(problem, self.row[kept], self.side[kept])
+
 
 def coarse_problem(
     platform: Platform, pair: AxisPair, settings: ImplicitSettings, weights: Vec
@@ -109,6 +117,15 @@ def coarse_problem(
         upper=high,
     )
     return CoarseProblem(problem, np.concatenate(rows), np.concatenate(side))
+
+
+def _problems_of_levels(
+    platform: Platform, pair: AxisPair, settings: ImplicitSettings, levels: Mat
+) -> list[CoarseProblem]:
+    """The problem at every level, without the constraints that never bind: weights do not change which."""
+    made = [coarse_problem(platform, pair, settings, weights) for weights in levels]
+    binding = np.sort(prune(least_distance(made[0].problem)).form.rows)
+    return [one.only(binding) for one in made]
 
 
 def _affine_samples(formulation: Formulation, lengths: Lengths, weights: Vec) -> list[Qp]:
@@ -161,9 +178,9 @@ class Coarse:
         self._levels = np.log(np.maximum(laws.levels, 1e-9))
         self._of_pair = len(laws.levels)
         self._problems = [
-            coarse_problem(platform, pair, settings, weights) for pair in pairs for weights in laws.levels
+            made for pair in pairs for made in _problems_of_levels(platform, pair, settings, laws.levels)
         ]
-        self._learned = [PartialLaw(made.problem) for made in self._problems]
+        self._learned = [PartialLaw(made.problem, pruned=True) for made in self._problems]
         for law, parameters in zip(self._learned, laws.parameters, strict=True):
             law.learn(parameters)
         self._laws = copy.deepcopy(self._learned)
