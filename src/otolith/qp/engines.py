@@ -135,8 +135,16 @@ class StructuredEngine:
 class CondensedEngine:
     """The condensed engine: `daqp`, warm-started, counts its working-set changes."""
 
-    def __init__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> None:
-        self._solver = CondensedSolver(problem, DenseSolver(tolerance=tolerance), blocks=blocks)
+    def __init__(
+        self,
+        problem: StageProblem,
+        *,
+        tolerance: float,
+        blocks: Lengths = (),
+        primal_tolerance: float = DenseSolver().primal_tolerance,
+    ) -> None:
+        dense = DenseSolver(tolerance=tolerance, primal_tolerance=primal_tolerance)
+        self._solver = CondensedSolver(problem, dense, blocks=blocks)
         self._blocks = blocks
         N, M, weighted = problem.horizon, len(blocks) or problem.horizon, len(problem.weighted)
         self.memory = StageMemory(
