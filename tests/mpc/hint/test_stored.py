@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from otolith.core.errors import CorruptFile, InputError
+from otolith.core.errors import CorruptFile
 from otolith.core.frames import SWAY_ROLL
-from otolith.mpc.hint.stored import Kind, StaleHint, StoredHint, digest, model_of, parse_kind
+from otolith.mpc.hint.stored import Kind, StaleHint, StoredHint, digest, model_of
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.mpc.washout import constant
 from otolith.platforms import load
@@ -63,9 +63,3 @@ def test_damaged_arrays_are_refused() -> None:
     for sentence, damaged in bad.items():
         with pytest.raises(CorruptFile, match=sentence):
             StoredHint.from_arrays(damaged, hint.model, hint.training)
-
-
-def test_kinds_are_read_by_name() -> None:
-    assert parse_kind("law") is Kind.LAW
-    with pytest.raises(InputError, match="one of learned, law, table"):
-        parse_kind("oracle")

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from numpy.typing import NDArray
 
-from otolith.core.errors import CorruptFile, InputError, OtolithError, one_of
+from otolith.core.errors import CorruptFile, OtolithError
 from otolith.core.frames import AxisPair
 from otolith.mpc.hint.coarse import Coarse, CoarseLaws
 from otolith.mpc.hint.features import braking_forms
@@ -49,14 +49,6 @@ class Kind(StrEnum):
     LEARNED = "learned"
     LAW = "law"
     TABLE = "table"
-
-
-def parse_kind(name: str) -> Kind:
-    """Read an option's value, or say in one sentence what it may be."""
-    try:
-        return Kind(name)
-    except ValueError:
-        raise InputError("guess", repr(name), one_of(Kind, name)) from None
 
 
 def model_of(platform: Platform, pairs: Sequence[AxisPair], settings: ImplicitSettings) -> Model:

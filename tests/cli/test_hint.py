@@ -1,0 +1,89 @@
+"""`otolith hint` from the outside: what it prints, what it refuses, and how a run goes on without."""
+
+import json
+from pathlib import Path
+
+import h5py
+import pytest
+
+from otolith import files
+from otolith.cli import main
+from tests.hints.tiny import tiny_hint
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    path = tmp_path / "hint.h5"
+    files.write_hint(tiny_hint(), path)
+    return path
+
+
+def otolith(*words: str) -> int:
+    """Exit code of the program."""
+    try:
+        main(list(words))
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def alter(path: Path) -> None:
+    """Change one number, as a broken disk would."""
+    with h5py.File(path, "r+") as file:
+        file["network.bias-0"][0] = 1.0 - file["network.bias-0"][0]
+
+
+def test_a_hint_is_built_stored_and_verified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(tmp_path / "hint.h5")
+    assert otolith("hint", "build", "--quick", "--json", "--out", path) == 0
+    built = json.loads(capsys.readouterr().out)
+    assert built["training"]["steps"] > 1000
+    assert otolith("hint", "verify", path, "--quick", "--json") == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["model"] == built["model"]
+    assert said["passed"] is True
+    unseen = said["references"]["unseen"]
+    assert set(unseen["schemes"]) == {"cold", "previous", "learned", "law", "table"}
+    for scheme in unseen["schemes"].values():
+        assert scheme["first_input_gap"] < 1e-6
+
+
+def test_a_stale_or_altered_hint_is_refused_by_verify_in_one_sentence(
+    stored: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert otolith("hint", "verify", str(stored), "--platform", "davsi") == 2
+    assert "they differ in" in capsys.readouterr().err
+    alter(stored)
+    assert otolith("hint", "verify", str(stored)) == 2
+    assert "was altered: its content does not match its SHA-256" in capsys.readouterr().err
+
+
+def test_a_run_takes_a_hint_and_goes_on_without_one_that_it_refuses(
+    stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["run", "sine:duration=2", "--cueing", "hybrid-learned", "--hint", str(stored), "--json"]
+    assert otolith(*words, "--out", str(tmp_path / "with")) == 0
+    with_hint = json.loads(capsys.readouterr().out)
+    assert with_hint["guesses_missed"] == 0
+    alter(stored)
+    assert otolith(*words, "--out", str(tmp_path / "without")) == 0
+    out, err = capsys.readouterr()
+    without = json.loads(out)
+    assert "note: hint refused, running without it" in err
+    assert "altered" in without["settings"]["hint_refused"]
+    assert without["guesses_missed"] == 200
+    assert without["rmse"] == pytest.approx(with_hint["rmse"], abs=1e-9)
+
+
+def test_a_model_that_does_not_match_its_hash_is_refused(
+    stored: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with h5py.File(stored, "r+") as file:
+        file.attrs["model"] = file.attrs["model"].replace('"horizon": 50', '"horizon": 40')
+    assert otolith("hint", "verify", str(stored)) == 2
+    assert "its model does not match its hash" in capsys.readouterr().err
+
+
+def test_a_hybrid_without_a_hint_asks_for_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert otolith("run", "sine-1", "--cueing", "hybrid-law") == 2
+    assert "--hint is absent" in capsys.readouterr().err
