@@ -1,4 +1,4 @@
-"""`otolith explicit` and `otolith reproduce` as their user meets them."""
+"""`otolith explicit` as its user meets it."""
 
 import json
 from pathlib import Path
@@ -90,18 +90,3 @@ def test_wrong_options_are_one_sentence(
     done(["explicit", "build", "--out", str(tmp_path / "law.h5"), *arguments], code=2)
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "law.h5").exists()
-
-
-def test_reproduce_puts_published_numbers_beside_ours(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    done(["reproduce", "table-c.3", "table-5.8", "--out", str(tmp_path), "--json"])
-    tables = json.loads(capsys.readouterr().out)
-    assert json.loads((tmp_path / "tables.json").read_text()) == tables
-    for row in tables["table-c.3"]["rows"]:
-        assert row["our_regions"] == pytest.approx(row["regions"], rel=0.02)
-    first = tables["table-5.8"]["rows"][0]
-    assert first["our_regions"] == pytest.approx(first["regions"], rel=0.05)
-    done(["reproduce", "table-5.8", "--out", str(tmp_path)])
-    assert "Table 5.8" in capsys.readouterr().out
-    done(["reproduce", "table-9", "--out", str(tmp_path)], code=2)

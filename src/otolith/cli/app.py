@@ -10,7 +10,19 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from otolith.cli import bench, catalog, drive, explicit, hint, misled, omct, platform, reproduce, run  # noqa: E402
+from otolith.cli import (  # noqa: E402
+    bench,
+    catalog,
+    drive,
+    explicit,
+    hint,
+    misled,
+    omct,
+    platform,
+    reproduce,
+    run,
+    tune,
+)
 from otolith.core.errors import OtolithError  # noqa: E402
 
 app = typer.Typer(
@@ -26,6 +38,7 @@ app.command("compare")(run.compare)
 app.command("drive")(drive.drive_)
 app.command("map")(misled.map_)
 app.command("reproduce")(reproduce.reproduce_)
+app.command("tune")(tune.tune_)
 app.command("omct")(omct.omct_)
 app.command("bench")(bench.bench_)
 app.command("warmup")(bench.warmup)

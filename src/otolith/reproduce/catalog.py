@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
-from otolith.reproduce import braking, explicit, figures, models, perception, washout_tables
+from otolith.reproduce import braking, chapter6, explicit, figures, models, perception, washout_tables
 from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
@@ -19,7 +19,7 @@ Build = Callable[[Answers], Outcome]
 class Item:
     """One table, figure or study: what must be computed for it, and how it is put together."""
 
-    chapter: str  # "chapter-5", "appendix-b", "appendix-c" or "studies"
+    chapter: str  # "chapter-5", "chapter-6", "appendix-b", "appendix-c" or "studies"
     build: Build
     jobs: Callable[[], Iterable[Any]] = tuple
 
@@ -34,7 +34,7 @@ def _drawn(chapter: str, name: str) -> tuple[str, Item]:
 
 
 def _iterations(chapter: str, name: str, setting: models.Setting) -> tuple[str, Item]:
-    return name, Item(chapter, partial(models.iterations, name, setting), setting.loops)
+    return name, Item(chapter, partial(models.iterations, name, setting), setting.counted)
 
 
 def _percentages(chapter: str, name: str, counts: str, setting: models.Setting) -> tuple[str, Item]:
@@ -43,6 +43,22 @@ def _percentages(chapter: str, name: str, counts: str, setting: models.Setting) 
 
 def _errors(chapter: str, name: str, setting: models.Setting, pair: str) -> tuple[str, Item]:
     return name, Item(chapter, partial(models.errors, name, setting, pair=pair), setting.loops)
+
+
+def _emulated(name: str) -> tuple[str, Item]:
+    return name, Item("chapter-6", partial(chapter6.emulator_table, name), chapter6.emulator_jobs)
+
+
+def _emulator_figure(chapter: str, name: str) -> tuple[str, Item]:
+    return name, Item(chapter, partial(chapter6.emulator_figure, name), partial(chapter6.figure_jobs, name))
+
+
+def _lap(name: str) -> tuple[str, Item]:
+    return name, Item("chapter-6", partial(chapter6.lap_table, name), chapter6.lap_jobs)
+
+
+def _lap_figure(chapter: str, name: str) -> tuple[str, Item]:
+    return name, Item(chapter, partial(chapter6.lap_figure, name), partial(chapter6.lap_figure_jobs, name))
 
 
 _LONG, _LAT = "surge-pitch", "sway-roll"
@@ -79,6 +95,10 @@ ITEMS: Final[dict[str, Item]] = dict(
         _percentages("chapter-5", "table-5.10", "table-5.9", ADAPTIVE_4),
         _errors("chapter-5", "table-5.11", ADAPTIVE_4, _LONG),
         _errors("chapter-5", "table-5.12", ADAPTIVE_4, _LAT),
+        *(_emulated(name) for name in ("table-6.2", "table-6.3")),
+        _emulator_figure("chapter-6", "figure-6.2"),
+        *(_lap(name) for name in ("table-6.4", "table-6.5")),
+        *(_lap_figure("chapter-6", name) for name in ("figure-6.4", "figure-6.5")),
         ("table-b.2", Item("appendix-b", perception.table_b2)),
         ("figure-b.1", Item("appendix-b", perception.figure_b1)),
         ("table-b.4", Item("appendix-b", perception.table_b4)),
@@ -98,6 +118,8 @@ ITEMS: Final[dict[str, Item]] = dict(
         _errors("appendix-c", "table-c.6", CONSTANT_2, _LONG),
         _drawn("appendix-c", "figure-c.6"),
         _drawn("appendix-c", "figure-c.7"),
+        *(_emulator_figure("appendix-c", name) for name in ("figure-c.8", "figure-c.9")),
+        *(_lap_figure("appendix-c", f"figure-c.{number}") for number in (10, 11, 12, 13)),
         ("study-filters", Item("studies", misprints.filters)),
         ("study-signs", Item("studies", misprints.signs, misprints.sign_jobs)),
         ("study-guess", Item("studies", effort.guess, effort.guess_jobs)),

@@ -15,7 +15,7 @@ from otolith.mpc.design import Design, explicit
 from otolith.mpc.explicit import ExplicitSettings, explicit_problem
 from otolith.mpc.model import BrakingRows
 from otolith.mpqp import Law, enumerate_regions
-from otolith.plant.ideal import without_lag
+from otolith.plant.ideal import Ideal
 from otolith.platforms import PairLimits, load
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.outcome import Claim, Grid, Outcome
@@ -84,7 +84,7 @@ def _rmse(settings: ExplicitSettings, name: str, *laws: Law) -> float:
     thesis = load("thesis")
     design = Design(platform=thesis, explicit=settings, stored_laws=laws)
     run = simulate(
-        explicit(design), without_lag(), scenario(name), platform=thesis, pairs=(SURGE_PITCH.name,)
+        explicit(design), Ideal(lag=0.0), scenario(name), platform=thesis, pairs=(SURGE_PITCH.name,)
     )
     return float(tracking_rmse(run)[0])
 
@@ -159,7 +159,7 @@ def _benchmark(row: Row) -> Row:
     design = Design(platform=platform, explicit=settings)
     run = simulate(
         explicit(design),
-        without_lag(),
+        Ideal(lag=0.0),
         scenario(row["scenario"]),
         platform=platform,
         pairs=(SURGE_PITCH.name,),

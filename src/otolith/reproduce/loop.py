@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import PAIRS, AxisPair, specific_force
+from otolith.interfaces import Cueing
 from otolith.metrics import distribution, excesses, false_cues, tracking_rmse, travel_rms
 from otolith.mpc.design import Design
 from otolith.mpc.explicit import ExplicitSettings
@@ -107,9 +108,34 @@ class Loop:
             changed["braking"] = platform.braking.model_copy(update=times)
         return platform.model_copy(update=changed)
 
+    @property
+    def engine(self) -> Callable[..., StageEngine]:
+        """What makes the implicit MPC's solver."""
+
+        def started(problem: StageProblem, **options: Any) -> StageEngine:
+            return StartedEngine(problem, start=self.start, **options)
+
+        if self.solver == QPOASES:
+            return QpOasesEngine
+        if self.start is not Start.PREVIOUS:
+            return started
+        made: Callable[..., StageEngine] = SOLVERS[self.solver].load()
+        return made
+
+    def controller(self) -> Cueing:
+        """The cueing algorithm of this loop."""
+        design = _design(replace(self, scenario="", cueing=""))
+        if self.damping != 0.0:
+            return _damped(self, design)
+        cueing: Cueing = CUEING[self.cueing].load()(design)
+        if self.terminal != 1.0 and isinstance(cueing, Implicit):
+            weighted = TerminalWeight(cueing.formulation, self.terminal)
+            cueing.formulation = weighted  # type: ignore[assignment]  # it adds to one, and passes the rest on
+        return cueing
+
     def run(self) -> "Closed":
         """Close the loop."""
-        return closed(self, _simulated(self))
+        return close_with(self, self.controller())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,20 +172,11 @@ class Closed:
         return distribution(self.changes)
 
 
-def _simulated(loop: Loop) -> Run:
-    entry = CUEING[loop.cueing]
-    design = _design(replace(loop, scenario="", cueing=""))
-    cueing = entry.load()(design) if loop.damping == 0.0 else _damped(loop, design)
-    if loop.terminal != 1.0:
-        cueing.formulation = TerminalWeight(cueing.formulation, loop.terminal)
-    return simulate(
-        cueing,
-        PLANTS[entry.plant].load()(),
-        loop.reference,
-        platform=loop.platform,
-        pairs=loop.dofs,
-        names=(loop.cueing, entry.plant),
-    )
+def close_with(loop: Loop, cueing: Cueing) -> Closed:
+    """Close the loop with a cueing algorithm made elsewhere."""
+    plant = PLANTS[CUEING[loop.cueing].plant].load()(loop.platform)
+    run = simulate(cueing, plant, loop.reference, platform=loop.platform, pairs=loop.dofs)
+    return closed(loop, run)
 
 
 def _damped(loop: Loop, design: Design) -> Implicit:
@@ -182,21 +199,9 @@ def _design(loop: Loop) -> Design:
         platform=loop.platform,
         pairs=loop.pairs,
         explicit=loop.explicit or EXPLICIT[len(loop.dofs)],
-        implicit=ImplicitSettings(washout=loop.washout, braking=loop.braking, engine=_engine(loop)),
+        implicit=ImplicitSettings(washout=loop.washout, braking=loop.braking, engine=loop.engine),
         entry=loop.entry,
     )
-
-
-def _engine(loop: Loop) -> Callable[..., StageEngine]:
-    def started(problem: StageProblem, **options: Any) -> StageEngine:
-        return StartedEngine(problem, start=loop.start, **options)
-
-    if loop.solver == QPOASES:
-        return QpOasesEngine
-    if loop.start is not Start.PREVIOUS:
-        return started
-    made: Callable[..., StageEngine] = SOLVERS[loop.solver].load()
-    return made
 
 
 def closed(loop: Loop, run: Run) -> Closed:

@@ -1,0 +1,65 @@
+"""The strong extra column: a certified guess of the active limits, with the minimiser unchanged.
+
+The coarse explicit law of the *same* limits and weights proposes a working set, which the solver takes only
+where fewer optimality conditions contradict it than the set of the step before (`otolith.mpc.hint`). It is
+made here from a few training manoeuvres, none of them a signal of the thesis.
+"""
+
+from dataclasses import dataclass
+
+from otolith.hints.fit import Effort, fit_laws
+from otolith.hints.manoeuvres import along, training
+from otolith.hints.recording import record
+from otolith.mpc.hint.coarse import Coarse
+from otolith.mpc.hybrid import NoGuess
+from otolith.mpc.implicit import Implicit, ImplicitSettings
+from otolith.mpc.washout import WashoutWeight
+from otolith.reproduce.loop import Closed, Loop, close_with
+
+EVERY = 5  # of the training manoeuvres one in so many: about four minutes of driving
+NAME = "certified guess"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hinted:
+    """Closed loops of several signals with one hint."""
+
+    dofs: tuple[str, ...]
+    washout: tuple[WashoutWeight, ...]
+    scenarios: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """For the progress line."""
+        return f"certified guess, {2 * len(self.dofs)} DOF: {', '.join(self.scenarios)}"
+
+    @property
+    def cost(self) -> float:
+        """Seconds, roughly."""
+        return 12.0 + sum(self.loop(scenario).cost for scenario in self.scenarios)
+
+    def loop(self, scenario: str) -> Loop:
+        """The same loop without a hint."""
+        return Loop(scenario=scenario, dofs=self.dofs, washout=self.washout)
+
+    def run(self) -> dict[str, Closed]:
+        """Make the hint, then close the loops; by signal."""
+        first = self.loop(self.scenarios[0])
+        platform, pairs = first.platform, first.pairs
+        settings = ImplicitSettings(washout=self.washout, engine=first.engine)
+        structured = ImplicitSettings(washout=self.washout)
+        recording = record(platform, pairs, structured, along(training()[::EVERY], pairs))
+        laws = fit_laws(platform, pairs, structured, recording, Effort())
+        return {
+            scenario: close_with(
+                self.loop(scenario),
+                Implicit(
+                    platform,
+                    pairs,
+                    settings=settings,
+                    guess=NoGuess(),
+                    hint=Coarse(laws, platform, pairs, settings),
+                ),
+            )
+            for scenario in self.scenarios
+        }

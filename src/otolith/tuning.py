@@ -1,0 +1,140 @@
+"""Constant washout weights found by optimisation instead of by hand (thesis, Table 5.3).
+
+For weights on given states the implicit MPC cues every scenario; the objective is
+
+    J = mean over scenarios of ln(RMSE(f) / RMS(f_ref)) + μ · RMS(travel) / reach,
+
+the logarithm of the geometric mean of the relative errors, and a price μ on the travel that is spent: what
+is not spent is there for the next manoeuvre. It is minimised over the logarithms of the weights by the
+simplex of Nelder & Mead (Computer Journal 7, 1965), which needs no derivative: J has kinks where limits
+become active.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from scipy.optimize import minimize
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
+from otolith.core.frames import SURGE_PITCH
+from otolith.metrics import tracking_rmse, travel_rms
+from otolith.mpc.design import Design, implicit
+from otolith.mpc.implicit import ImplicitSettings
+from otolith.mpc.washout import constant
+from otolith.plant import Ideal
+from otolith.platforms import Platform
+from otolith.scenarios import Scenario
+from otolith.simulate import simulate
+
+TRAVEL_PRICE: Final = 0.5  # μ: half the reach in RMS is worth 28 % of error
+BOUNDS: Final = (1e-4, 1e2)  # of every weight
+START: Final = 0.3  # of every weight
+FIRST_STEP: Final = 0.7  # of the simplex, in decades
+CLOSE: Final = 0.02  # the simplex is small enough: in decades, and in J
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tuned:
+    """The best weights that were met."""
+
+    weights: Mapping[str, float]  # by state
+    objective: float
+    evaluations: int
+    by_scenario: Mapping[str, tuple[float, float]]  # RMSE(f) [m/s²], RMS of the travel [m]
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "weights": dict(self.weights),
+            "objective": self.objective,
+            "evaluations": self.evaluations,
+            "scenarios": {
+                name: {"rmse": rmse, "travel_rms": travel}
+                for name, (rmse, travel) in self.by_scenario.items()
+            },
+        }
+
+
+def tune(
+    platform: Platform,
+    states: Sequence[str],
+    scenarios: Sequence[Scenario],
+    *,
+    evaluations: int = 40,
+    price: float = TRAVEL_PRICE,
+    tell: Callable[[int, float], None] = lambda _, __: None,
+) -> Tuned:
+    """Tune constant weights on `states` of the surge-pitch pair; `tell` hears each evaluation's J.
+
+    Raises
+    ------
+    InputError : no scenario, no state, an unknown state, or too few evaluations for a simplex.
+    """
+    if not scenarios or not states:
+        raise InputError("scenarios and states", "none", "at least one of each")
+    if evaluations < len(states) + 1:
+        raise InputError("evaluations", evaluations, f"at least {len(states) + 1}, a simplex")
+    constant(dict.fromkeys(states, 0.0))  # refuses what is no state
+    search = _Search(platform, tuple(states), tuple(scenarios), price, tell)
+    corner = np.full(len(states), math.log10(START))
+    simplex = np.vstack([corner, corner + FIRST_STEP * np.eye(len(states))])
+    minimize(
+        search.objective,
+        corner,
+        method="Nelder-Mead",
+        bounds=[tuple(np.log10(BOUNDS))] * len(states),
+        options={"initial_simplex": simplex, "maxfev": evaluations, "xatol": CLOSE, "fatol": CLOSE},
+    )
+    return search.best
+
+
+class _Search:
+    """Evaluates the objective and keeps the best."""
+
+    def __init__(
+        self,
+        platform: Platform,
+        states: tuple[str, ...],
+        scenarios: tuple[Scenario, ...],
+        price: float,
+        tell: Callable[[int, float], None],
+    ) -> None:
+        self._platform, self._states, self._scenarios = platform, states, scenarios
+        self._price, self._tell, self._count = price, tell, 0
+        self.best = Tuned(weights={}, objective=math.inf, evaluations=0, by_scenario={})
+
+    def objective(self, logarithms: Vec) -> float:
+        """J at weights of these decimal logarithms."""
+        self._count += 1
+        weights = dict(zip(self._states, (10.0**logarithms).tolist(), strict=True))
+        found = self._cued(weights)
+        low, high = self._platform.pair_limits(SURGE_PITCH).position
+        parts = [
+            math.log(rmse / _size(scenario)) + self._price * 2.0 * travel / (high - low)
+            for scenario, (rmse, travel) in zip(self._scenarios, found.values(), strict=True)
+        ]
+        J = float(np.mean(parts))
+        if self.best.objective > J:
+            self.best = Tuned(weights=weights, objective=J, evaluations=self._count, by_scenario=found)
+        self._tell(self._count, J)
+        return J
+
+    def _cued(self, weights: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+        settings = ImplicitSettings(washout=constant(weights))
+        cueing = implicit(Design(platform=self._platform, pairs=(SURGE_PITCH,), implicit=settings))
+        found = {}
+        for scenario in self._scenarios:
+            run = simulate(cueing, Ideal(), scenario, platform=self._platform, pairs=(SURGE_PITCH.name,))
+            axis = SURGE_PITCH.translation
+            found[scenario.name] = (float(tracking_rmse(run)[axis]), float(travel_rms(run)[axis]))
+        return found
+
+
+def _size(scenario: Scenario) -> float:
+    """RMS of the wanted force [m/s²]."""
+    t = np.arange(0.0, scenario.duration, 0.01)
+    return float(np.sqrt(np.mean(scenario.specific_force(t)[:, 0] ** 2)))

@@ -1,0 +1,51 @@
+"""`otolith reproduce` as its user meets it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from otolith.cli import main
+
+
+def test_published_numbers_stand_beside_ours_on_page_paper_and_in_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = ["table-c.2", "table-5.8", "figure-4.2", "figure-c.1", "study-arithmetic"]
+    with pytest.raises(SystemExit) as ended:
+        main(["reproduce", *names, "--out", str(tmp_path), "--processes", "1", "--json"])
+    assert ended.value.code == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert json.loads((tmp_path / "reproduced.json").read_text()) == printed
+    table = printed["items"]["table-5.8"]
+    assert (table["agree"], table["total"], table["conclusion_holds"]) == (2, 2, False)
+    page = (tmp_path / "report.html").read_text()
+    assert "Table 5.8. 4 DOF, regions" in page
+    assert page.count("<svg") == 2
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "report.html",
+        "report.pdf",
+        "reproduced.json",
+    ]
+
+
+def test_without_json_a_table_says_how_many_agree(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["reproduce", "study-filters", "--out", str(tmp_path)])
+    out = capsys.readouterr()
+    assert "0 of 1" in out.out
+    assert "report.html" in out.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [(["table-9"], "'table-9'"), (["table-5.8", "--processes", "0"], "--processes")],
+)
+def test_a_wrong_word_is_one_sentence(
+    arguments: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["reproduce", *arguments, "--out", str(tmp_path)])
+    assert ended.value.code == 2
+    assert sentence in capsys.readouterr().err

@@ -1,0 +1,77 @@
+"""The quick subset: numbers that would drift with a law, a braking row, a model or a filter."""
+
+import json
+
+import pytest
+
+from otolith.core.errors import InputError
+from otolith.reproduce import CHAPTERS, ITEMS, QUICK, Outcome, chosen, reproduce
+
+
+@pytest.fixture(scope="module")
+def quick() -> dict[str, Outcome]:
+    told: list[float] = []
+    found = reproduce(list(QUICK), processes=1, tell=lambda _, fraction: told.append(fraction))
+    assert told == sorted(told)
+    return {outcome.name: outcome for outcome in found}
+
+
+def _ours(outcome: Outcome) -> dict[tuple[str, str], float]:
+    return {(number.row, number.column): number.ours for number in outcome.numbers}
+
+
+def test_explicit_numbers_have_not_drifted(quick: dict[str, Outcome]) -> None:
+    """Table C.2 and Table 5.8; the numbers themselves are judged in the report."""
+    c_2 = _ours(quick["table-c.2"])
+    assert c_2["sine-2", "rmse_without"] == pytest.approx(1.5860, abs=5e-4)
+    assert c_2["sine-2", "rmse_with"] == pytest.approx(1.1777, abs=5e-4)
+    assert c_2["step-1", "rmse_with"] == pytest.approx(0.2935, abs=5e-4)
+    assert list(_ours(quick["table-5.8"]).values()) == [21025, 777923]
+    assert quick["table-c.2"].counts() == {"agrees": 7, "within 10 %": 5, "same order": 2, "differs": 0}
+
+
+def test_perception_agrees_digit_for_digit_where_nothing_is_exchanged(quick: dict[str, Outcome]) -> None:
+    assert quick["table-b.4"].counts()["agrees"] == 12
+    assert quick["study-table-b.2"].claims[0].holds is False
+
+
+def test_braking_needs_two_not_one(quick: dict[str, Outcome]) -> None:
+    printed, ours = quick["study-braking-bound"].claims
+    assert not printed.holds
+    assert ours.holds
+    overshoots = {row[0]: max(row[2:5]) for row in quick["study-braking-bound"].grids[0].rows}  # type: ignore[type-var]
+    at = {round(float(ratio), 2): far for ratio, far in overshoots.items()}  # type: ignore[arg-type]
+    assert at[2.22] == pytest.approx(0.500, abs=5e-4)
+    assert at[2.0] == pytest.approx(0.500, abs=5e-4)
+    assert at[1.43] == pytest.approx(0.507, abs=5e-4)
+    assert at[1.05] == pytest.approx(0.537, abs=1e-3)
+    drift, kept = quick["study-braking-rows"].claims
+    assert (drift.holds, kept.holds) == (False, True)
+
+
+def test_printed_equations_fail_where_the_text_contradicts_them(quick: dict[str, Outcome]) -> None:
+    assert [quick[name].claims[0].holds for name in ("study-filters", "study-table-6.1")] == [False, False]
+    first, last = quick["study-arithmetic"].grids[0].rows[-2:]
+    assert first[3] == pytest.approx(14.14, abs=0.01)
+    assert last[3] == pytest.approx(12.46, abs=0.01)
+
+
+def test_everything_becomes_json(quick: dict[str, Outcome]) -> None:
+    for outcome in quick.values():
+        values = json.loads(json.dumps(outcome.as_json(), allow_nan=False))
+        assert values["agree"] <= values["total"] == len(outcome.numbers)
+        assert values["conclusion_holds"] == all(claim["holds"] for claim in values["claims"])
+
+
+def test_chapters_all_and_single_names_choose_in_the_order_of_the_thesis() -> None:
+    assert chosen(["all"]) == list(ITEMS)
+    assert chosen(["table-5.9", "table-5.5"]) == ["table-5.5", "table-5.9"]
+    assert set(chosen(["quick"])) == set(QUICK)
+    assert sum(len(chosen([chapter])) for chapter in CHAPTERS) == len(ITEMS)
+    with pytest.raises(InputError, match=r"table-5\.5"):
+        chosen(["table-5.55"])
+
+
+def test_reasons_are_studies_that_exist(quick: dict[str, Outcome]) -> None:
+    for outcome in quick.values():
+        assert all(name in ITEMS for name in outcome.reasons)

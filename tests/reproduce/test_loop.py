@@ -1,0 +1,88 @@
+"""Closed loops as jobs: every variant runs, and changes what it says and nothing else."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from otolith.mpc.explicit import ExplicitSettings
+from otolith.mpc.implicit import Entry
+from otolith.mpc.model import BrakingRows
+from otolith.reproduce.hinted import Hinted
+from otolith.reproduce.loop import FOUR_DOF, Loop
+from otolith.reproduce.variants import QPOASES, Start
+
+PAIR = "surge-pitch"
+SHORT = Loop(scenario="step:amplitude=1,duration=1.5,start=0.2,end=1")
+
+
+def test_equal_loops_are_one_job_and_travel_between_processes() -> None:
+    assert pickle.loads(pickle.dumps(SHORT)) == SHORT
+    assert len({SHORT, replace(SHORT), replace(SHORT, terminal=2.0)}) == 2
+
+
+def test_the_parts_of_the_felt_force_add_up() -> None:
+    motion = SHORT.run().motion[PAIR]
+    assert np.allclose(motion.translation + motion.tilt_part, motion.felt)
+    assert np.max(np.abs(motion.tilt_rate_deg)) <= 3.2
+    rmse = np.sqrt(np.mean((motion.felt - motion.wanted) ** 2))
+    assert rmse == pytest.approx(SHORT.run().rmse[PAIR], rel=0.05)  # nodes, not plant samples
+
+
+@pytest.mark.parametrize("start", [Start.COLD, Start.SHIFTED])
+def test_where_the_solver_starts_changes_its_effort_and_not_the_motion(start: Start) -> None:
+    other, base = replace(SHORT, start=start).run(), SHORT.run()
+    assert other.rmse[PAIR] == pytest.approx(base.rmse[PAIR], rel=1e-6)
+    if start is Start.COLD:
+        assert other.spread()["mean"] > 2.0 * base.spread()["mean"]
+
+
+def test_the_thesiss_own_solver_gives_the_same_motion() -> None:
+    pytest.importorskip("casadi")
+    brief = replace(SHORT, scenario="step:amplitude=1,duration=0.3,start=0.1,end=0.2")
+    other = replace(brief, solver=QPOASES).run()
+    assert other.unsolved == 0
+    assert other.rmse[PAIR] == pytest.approx(brief.run().rmse[PAIR], rel=1e-6)
+
+
+def test_one_variant_changes_one_thing() -> None:
+    fast = replace(SHORT, solver="structured")
+    errors = {
+        "base": fast.run().rmse[PAIR],
+        "terminal": replace(fast, terminal=100.0).run().rmse[PAIR],
+        "none": replace(fast, terminal=0.0).run().rmse[PAIR],
+        "guess": replace(fast, cueing="hybrid-all").run().rmse[PAIR],
+        "primal": replace(fast, cueing="hybrid-all", entry=Entry.PRIMAL).run().rmse[PAIR],
+    }
+    assert errors["primal"] == pytest.approx(errors["base"], rel=1e-3)
+    assert len({round(errors[name], 6) for name in ("base", "terminal", "guess")}) == 3
+
+
+def test_damping_draws_the_controls_to_the_plan_only_a_little() -> None:
+    fast = replace(SHORT, solver="structured", damping=1e-4)
+    for model in ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"):
+        damped = replace(fast, cueing=model).run()
+        assert damped.unsolved == 0
+        free = replace(fast, cueing=model, damping=0.0).run()
+        assert damped.rmse[PAIR] == pytest.approx(free.rmse[PAIR], rel=0.05)
+
+
+def test_the_platform_takes_another_circle_and_other_braking_times() -> None:
+    four = replace(SHORT, dofs=FOUR_DOF, circle=0.25, braking_times=(3.0, 0.7))
+    assert four.platform.circle == 0.25
+    assert (four.platform.braking.position_s, four.platform.braking.tilt_s) == (3.0, 0.7)
+    explicit = replace(
+        SHORT,
+        cueing="explicit",
+        braking_times=(3.0, 0.5),
+        explicit=ExplicitSettings(braking=BrakingRows.POSITION),
+    )
+    assert explicit.run().unsolved == 0
+
+
+def test_a_certified_guess_keeps_the_motion() -> None:
+    hinted = Hinted(dofs=SHORT.dofs, washout=SHORT.washout, scenarios=(SHORT.scenario,))
+    (found,) = hinted.run().values()
+    assert found.rmse[PAIR] == pytest.approx(SHORT.run().rmse[PAIR], rel=1e-6)
+    assert found.unsolved == 0

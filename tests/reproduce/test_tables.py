@@ -1,0 +1,158 @@
+"""Tables, figures and studies put together from closed loops that never ran.
+
+The loops' figures are made up from their names, so that what a table says about them is known beforehand.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from otolith.reproduce import ITEMS, Outcome
+from otolith.reproduce.braking import Attack
+from otolith.reproduce.chapter6 import Emulated, Lap
+from otolith.reproduce.explicit import Case
+from otolith.reproduce.hinted import Hinted
+from otolith.reproduce.loop import MODELS, Closed, Loop, Motion
+from otolith.reproduce.published import published
+from otolith.reproduce.studies.misprints import Count, Proof
+
+T = np.linspace(0.0, 10.0, 101)
+MOTION = Motion(
+    time=T,
+    wanted=-np.sin(T),
+    felt=np.sin(T),
+    translation=np.sin(T),
+    tilt_part=0.0 * T,
+    tilt_deg=T,
+    tilt_rate_deg=0.0 * T,
+    position=0.1 * T,
+    velocity=0.1 + 0.0 * T,
+)
+CLOSED = Closed(
+    rmse={"surge-pitch": 0.1, "sway-roll": 0.2},
+    travel={"surge-pitch": 0.05, "sway-roll": 0.05},
+    changes=np.array([0, 0, 0, 4]),
+    step_us={"mean": 5.0, "median": 4.0, "p99": 9.0, "max": 10.0},
+    unsolved=0,
+    missed=0,
+    cues={"scaled": 2},
+    excess={},
+    motion={"surge-pitch": MOTION, "sway-roll": MOTION},
+)
+# The published counts and errors, as if our loops had found exactly them.
+COUNTS = {"table-5.5": ("surge-pitch",), "table-5.9": ("surge-pitch", "sway-roll")}
+
+
+def _printed(table: str, scenario: str, model: str) -> float:
+    return next(float(row[model]) for row in published(table).rows if row["scenario"] == scenario)
+
+
+class MadeUp(dict[Any, Any]):
+    """Answers to any job."""
+
+    def __missing__(self, job: Any) -> Any:
+        if isinstance(job, Loop):
+            return _loop(job)
+        if isinstance(job, Hinted):
+            return {scenario: replace(CLOSED, changes=np.array([0, 1])) for scenario in job.scenarios}
+        if isinstance(job, Lap):
+            size = job.speed / 1000.0
+            return replace(CLOSED, rmse={"surge-pitch": size, "sway-roll": size})
+        if isinstance(job, Emulated):
+            factor = 2.0 if job.case.where == "emulator" else 1.0
+            return {"rmse": 0.01 * factor, "changes": {"mean": 0.5}, "unsolved": 0, "motion": MOTION}
+        if isinstance(job, Attack):
+            return dict.fromkeys(("constant", "reversing", "random"), 0.5 if job.ratio >= 2.0 else 0.6)
+        if isinstance(job, Count):
+            return 1000
+        return _other(job)
+
+
+def _other(job: Any) -> Any:
+    if isinstance(job, Proof):
+        return _proof()
+    assert isinstance(job, Case)
+    printed = job.printed
+    ours = {key: printed[key] for key in ("regions", "rmse", "rmse_without", "rmse_with") if key in printed}
+    return {
+        "parts": "1 × 1",
+        "seconds": 1.0,
+        "rmse": 1.0,
+        "regions": 5,
+        "travel": 1.0,
+        "violations": 0,
+    } | ours
+
+
+def _proof() -> Any:
+    class Verified:
+        regions, samples, missing, max_overlap, max_law_error = 7000, 100, 0, 0, 1e-12
+
+    return Verified()
+
+
+def _loop(job: Loop) -> Closed:
+    for table, dofs in COUNTS.items():
+        if job.dofs == dofs and any(row["scenario"] == job.scenario for row in published(table).rows):
+            mean = _printed(table, job.scenario, job.cueing) if job.cueing in MODELS else 1.0
+            return replace(CLOSED, changes=np.array([mean, mean]))
+    return CLOSED
+
+
+@pytest.fixture(scope="module")
+def built() -> dict[str, Outcome]:
+    return {name: item.build(MadeUp()) for name, item in ITEMS.items()}
+
+
+def test_every_item_can_be_put_together_and_says_what_it_is(built: dict[str, Outcome]) -> None:
+    for name, outcome in built.items():
+        assert outcome.name == name
+        assert outcome.title
+        assert outcome.section
+        assert outcome.numbers or outcome.panels or outcome.grids or outcome.claims
+        assert all(reason in ITEMS for reason in outcome.reasons), name
+        assert set(outcome.as_json()) >= {"agree", "total", "conclusion_holds"}
+
+
+@pytest.mark.parametrize("table", ["table-5.5", "table-5.9"])
+def test_the_published_counts_agree_with_themselves_and_bear_out_the_thesis(
+    built: dict[str, Outcome], table: str
+) -> None:
+    outcome = built[table]
+    assert outcome.counts()["agrees"] == len(outcome.numbers) == 4 * len(published(table).rows)
+    fewest = outcome.claims[0]
+    assert fewest.holds
+    assert f"on {len(published(table).rows)} of" in fewest.figures
+
+
+def test_percentages_are_signed_where_the_thesis_prints_magnitudes(built: dict[str, Outcome]) -> None:
+    outcome = built["table-5.10"]
+    worse = next(n for n in outcome.numbers if (n.row, n.column) == ("sine-1", "implicit-trajectory"))
+    assert (worse.published, round(worse.ours, 2)) == (4.63, -4.63)
+    assert worse.verdict == "differs"
+    average = next(n for n in outcome.numbers if (n.row, n.column) == ("average", "implicit-trajectory"))
+    assert average.ours == pytest.approx(9.25, abs=0.01)
+
+
+def test_a_certified_guess_stands_beside_the_four_models(built: dict[str, Outcome]) -> None:
+    pooled = built["table-5.5"].grids[1]
+    assert [row[0] for row in pooled.rows] == [*MODELS, "certified guess"]
+    assert pooled.rows[-1][1] == pytest.approx(0.5)
+
+
+def test_laps_grow_worse_with_speed_and_save_nothing_when_counts_are_equal(built: dict[str, Outcome]) -> None:
+    assert built["table-6.5"].claims[0].holds
+    assert not built["table-6.4"].claims[0].holds
+
+
+def test_the_emulator_tracks_worse_than_the_ideal_platform(built: dict[str, Outcome]) -> None:
+    assert built["table-6.3"].claims[0].holds
+
+
+def test_readings_that_give_the_same_loops_fit_alike(built: dict[str, Outcome]) -> None:
+    for name in ("study-weights", "study-terminal", "study-step"):
+        fits = [row[1] for row in built[name].grids[0].rows if row[0] != "published"]
+        assert len(fits) >= 2
+        assert len(set(fits)) == 1
