@@ -135,6 +135,24 @@ def test_a_pivot_row_takes_the_pull_on_an_input_without_bounds(seed: int) -> Non
     assert least == pytest.approx(expected, abs=1e-9 * size)
 
 
+@given(seed=seeds)
+@settings(max_examples=15, deadline=None, derandomize=True)
+def test_of_violations_at_stages_in_a_row_the_worst_is_kept(seed: int) -> None:
+    solver, qp, rng = loaded(seed)
+    W, shape = solver.vector, (N, qp.problem.rows)
+    solver.kernels.well_posed(W)
+    values, sets = 2.0 * rng.standard_normal(shape), rng.choice([0.0, 0.0, 0.0, 1.0, -2.0], shape)
+    solver.rows("VALUE")[:], solver.rows("SET")[:] = values, sets
+    excess = np.where(sets == 0.0, np.maximum(values - qp.upper, qp.lower - values), 0.0)
+    excess = np.maximum(excess, 0.0)
+    assert solver.kernels.find_violations(W) == np.count_nonzero(excess)
+    np.testing.assert_array_equal(solver.rows("MARK"), excess > 0.0)
+    solver.kernels.keep_peaks(W)
+    beside = np.pad(excess, ((1, 1), (0, 0)))
+    peak = (excess > beside[:-2]) & (excess > beside[2:]) & (excess > 0.0)
+    np.testing.assert_array_equal(solver.rows("MARK"), peak)
+
+
 def test_numbers_are_data_and_only_the_structure_is_compiled() -> None:
     first, second = (StructuredSolver(stage_problem(np.random.default_rng(seed))) for seed in (1, 2))
     assert first.kernels is second.kernels
