@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -176,6 +176,7 @@ def test_a_likely_contradiction_is_noted() -> None:
     assert any(note.startswith("doubtful: ay is 0.1") and "is ay in g?" in note for note in notes)
 
 
+@settings(max_examples=20)
 @given(tilt=st.floats(-5.0, 5.0))
 def test_a_sensor_out_of_level_is_put_right(tilt: float) -> None:
     """Whatever the tilt [deg], what is left of it is below what a good sensor shows."""

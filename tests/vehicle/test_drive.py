@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
 from otolith.vehicle import Driver, Lap, drive, load_car, road
-from otolith.vehicle.drive import LeftTheRoad
+from otolith.vehicle.drive import LeftTheRoad, check_arrival
 from otolith.vehicle.profile import Limits
 from otolith.vehicle.roughness import roughened
 
@@ -147,6 +147,11 @@ def test_who_wants_more_than_the_tyres_give_leaves_the_road() -> None:
     wild = Driver(limits=Limits(lateral=15.0, brake=15.0))
     with pytest.raises(LeftTheRoad, match="off the path at"):
         drive(road("circle:radius=40").limited(40.0), CAR, wild)
+
+
+def test_nothing_that_is_no_number_becomes_a_lap() -> None:
+    with pytest.raises(LeftTheRoad, match="the car lost all grip"):
+        check_arrival(np.full((5, 36), np.nan), CIRCUIT, 10)
 
 
 def test_a_hill_too_steep_is_not_climbed() -> None:

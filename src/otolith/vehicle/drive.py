@@ -60,7 +60,7 @@ def drive(
     records = np.empty((rows, STATES + EXTRAS))
     count = _run(x, numbers, p, driver.numbers(car), records, np.array([step, every, keep, road.length]))
     records = records[:count]
-    _check_arrival(records, road, rows)
+    check_arrival(records, road, rows)
     time = np.arange(count, dtype=np.float64) * (keep * step)
     return lap_from_records(time, records, road=road, car=car, plan=plan)
 
@@ -118,7 +118,7 @@ def _divides(name: str, whole: float, step: float) -> int:
     return ratio
 
 
-def _check_arrival(records: Mat, road: Road, rows: int) -> None:
+def check_arrival(records: Mat, road: Road, rows: int) -> None:
     """Refuse a drive that went wrong; nothing of it may become a reference."""
     s, e, v = records[-1, 0], records[-1, 1], records[-1, 3]
     where = f"at {s:.0f} m of {road.name}"
