@@ -64,6 +64,16 @@ CUEING: Final = {
     "hybrid-table": Entry(
         "otolith.mpc.design:hybrid_table", "as implicit: what was active near by in training"
     ),
+    "implicit-sensed": Entry(
+        "otolith.mpc.linear:implicit_sensed",
+        "implicit MPC of sensed force and rate (thesis, chapter 8)",
+        singles=True,
+    ),
+    "linear-mpc": Entry(
+        "otolith.mpc.linear:linear_mpc",
+        "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
+        singles=True,
+    ),
     "classical": Entry(
         "otolith.washout.classical:classical",
         "washout: high-pass travel, low-pass tilt (section 2.2.1)",
