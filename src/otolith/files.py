@@ -118,7 +118,7 @@ def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
     if ending == ".erg":
         info = path.with_name(f"{path.name}.info")
         return parse_erg(read_text(info, "description of the log"), _read_bytes(path), path.name)
-    if ending in (".mf4", ".mdf", ".dat"):
+    if ending in (".mf4", ".mdf") or (ending == ".dat" and _read_bytes(path).startswith(b"MDF")):
         mapped = " ".join(columns.values())
         read = registry.LOG_FORMATS["mdf"].load()
         channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)

@@ -1,8 +1,12 @@
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from otolith.core.errors import InputError
+from otolith import files
+from otolith.core.errors import InputError, MissingExtra
 from otolith.scenarios import log_from
 from otolith.scenarios.recorded import Channels, Signal, on_one_clock
 
@@ -53,3 +57,35 @@ def test_samples_are_named_in_errors() -> None:
         log_from(channels(t=FAST, ax=spoilt))
     with pytest.raises(InputError, match=r"number of samples in d.x is 1, must be at least 2"):
         log_from(channels(t=FAST[:1], ax=FAST[:1]))
+
+
+class Absent:
+    """Lets an import find nothing, as where the library is not installed."""
+
+    def __init__(self, library: str) -> None:
+        self.library = library
+
+    def find_spec(self, name: str, *_: object) -> None:
+        if name == self.library:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+@pytest.mark.parametrize(
+    ("name", "library"), [("d.mf4", "asammdf"), ("d.bag", "rosbags"), ("d.mcap", "rosbags")]
+)
+def test_a_format_whose_library_is_absent_is_one_sentence(
+    name: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    readers = ("otolith.scenarios.mdf", "otolith.scenarios.rosbag")
+    for loaded in [module for module in sys.modules if module.startswith((library, *readers))]:
+        monkeypatch.delitem(sys.modules, loaded)
+    monkeypatch.setattr(sys, "meta_path", [Absent(library), *sys.meta_path])
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(MissingExtra, match=rf"needs {library}.*pip install 'otolith\[logs\]'"):
+        files.read_log(tmp_path / name, {})
+
+
+def test_a_dat_file_that_is_text_is_read_as_text(tmp_path: Path) -> None:
+    path = tmp_path / "drive.dat"
+    path.write_text("t_s ax_mps2\n0 1\n0.1 2\n0.2 3\n")
+    assert_allclose(files.read_log(path, {}).force[:, 0], [1, 2, 3])
