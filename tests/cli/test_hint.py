@@ -38,8 +38,11 @@ def test_a_hint_is_built_stored_and_verified(tmp_path: Path, capsys: pytest.Capt
     assert otolith("hint", "build", "--quick", "--json", "--out", path) == 0
     built = json.loads(capsys.readouterr().out)
     assert built["training"]["steps"] > 1000
-    assert otolith("hint", "verify", path, "--quick", "--json") == 0
+    out = tmp_path / "judged"
+    assert otolith("hint", "verify", path, "--quick", "--json", "--out", str(out)) == 0
     said = json.loads(capsys.readouterr().out)
+    assert json.loads((out / "hint.json").read_text()) == said
+    assert (out / "unseen.png").stat().st_size > 1000
     assert said["model"] == built["model"]
     assert said["passed"] is True
     unseen = said["references"]["unseen"]

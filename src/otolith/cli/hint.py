@@ -25,7 +25,7 @@ from otolith.cli.options import (
 from otolith.cli.output import print_json, wide_console
 from otolith.core.frames import AxisPair
 from otolith.hints.build import build
-from otolith.hints.compare import Tell, account, compare
+from otolith.hints.compare import COLD, Tally, Tell, account, compare
 from otolith.hints.fit import QUICK
 from otolith.hints.manoeuvres import along, training, unseen
 from otolith.hints.recording import record
@@ -33,6 +33,8 @@ from otolith.mpc.hint.stored import Kind, StoredHint, digest
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.mpc.model import parse_braking_rows
 from otolith.platforms import Platform
+from otolith.report import save_figure
+from otolith.report.changes import changes_figure
 from otolith.scenarios import Scenario, log_scenario
 
 app = typer.Typer(help="Hints for the implicit MPC: learn offline, verify.", no_args_is_help=True)
@@ -102,6 +104,7 @@ def verify(
         float | None, typer.Option(metavar="HZ", help="Low-pass logs at this frequency.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="One of the held-out references only.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for hint.json and figures of the changes.")] = None,
     json: Json = False,
 ) -> None:
     """Compare every start of the solver on identical, unseen problems; exit code 1 if an answer differs."""
@@ -117,13 +120,19 @@ def verify(
             warn(console, note)
         references[path.name] = [log_scenario(drive, period=settings.period, lowpass_hz=lowpass)]
     with console.status("preparing") as status:
-        found = {
+        judged = {
             name: _judge(stored, (described, pairs, settings), scenarios, status.update)
             for name, scenarios in references.items()
         }
+    found = {name: figures for name, (figures, _) in judged.items()}
     passed = all(one["same_answer"] for one in found.values())
+    said = {**_about(stored), "passed": passed, "references": found}
+    if out is not None:
+        files.write_json(out / "hint.json", said)
+        for name, (_, tallies) in judged.items():
+            _draw(out / Path(name).stem, tallies)
     if json:
-        print_json({**_about(stored), "passed": passed, "references": found})
+        print_json(said)
     for name, one in found.items():
         _tell(name, one)
     if not passed:
@@ -143,19 +152,27 @@ def _judge(
     of: tuple[Platform, tuple[AxisPair, ...], ImplicitSettings],
     scenarios: list[Scenario],
     tell: Tell,
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], dict[str, Tally]]:
     platform, pairs, settings = of
     tell("recording")
     recording = record(platform, pairs, settings, scenarios, plans=True)
     hints = {kind.value: hint.at_work(kind, platform, pairs, settings) for kind in Kind}
     tallies = compare(settings.formulation(platform, pairs), settings, recording, hints, tell)
     schemes = account(tallies, recording)
-    return {
+    figures = {
         "steps": len(recording),
         "unsolved": int((~recording.solved).sum()),
         "same_answer": all(one["first_input_gap"] <= SAME for one in schemes.values()),
         "schemes": schemes,
     }
+    return figures, tallies
+
+
+def _draw(path: Path, tallies: dict[str, Tally]) -> None:
+    """Every start but the cold one, which would need an axis of its own."""
+    figure = changes_figure([(name, one.changes) for name, one in tallies.items() if name != COLD])
+    for ending in ("pdf", "png"):
+        files.write_figure(path.with_suffix(f".{ending}"), lambda place: save_figure(figure, place))
 
 
 def _tell(name: str, found: dict[str, Any]) -> None:
