@@ -54,3 +54,24 @@ def test_wrong_leg_lengths_are_refused(leg: str, capsys: pytest.CaptureFixture[s
 
 def test_without_legs_there_is_nothing_to_show(capsys: pytest.CaptureFixture[str]) -> None:
     assert "[hexapod] of platform benchmark is missing" in refusal(["platform", "show", "benchmark"], capsys)
+
+
+def test_the_supervisors_interventions_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Far beyond the machine: the run goes on, within the legs, and says what the legs could not do."""
+    line = "run step:amplitude=6,end=4.9,duration=5 --cueing implicit --plant hexapod --platform davsi"
+    with pytest.raises(SystemExit) as caught:
+        main([*line.split(), "--out", str(tmp_path)])
+    assert caught.value.code == 0
+    assert "note: supervisor, " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("soft", "words"),
+    [
+        ("tilt=x", "--soft tilt is 'x', must be a number"),
+        ("tilt_rate=-1", "penalty of tilt_rate is -1.0, must be finite and greater than 0"),
+        ("command=3", "--soft is 'command', must be one of tilt_rate, tilt"),
+    ],
+)
+def test_wrong_slacks_are_refused(soft: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert words in refusal(["run", "sine-0.5", "--soft", soft], capsys)

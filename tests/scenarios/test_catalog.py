@@ -47,6 +47,7 @@ def test_every_named_scenario_rests_for_one_second_then_moves_along_one_axis(nam
         ("step-sine-1", 20, 17.5, -1.0),
         ("step-0.1", 10, 1.0, 0.1),
         ("sine-1-0.01hz", 60, 26.0, 1.0),
+        ("combined-emulator", 20, 4.9, 0.0),  # the larger rest of section 6.2
         (
             "combined-fast",
             20,

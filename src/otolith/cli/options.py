@@ -5,7 +5,7 @@ import inspect
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 from rich.console import Console
@@ -26,6 +26,17 @@ from otolith.scenarios import Scenario, log_scenario, scenario
 from otolith.scenarios.perceived import perceived
 
 _AXIS_OF_FORCE = {0: "longitudinal", 1: "lateral"}
+SOFTENED: Final = (
+    "tilt_rate",
+    "tilt",
+    "velocity",
+    "position",
+    "acceleration",
+    "tilt_acceleration",
+    "braking_position",
+    "braking_tilt",
+    "circle",
+)  # rows that may be given a slack; commands never
 
 PlatformName = Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")]
 Dofs = Annotated[str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")]
@@ -104,6 +115,13 @@ class Choices:
             help="Braking rows: position, printed or none (default: implicit position, explicit none)."
         ),
     ] = None
+    soft: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ROW=PENALTY",
+            help="Soften rows of the implicit MPC with a slack (eq. 6.2), e.g. tilt_rate=100; repeatable.",
+        ),
+    ] = None
     guess_entry: Annotated[
         str, typer.Option(help="How a guess enters: reference (eq. 3.1), primal or working-set.")
     ] = "reference"
@@ -126,6 +144,7 @@ class Choices:
             implicit_settings(self.horizon, self.blocks, weights),
             braking=rows or BrakingRows.POSITION,
             engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
+            soft=soft_rows(self.soft or []),
         )
         return Design(
             platform=platform,
@@ -249,14 +268,28 @@ def washout_weights(name: str, weights: list[str]) -> tuple[WashoutWeight, ...]:
     """The preset `name`, or the constant weights "state=value" where any are given."""
     if not weights:
         return preset(name)
+    return constant(_numbers("--weight", weights))
+
+
+def soft_rows(texts: list[str]) -> dict[str, float]:
+    """Penalties by row name from "row=penalty"."""
+    penalties = _numbers("--soft", texts)
+    for name in penalties:
+        if name not in SOFTENED:
+            raise InputError("--soft", repr(name), one_of(SOFTENED, name))
+    return penalties
+
+
+def _numbers(option: str, texts: list[str]) -> dict[str, float]:
+    """Numbers by name from "name=number"."""
     values = {}
-    for text in weights:
-        state, value = _assignment("--weight", text)
+    for text in texts:
+        name, value = _assignment(option, text)
         try:
-            values[state] = float(value)
+            values[name] = float(value)
         except ValueError:
-            raise InputError(f"--weight {state}", repr(value), "a number") from None
-    return constant(values)
+            raise InputError(f"{option} {name}", repr(value), "a number") from None
+    return values
 
 
 def _assignment(option: str, text: str) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from otolith import __version__, files, metrics, registry
-from otolith.cli.options import Choices, takes_choices
+from otolith.cli.options import Choices, takes_choices, warn
 from otolith.cli.output import print_json, progress_bar, sentence
 from otolith.mpc.design import Design
 from otolith.report import (
@@ -126,10 +126,11 @@ def _simulate_all(
         with status:
             cueing = maker.load()(design)
         for done, (choices, scenario) in zip(runs, wanted, strict=True):
+            moved = plant_maker.load()(design.platform)
             with progress_bar(console, f"{name} on {scenario.name}") as progress:
                 run = simulate(
                     cueing,
-                    plant_maker.load()(design.platform),
+                    moved,
                     scenario,
                     platform=design.platform,
                     pairs=tuple(pair.name for pair in design.pairs),
@@ -138,6 +139,8 @@ def _simulate_all(
                     preview=design.implicit.horizon if choices.preview else 0,
                     progress=progress,
                 )
+            for intervention in getattr(moved, "interventions", ()):
+                warn(console, f"supervisor, {intervention}")
             done.append(run)
     return runs
 

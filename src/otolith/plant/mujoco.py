@@ -2,11 +2,12 @@
 
 A leg is a universal joint on the base, a slide with the leg's moving mass as its armature, and a
 `connect` constraint at the platform's joint. Our lumped legs have no weight and no rotation of their own;
-here they have little: with less than a tenth of it the constraints chatter (5 m/s² in heave). Set-points,
+here they have little; with a hundredth of it the constraints chatter (5 m/s² in heave). Set-points,
 supervisor and servos are ours, so that two dynamics are compared and not two controllers.
 
-Settings that work: connect with solref 0.002 1 and solimp 0.9999 0.99999 0.001; MuJoCo's defaults drift
-by 0.6 mm. A servo period is several steps of MuJoCo's with the forces held.
+Settings that work: connect with solref 0.0005 1 and solimp 0.9999 0.99999 0.001. With 0.002 the felt
+forces of the two differ four times as much, and MuJoCo's defaults drift by 0.6 mm. A servo period is
+several steps of MuJoCo's with the forces held.
 """
 
 from typing import Any, Final
@@ -25,10 +26,10 @@ from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.supervisor import Intervention
 
-STEPS: Final = 4  # of MuJoCo in a servo period
-LEG: Final = 1.0  # [kg], [kg m²] of each part of a leg, beside its armature
+STEPS: Final = 8  # of MuJoCo in a servo period
+LEG: Final = 0.1  # [kg], [kg m²] of each part of a leg, beside its armature
 SETTLING: Final = 100  # servo periods at rest after which the soft constraints carry the weight
-CONNECT: Final = 'solref="0.002 1" solimp="0.9999 0.99999 0.001"'
+CONNECT: Final = 'solref="0.0005 1" solimp="0.9999 0.99999 0.001"'
 
 
 class MujocoHexapod:

@@ -6,7 +6,7 @@ active set warm-started from the step before, the thesis's in kind. Nothing here
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from otolith.core.frames import SURGE_PITCH
@@ -81,10 +81,11 @@ def table_rows(tell: Callable[[str], None] = lambda _: None) -> Iterator[dict[st
 def figure_runs(figure: str) -> tuple[Run, Run]:
     """The two runs of figure 6.2, C.8 or C.9: offline, then on the emulator; hybrid with all inputs.
 
-    Draw them with `otolith.report.comparison_figure`.
+    Draw them with `otolith.report.comparison_figure`; their names there are "offline" and "emulator".
     """
     name = FIGURES[figure]
     offline, emulated = (
-        Case(scenario=name, where=where, solver="structured").run() for where in ("offline", "emulator")
+        replace(Case(scenario=name, where=where, solver="structured").run(), cueing=where)
+        for where in ("offline", "emulator")
     )
     return offline, emulated
