@@ -1,0 +1,137 @@
+"""The page and the print of a reproduction, from plain values."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from otolith.report.thesis import chapter_of, heading_of, number, page
+from otolith.report.thesis_figures import draw, svg
+from otolith.report.thesis_print import _columns, save_pdf
+
+CURVE = {"label": "felt", "x": [0.1, 1.0, 10.0], "y": [0.0, 1.0, 0.5], "dash": False, "right": False}
+PANEL = {
+    "title": "Force",
+    "x_label": "time [s]",
+    "y_label": "[m/s²]",
+    "right_label": "",
+    "log_x": False,
+    "curves": [CURVE, {**CURVE, "label": "wanted", "dash": True}],
+}
+TWO_SIDES = {**PANEL, "right_label": "[m]", "log_x": True, "curves": [CURVE, {**CURVE, "right": True}]}
+
+
+def one(row: str, column: str, ours: float, verdict: str, **more: Any) -> dict[str, Any]:
+    return {
+        "row": row,
+        "column": column,
+        "published": 2.0,
+        "at_least": False,
+        "ours": ours,
+        "ratio": ours / 2.0,
+        "verdict": verdict,
+        **more,
+    }
+
+
+def item(**more: Any) -> dict[str, Any]:
+    counts = {"agrees": 0, "within 10 %": 0, "same order": 0, "differs": 0}
+    return {
+        "kind": "table",
+        "title": "Iterations <of> models",
+        "section": "5.2",
+        "text": "How & why.",
+        "verdicts": counts | {"agrees": 1, "differs": 1},
+        "numbers": [],
+        "claims": [],
+        "grids": [],
+        "panels": [],
+        "reasons": [],
+    } | more
+
+
+DOCUMENT = {
+    "version": "0.1.0",
+    "date": "2026-01-01",
+    "seconds": 12.3,
+    "items": {
+        "table-5.5": item(
+            numbers=[
+                one("sine", "first", 2.01, "agrees"),
+                one("sine", "second", 9.0, "differs", at_least=True),
+                one("step", "first", 0.0, "differs", ratio=None),
+            ],
+            claims=[{"text": "It holds", "holds": True, "figures": "3 of 3"}],
+            grids=[{"title": "More", "header": ["a", "b"], "rows": [["x", 1.23456], ["y", None]]}],
+            reasons=["study-weights", "study-elsewhere"],
+        ),
+        "figure-c.1": item(kind="figure", panels=[PANEL, TWO_SIDES, PANEL, PANEL]),
+        "study-weights": item(
+            kind="study", title="Weights decide", claims=[{"text": "No", "holds": False, "figures": "0"}]
+        ),
+    },
+}
+
+
+def test_the_page_is_complete_and_escapes_what_it_is_told() -> None:
+    text = page(DOCUMENT)
+    assert text.startswith("<!DOCTYPE html>")
+    assert "Table 5.5. Iterations &lt;of&gt; models" in text
+    assert "How &amp; why." in text
+    assert "http" not in text.replace("http://www.w3.org", "").replace("https://www.w3.org", "").replace(
+        "http://purl.org", ""
+    ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
+    assert text.count('<section class="item"') == 3
+    assert text.index("table-5.5") < text.index("figure-c.1") < text.index('id="study-weights"')
+
+
+def test_numbers_carry_their_verdict_and_reasons_their_study() -> None:
+    text = page(DOCUMENT)
+    assert '<td class="v1" title="agrees"><span class="published">2</span> <b>2.01</b>' in text
+    assert '<span class="published">&gt; 2</span> <b>9</b>' in text
+    assert "<td>–</td>" in text  # step has no second column
+    assert '<a href="#study-weights">Weights decide</a>' in text
+    assert "<code>otolith reproduce study-elsewhere</code>" in text
+
+
+def test_a_page_of_studies_alone_has_no_summary() -> None:
+    text = page({**DOCUMENT, "items": {"study-weights": DOCUMENT["items"]["study-weights"]}})  # type: ignore[index]
+    assert "In short" not in text
+    assert "Weights decide" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "–"), (True, "yes"), (False, "no"), (3, "3"), (3.0, "3"), (1.23456, "1.235"), ("x", "x")],
+)
+def test_cells_read_as_a_person_would_write_them(value: object, text: str) -> None:
+    assert number(value) == text
+
+
+def test_items_know_their_chapter() -> None:
+    assert [chapter_of(name) for name in ("figure-4.2", "table-5.5", "table-6.2", "table-c.1")] == list(
+        "556c"
+    )
+    assert heading_of("benchmark-c.2", item()) == "Benchmark C.2. Iterations <of> models"
+
+
+def test_panels_stand_three_across_and_four_in_a_square() -> None:
+    widths = {n: draw([PANEL] * n).get_size_inches()[0] for n in (1, 2, 3, 4, 5)}
+    assert widths[3] == widths[5] > widths[4] == widths[2] > widths[1]
+    assert svg(draw([TWO_SIDES])) == svg(draw([TWO_SIDES]))
+
+
+def test_the_print_holds_every_item(tmp_path: Path) -> None:
+    path = tmp_path / "report.pdf"
+    save_pdf(DOCUMENT, path)
+    content = path.read_bytes()
+    assert content.startswith(b"%PDF")
+    assert content.count(b"/Type /Page ") + content.count(b"/Type /Page\n") >= 2
+
+
+def test_a_table_too_wide_for_the_paper_goes_on_below() -> None:
+    rows = [["name", *[f"column {k} of many" for k in range(12)]], ["a", *range(12)]]
+    lines = [text for _, text in _columns(rows)]
+    assert max(map(len, lines)) <= 124
+    assert all(any(f"column {k} of many" in line for line in lines) for k in range(12))
+    assert sum(line.startswith("a ") for line in lines) == sum(line.startswith("name ") for line in lines) > 1
