@@ -79,6 +79,10 @@ def test_a_slalom_passes_its_cones_on_alternate_sides() -> None:
     x, y = road(f"slalom:gap={gap},offset={offset},cones=5").position.T
     passed = np.interp(gap * np.arange(1, 6), x, y)
     assert_allclose(passed, offset * np.array([1, -1, 1, -1, 1]), atol=0.01)
+    path = road(f"slalom:gap={gap},offset={offset},cones=5")
+    steepest = offset * (np.pi / gap) ** 2  # curvature of the cosine at a cone
+    assert np.abs(path.curvature).max() < 1.01 * steepest  # the onset is no sharper
+    assert np.abs(np.diff(path.curvature)).max() / path.step < 6.0 * steepest / gap
 
 
 def test_the_braking_road_ends_in_rest() -> None:

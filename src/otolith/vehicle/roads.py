@@ -84,16 +84,19 @@ def avoidance(width: float = 1.96) -> Road:
 
 
 def slalom(gap: float = 36.0, offset: float = 1.5, cones: int = 8) -> Road:
-    """Cones `gap` apart [m], passed alternately at `offset` [m]; half a wave between two of them.
+    """Cones `gap` apart [m], passed alternately at `offset` [m]: cosines between them.
 
-    The first and last half wave rise smoothly from and to the straight.
+    From the straight to the first cone, and from the last one back, goes a polynomial that leaves the
+    straight without curvature and meets the cosine with the cosine's.
     """
     _positive(gap=gap, offset=offset, cones=float(cones))
-    total = gap * (cones + 1)
-    u = np.arange(0.0, total + 0.5)
-    envelope = _blend(u / gap) * _blend((total - u) / gap)
-    curve = np.stack([u, offset * np.sin(np.pi * (u / gap - 0.5)) * envelope], axis=1)
-    return _along("slalom", curve, f"slalom of {cones} cones, {gap:g} m apart")
+    u = np.arange(0.0, gap * (cones + 1) + 0.5) / gap  # in gaps; the cones are at 1, 2, …
+    y = -np.cos(np.pi * u)
+    y = np.where(u < 1.0, _onset(u), y)
+    y = np.where(u > cones, -np.cos(np.pi * cones) * _onset(cones + 1.0 - u), y)
+    return _along(
+        "slalom", np.stack([gap * u, offset * y], axis=1), f"slalom of {cones} cones, {gap:g} m apart"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +167,12 @@ def _blend(u: Vec) -> Vec:
     """0 below 0, 1 above 1, between them a polynomial with two continuous derivatives at either end."""
     u = np.clip(u, 0.0, 1.0)
     return np.asarray(u**3 * (10.0 + u * (6.0 * u - 15.0)), dtype=np.float64)
+
+
+def _onset(u: Vec) -> Vec:
+    """From 0 at 0, where it is flat and straight, to 1 at 1, where it joins −cos(π u) smoothly."""
+    u = np.clip(u, 0.0, 1.0)
+    return np.asarray(_blend(u) - 0.5 * np.pi**2 * u**3 * (1.0 - u) ** 2, dtype=np.float64)
 
 
 def _positive(**values: float) -> None:
