@@ -11,7 +11,15 @@ from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
 from otolith.core.motion import place_of, rotation_of
 from otolith.plant.drive import check_gains
-from otolith.plant.dynamics import Machine, advance, carry, damping_bounds, machine, mass_matrix
+from otolith.plant.dynamics import (
+    Machine,
+    advance,
+    carry,
+    damping_bounds,
+    frequencies,
+    machine,
+    mass_matrix,
+)
 from otolith.platforms import load
 from otolith.platforms.hexapod import Hexapod
 
@@ -133,3 +141,17 @@ def test_unstable_gains_are_refused_in_one_sentence() -> None:
         "of 1 ms and 5e+07 N/m"
     )
     check_gains(DAVSI, 1e-3)
+
+
+def test_the_platform_swings_on_its_servos_at_the_frequencies_told() -> None:
+    """Undamped and let go from a deflection: the peak of heave's spectrum is one of them."""
+    soft = replace(DAVSI, stiffness=2e5, damping=1.0, force=1e12)
+    of, targets = machine(soft), np.zeros((3, 6))
+    targets[0] = soft.lengths(np.zeros(6))
+    carry(np.array([0, 0, 0, 1.0, 0, 0, 0]), of, targets[2])
+    body, dt = Body(np.array([0, 0, 1e-6, 0, 0, 0]), np.zeros(6)), 2e-5
+    speeds = [body.run(of, targets, dt=dt, n=20).velocity.copy() for _ in range(5000)]
+    spectrum = np.abs(np.fft.rfft(np.array(speeds) * np.hanning(len(speeds))[:, None], axis=0, n=2**17))
+    at = np.fft.rfftfreq(2**17, 20 * dt)
+    heave = at[np.argmax(spectrum[:, 2])]
+    assert np.min(np.abs(frequencies(soft) / heave - 1.0)) < 0.02

@@ -38,6 +38,7 @@ def test_the_summary_is_plain_json_in_shown_units() -> None:
     assert summary["ranges"]["surge"]["file_m"] == [-0.51, 0.63]
     assert summary["ranges"]["pitch"]["reach_deg"] == pytest.approx(np.degrees(reach(LEGS)["pitch"]))
     assert 0.01 < summary["reachable_share_of_box"] < 0.03
+    assert len(summary["servo_frequencies_hz"]) == 6
 
 
 def test_a_platform_without_legs_is_refused() -> None:

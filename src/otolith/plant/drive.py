@@ -17,7 +17,7 @@ from otolith.core.motion import place_of, pose_of, twist_of
 from otolith.interfaces import PlatformState
 from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
 from otolith.plant.ideal import axis_dynamics
-from otolith.platforms.hexapod import MOST, Hexapod
+from otolith.platforms.hexapod import MOST, Hexapod, NoPose
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
 from otolith.platforms.supervisor import Supervisor
 
@@ -90,7 +90,7 @@ class Drive:
         if not _resume(
             self._motion, self._place, self._before, lengths, speeds, self.machine, self.period
         ):  # legs within their strokes fold: a geometry that no file should describe
-            raise FloatingPointError(f"no pose of the leg lengths {lengths} m")
+            raise NoPose(f"no pose of the leg lengths {lengths} m")
 
     def _aim(self) -> None:
         self.targets[0], self.targets[1] = self.supervisor.lengths, self.supervisor.speeds

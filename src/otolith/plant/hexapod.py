@@ -17,7 +17,7 @@ from otolith.interfaces import Command, PlatformState
 from otolith.plant.drive import PERIOD, Drive
 from otolith.plant.dynamics import advance
 from otolith.platforms import Platform
-from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.hexapod import Hexapod, NoPose
 from otolith.platforms.supervisor import Intervention
 
 
@@ -97,7 +97,7 @@ class HexapodPlant:
                 drive.period,
             )
             if not moved:
-                raise FloatingPointError("the legs folded: no force of theirs moves the platform")
+                raise NoPose("the legs folded: no force of theirs moves the platform")
         return observed(self._place, self._velocity, self._acceleration, self._head)
 
 

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import AXES
 from otolith.core.motion import place_of
+from otolith.plant.dynamics import frequencies
 from otolith.platforms import Platform
 from otolith.platforms.fit import table_of
 from otolith.platforms.hexapod import Hexapod
@@ -58,6 +59,7 @@ def platform_summary(platform: Platform) -> dict[str, Any]:
         "leg_stroke_m": list(hexapod.stroke),
         "condition_neutral": hexapod.condition(np.zeros(6)),
         "reachable_share_of_box": box_share(hexapod),
+        "servo_frequencies_hz": frequencies(hexapod).tolist(),
     }
 
 
