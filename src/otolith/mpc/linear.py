@@ -179,7 +179,7 @@ def implicit_sensed(design: Design) -> SensedMpc:
     pairs = [
         pair_part(design.platform, design.platform.pair_limits(pair), pair, of_parts) for pair in design.pairs
     ]
-    problems = [Perceiving(pairs, of_problem)]
+    problems = [Perceiving(pairs, of_problem)] if pairs else []
     alone = replace(of_problem, circle=None)
     return SensedMpc([*problems, *(Perceiving([part], alone) for part in _alone(design, of_parts))], design)
 
