@@ -8,12 +8,19 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.transforms import ScaledTranslation
 
 from otolith.report.palette import CYCLE, GREY
 
 ACROSS: Final = 3  # panels side by side
 PANEL: Final = (3.4, 2.35)  # [in]
 FONT: Final = 8.0  # [pt]
+BELOW: Final = 0.37  # [in] from the axes down to the legend: ticks and label lie between
+
+
+def columns(panels: int) -> int:
+    """How many panels stand side by side."""
+    return 2 if panels == 4 else min(ACROSS, panels)
 
 
 def draw(panels: Sequence[Mapping[str, Any]]) -> Figure:
@@ -24,7 +31,7 @@ def draw(panels: Sequence[Mapping[str, Any]]) -> Figure:
     panels : plain values with title, x_label, y_label, right_label, log_x and curves; a curve has label,
         x, y, dash and right.
     """
-    across = 2 if len(panels) == 4 else min(ACROSS, len(panels))
+    across = columns(len(panels))
     down = -(-len(panels) // across)
     figure = Figure(
         figsize=(PANEL[0] * across, PANEL[1] * down),
@@ -32,13 +39,14 @@ def draw(panels: Sequence[Mapping[str, Any]]) -> Figure:
     )
     places = figure.subplots(down, across, squeeze=False).ravel()
     for ax, panel in zip(places, panels, strict=False):
-        _panel(ax, panel)
+        draw_on(ax, panel)
     for ax in places[len(panels) :]:
         ax.set_visible(False)
     return figure
 
 
-def _panel(left: Axes, panel: Mapping[str, Any]) -> None:
+def draw_on(left: Axes, panel: Mapping[str, Any]) -> None:
+    """One panel on axes that are there, its legend below them."""
     right = left.twinx() if panel["right_label"] else left
     drawn = []
     for place, curve in enumerate(panel["curves"]):
@@ -63,13 +71,15 @@ def _panel(left: Axes, panel: Mapping[str, Any]) -> None:
         ax.tick_params(labelsize=FONT - 1.0, width=0.5, length=2.5)
         for spine in ax.spines.values():
             spine.set_linewidth(0.5)
+    down = ScaledTranslation(0.0, -BELOW, left.figure.dpi_scale_trans)
     left.legend(
         drawn,
         [str(line.get_label()) for line in drawn],
         fontsize=FONT - 1.5,
         frameon=False,
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.24),
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=left.transAxes + down,
         ncols=2 if len(drawn) > 1 else 1,
         handlelength=1.6,
         columnspacing=1.0,

@@ -1,4 +1,4 @@
-"""The reproduction of the thesis as a PDF for print: tables as set text, every diagram on its page."""
+"""The reproduction of the thesis as a PDF for print: tables as set text, diagrams between them."""
 
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,13 +10,15 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from otolith.report.thesis import MARKS, RULE, Values, heading_of, number, pivot
-from otolith.report.thesis_figures import draw
+from otolith.report.thesis_figures import columns, draw_on
 
 PAPER: Final = (8.27, 11.69)  # [in] A4
 MARGIN: Final = 0.6  # [in]
 SIZES: Final = {"title": 15.0, "heading": 10.0, "text": 8.0, "table": 6.8}  # [pt]
 LEADING: Final = 1.42  # line distance over size
 COLUMNS: Final = {"title": 60, "heading": 88, "text": 118, "table": 124}  # characters of a line
+DIAGRAM: Final = (3.0, 2.15)  # [in] width at most, height
+FRAME: Final = (0.5, 0.78, 0.25, 0.45)  # [in] left, below, above and right of the axes, for their words
 MONO: Final = "DejaVu Sans Mono"
 
 Line = tuple[str, str]  # a key of SIZES, the text
@@ -30,7 +32,7 @@ def save_pdf(document: Values, path: Path) -> None:
         for name, item in document["items"].items():
             writer.write(_item(name, item, document["items"]))
             if item["panels"]:
-                writer.picture(draw(item["panels"]))
+                writer.picture(item["panels"])
         writer.end()
 
 
@@ -64,13 +66,24 @@ class _Writer:
             )
             self._y -= height
 
-    def picture(self, drawn: Figure) -> None:
-        """A diagram, on a page of its own shape after the text so far."""
-        self._turn()
-        self._pdf.savefig(drawn)  # type: ignore[no-untyped-call]
+    def picture(self, panels: Sequence[Values]) -> None:
+        """Diagrams side by side below the text so far, as many rows as they need."""
+        across = columns(len(panels))
+        width = min(DIAGRAM[0], (PAPER[0] - 2.0 * MARGIN) / across)
+        left, below, above, right = FRAME
+        for place, panel in enumerate(panels):
+            if place % across == 0:
+                if self._y - DIAGRAM[1] < MARGIN:
+                    self._turn()
+                self._y -= DIAGRAM[1]
+            x = MARGIN + (place % across) * width + left
+            box = (x, self._y + below, width - left - right, DIAGRAM[1] - below - above)
+            scale = (PAPER[0], PAPER[1], PAPER[0], PAPER[1])
+            axes = self._figure.add_axes(tuple(a / b for a, b in zip(box, scale, strict=True)))  # type: ignore[arg-type]
+            draw_on(axes, panel)
 
     def _turn(self) -> None:
-        if self._figure.texts:
+        if self._figure.texts or self._figure.axes:
             self._pdf.savefig(self._figure)  # type: ignore[no-untyped-call]
         self._begin()
 

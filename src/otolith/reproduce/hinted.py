@@ -6,6 +6,7 @@ made here from a few training manoeuvres, none of them a signal of the thesis.
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 from otolith.hints.fit import Effort, fit_laws
 from otolith.hints.manoeuvres import along, training
@@ -16,8 +17,8 @@ from otolith.mpc.implicit import Implicit, ImplicitSettings
 from otolith.mpc.washout import WashoutWeight
 from otolith.reproduce.loop import Closed, Loop, close_with
 
-EVERY = 5  # of the training manoeuvres one in so many: about four minutes of driving
-NAME = "certified guess"
+NAME: Final = "certified guess"
+DEFAULT: Final = Effort()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +28,8 @@ class Hinted:
     dofs: tuple[str, ...]
     washout: tuple[WashoutWeight, ...]
     scenarios: tuple[str, ...]
+    every: int = 5  # of the training manoeuvres one in so many: about four minutes of driving
+    effort: Effort = DEFAULT
 
     @property
     def label(self) -> str:
@@ -48,8 +51,8 @@ class Hinted:
         platform, pairs = first.platform, first.pairs
         settings = ImplicitSettings(washout=self.washout, engine=first.engine)
         structured = ImplicitSettings(washout=self.washout)
-        recording = record(platform, pairs, structured, along(training()[::EVERY], pairs))
-        laws = fit_laws(platform, pairs, structured, recording, Effort())
+        recording = record(platform, pairs, structured, along(training()[:: self.every], pairs))
+        laws = fit_laws(platform, pairs, structured, recording, self.effort)
         return {
             scenario: close_with(
                 self.loop(scenario),
