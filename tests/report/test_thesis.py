@@ -121,12 +121,18 @@ def test_panels_stand_three_across_and_four_in_a_square() -> None:
     assert svg(draw([TWO_SIDES])) == svg(draw([TWO_SIDES]))
 
 
-def test_the_print_holds_every_item(tmp_path: Path) -> None:
-    path = tmp_path / "report.pdf"
-    save_pdf(DOCUMENT, path)
+def _pages(document: dict[str, Any], path: Path) -> int:
+    save_pdf(document, path)
     content = path.read_bytes()
     assert content.startswith(b"%PDF")
-    assert content.count(b"/Type /Page ") + content.count(b"/Type /Page\n") >= 2
+    return content.count(b"/Type /Page ") + content.count(b"/Type /Page\n")
+
+
+def test_the_print_takes_a_new_page_when_one_is_full(tmp_path: Path) -> None:
+    figures = {f"figure-c.{k}": item(kind="figure", panels=[PANEL, TWO_SIDES]) for k in range(9)}
+    one_page = _pages(DOCUMENT, tmp_path / "one.pdf")
+    assert one_page >= 1
+    assert _pages({**DOCUMENT, "items": figures}, tmp_path / "many.pdf") >= one_page + 1
 
 
 def test_a_table_too_wide_for_the_paper_goes_on_below() -> None:
