@@ -151,7 +151,7 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         (["run", "sine-1", "--blocks", "1,2", "--horizon", "4"], "must be of at least 1 step each, 4 in sum"),
         (["run"], "the reference is absent, must be either a scenario's name or --log FILE"),
         (["run", "sine-1", "--log", "x.csv"], "the reference is given twice"),
-        (["run", "--log", "absent.csv"], "log absent.csv is not readable"),
+        (["run", "--log", "absent.csv"], "log absent.csv is absent, must be an existing file"),
         (["run", "sine-1", "--lowpass", "5"], "must be used together with --log"),
         (["run", "sine-1", "--cueing", "best"], "--cueing is 'best', must be one of explicit, implicit"),
         (["run", "sine-1", "--plant", "moon"], "--plant is 'moon', must be one of ideal"),

@@ -2,6 +2,8 @@
 
 import os
 import sys
+from importlib import import_module
+from typing import Any, Final
 
 # Small matrices: more BLAS threads only wait for each other. Read when numpy is first imported.
 for _library in ("OPENBLAS", "MKL", "OMP"):
@@ -10,41 +12,80 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from otolith.cli import (  # noqa: E402
-    bench,
-    catalog,
-    drive,
-    explicit,
-    hint,
-    misled,
-    omct,
-    platform,
-    reproduce,
-    run,
-    tune,
-)
 from otolith.core.errors import OtolithError  # noqa: E402
 
-app = typer.Typer(
-    name="otolith",
-    help="Motion cueing for driving simulators: run, compare and judge cueing algorithms.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
-app.command("list")(catalog.list_)
-app.command("run")(run.run)
-app.command("compare")(run.compare)
-app.command("drive")(drive.drive_)
-app.command("map")(misled.map_)
-app.command("reproduce")(reproduce.reproduce_)
-app.command("tune")(tune.tune_)
-app.command("omct")(omct.omct_)
-app.command("bench")(bench.bench_)
-app.command("warmup")(bench.warmup)
-app.add_typer(explicit.app, name="explicit")
-app.add_typer(hint.app, name="hint")
-app.add_typer(platform.app, name="platform")
+# Where a command or a group of them is, and its line of help. A module is imported when its command is
+# called: none waits for what another needs.
+COMMANDS: Final = {
+    "list": (
+        "catalog:list_",
+        "List cueing algorithms, perception models, plants, platforms, roads, scenarios or solvers.",
+    ),
+    "run": (
+        "run:run",
+        "Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures.",
+    ),
+    "compare": (
+        "run:compare",
+        "Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule.",
+    ),
+    "drive": (
+        "drive:drive_",
+        "Drive a road and write specific force, rates and pose, with a map; `otolith run --log` cues it.",
+    ),
+    "map": ("misled:map_", "Show false cues on the map of the drive, and where the worst of them are."),
+    "explicit": ("explicit:app", "Explicit laws: build, verify, show, export."),
+    "hint": ("hint:app", "Hints for the implicit MPC: learn offline, verify."),
+    "platform": ("platform:app", "Look at a platform's legs, and fit legs to a data sheet."),
+    "omct": (
+        "omct:omct_",
+        "Drive one axis at a time at twelve frequencies: modulus and phase of what is felt (ICAO 9625).",
+    ),
+    "tune": (
+        "tune:tune_",
+        "Find constant washout weights of the implicit MPC that track the scenarios with little travel.",
+    ),
+    "reproduce": (
+        "reproduce:reproduce_",
+        "Compute tables and figures of the thesis again, and put the published numbers beside ours.",
+    ),
+    "bench": (
+        "bench:bench_",
+        "Time one full real-time-iteration step of every QP engine on the same recorded problems.",
+    ),
+    "warmup": (
+        "bench:warmup",
+        "Compile and cache every kernel now: explicit engine, structured solver in 2 and 4 DOF.",
+    ),
+}
+
+
+def program(called: str) -> typer.Typer:
+    """The command line, of which one command is imported and the others are names with a line of help."""
+    app = typer.Typer(
+        name="otolith",
+        help="Motion cueing for driving simulators: run, compare and judge cueing algorithms.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    for name, (target, line) in COMMANDS.items():
+        command = imported(target) if name == called else _uncalled
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name, help=line if command is _uncalled else None)(command)
+    return app
+
+
+def imported(target: str) -> Any:
+    """A command, or group of commands, of this package by "module:attribute"."""
+    module, attribute = target.split(":")
+    return getattr(import_module(f"otolith.cli.{module}"), attribute)
+
+
+def _uncalled() -> None:
+    raise AssertionError("only the command that is called is run, and that one is imported")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -57,7 +98,7 @@ def main(arguments: list[str] | None = None) -> None:
     line = [word for word in line if word != "--debug"]
     console = Console(stderr=True)
     try:
-        app(line)
+        program(line[0] if line else "")(line)
     except OtolithError as error:
         if debug:
             console.print_exception()
