@@ -1,13 +1,15 @@
 """The closed loop itself, with a cueing algorithm and a clock made for the purpose."""
 
+from dataclasses import replace
 from itertools import count
+from typing import Any
 
 import numpy as np
 import pytest
 
 from otolith.core.arrays import Mat, Vec
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
-from otolith.plant.ideal import without_lag
+from otolith.plant.ideal import Ideal, without_lag
 from otolith.platforms import load
 from otolith.scenarios import Scenario
 from otolith.simulate import simulate
@@ -90,3 +92,20 @@ def test_progress_ends_at_one() -> None:
 def test_periods_that_do_not_divide_are_refused() -> None:
     with pytest.raises(ValueError, match=r"controller period 0\.1 s is no multiple of plant period 0\.03 s"):
         close(Echo(), 0.03)
+
+
+def test_what_a_plant_senses_is_what_was_felt() -> None:
+    """With a head given, the run's force is the plant's; without one, the planar model's, as ever."""
+    options: dict[str, Any] = {"platform": load("thesis"), "pairs": ("surge-pitch",)}
+    planar = simulate(Echo(), Ideal(lag=0.0), PULSE, **options)
+    sensed = simulate(Echo(), Ideal(lag=0.0, head=(0.0, 0.0, 0.9)), PULSE, **options)
+    np.testing.assert_array_equal(planar.pose, sensed.pose)
+    np.testing.assert_allclose(sensed.felt_force, planar.felt_force, atol=1e-12)  # nothing turned
+
+
+def test_the_rate_felt_is_of_the_drivers_frame() -> None:
+    run = close(Echo())
+    rolled, yawing = np.zeros_like(run.pose), np.zeros_like(run.twist)
+    rolled[:, 3], yawing[:, 5] = 0.2, 1.0
+    turned = replace(run, pose=rolled, twist=yawing)
+    np.testing.assert_allclose(turned.felt_rate, [[0.0, np.sin(0.2), np.cos(0.2)]] * len(run.time))

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -51,3 +53,17 @@ def test_the_step_size_changes_nothing(lag: float, a: float, steps: int) -> None
 def test_a_negative_lag_is_refused() -> None:
     with pytest.raises(InputError, match=r"plant lag is -1\.0, must be finite and at least 0 s"):
         Ideal(lag=-1.0)
+
+
+def test_a_head_above_the_reference_point_feels_the_tilt_acceleration() -> None:
+    """Lever arm: at rest in a neutral pose, pitch accelerates nose-down, and a head above goes forward."""
+    pitching = np.array([0.0, 0.0, 0.0, 0.0, 0.5, 0.0])
+    height, start = 0.9, PlatformState(acceleration=pitching)
+    above, bare = Ideal(0.0, head=(0.0, 0.0, height)), Ideal(0.0)
+    for plant in (above, bare):
+        plant.reset(start)
+    command = replace(commanding(0.0), acceleration=pitching)
+    state = above.step(command, 1e-6)
+    assert state.specific_force is not None
+    assert_allclose(state.specific_force, [0.5 * height, 0.0, 0.0], atol=1e-4)
+    assert bare.step(command, 1e-6).specific_force is None
