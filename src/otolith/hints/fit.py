@@ -46,7 +46,7 @@ class Effort:
     seed: int = 0
 
 
-LARGER: Final = Effort(layers=(96, 64), passes=12)  # for several pairs: four times as many sets
+LARGER: Final = Effort(layers=(96, 64), passes=20)  # for several pairs: four times as many sets
 QUICK: Final = Effort(layers=(16,), passes=3, entries=100, levels=2)
 
 
