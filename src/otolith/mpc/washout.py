@@ -38,23 +38,6 @@ _TILT_RATE_POLYNOMIAL: Final = (0.0001, 0.7, 0.7, 0.7)  # eq. 4.12, with w₅ = 
 _W5_POSITION: Final = 0.5  # [m]
 _W5_TILT_RATE: Final = 3.0 * pi / 180.0  # [rad/s]
 
-PRESETS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
-    # Eqs. 4.12 and 4.13 as printed: tilt rate and position.
-    "printed": (
-        WashoutWeight(
-            on="tilt_rate", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE
-        ),
-        WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
-    ),
-    # The reading that comes closest to the thesis's tables: the first weight lands on the velocity,
-    # as if the state order of the generated solver differed from the one that eq. 4.13 assumes.
-    "thesis-fit": (
-        WashoutWeight(on="velocity", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE),
-        WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
-    ),
-    "none": (),
-}
-
 
 def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
     """Constant weights by state name, e.g. {"tilt_rate": 0.001, "position": 0.9} (Table 5.3).
@@ -72,6 +55,27 @@ def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
         WashoutWeight(on=state, of=state, coefficients=(weight, 0.0, 0.0, 0.0), scale=1.0)
         for state, weight in weights.items()
     )
+
+
+PRESETS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
+    # Eqs. 4.12 and 4.13 as printed: tilt rate and position.
+    "printed": (
+        WashoutWeight(
+            on="tilt_rate", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE
+        ),
+        WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
+    ),
+    # The reading that comes closest to the thesis's tables: the first weight lands on the velocity,
+    # as if the state order of the generated solver differed from the one that eq. 4.13 assumes.
+    "thesis-fit": (
+        WashoutWeight(on="velocity", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE),
+        WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
+    ),
+    "none": (),
+    # Constant weights for all signals of Table 5.3 at once, by `otolith tune --on velocity,position
+    # --evaluations 26` (objective: `otolith.tuning`), where the hand-tuned table has a pair for each.
+    "constant-fit": constant({"velocity": 0.411, "position": 0.0131}),
+}
 
 
 def preset(name: str) -> tuple[WashoutWeight, ...]:
