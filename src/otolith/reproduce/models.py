@@ -22,7 +22,7 @@ from otolith.reproduce.verdict import Number, judged
 
 Values = dict[str, dict[str, float]]  # by scenario, then by model
 HYBRIDS: Final = MODELS[1:]
-GUESSES: Final = {"thesis-fit": ("velocity", 1.0 / 20.0), "printed": ("tilt_rate", 1.0)}
+GUESSES: Final = {"thesis-fit": ("velocity", 0.1), "printed": ("tilt_rate", 1.0)}
 READINGS: Final = ("thesis-fit", "printed")
 SAME: Final = ("study-solver", "study-start", "study-damping", "study-weights", "study-terminal")
 
@@ -82,8 +82,8 @@ class Setting:
 def best_constant(scenario: str, reading: str) -> tuple[WashoutWeight, ...]:
     """The thesis's tuned constant weights of one signal (Table 5.3), in one of two readings.
 
-    As printed, on tilt rate and position. As it fits, the first on the velocity and a twentieth of the
-    second on the position: the one scale that brings errors and travels of the table near together
+    As printed, on tilt rate and position. As it fits, the first on the velocity and a tenth of the
+    second on the position: the one scale that brings errors and travels of the table nearest together
     (`study-constant-weights`).
     """
     row = next(row for row in published("table-5.3").rows if row["scenario"] == scenario)

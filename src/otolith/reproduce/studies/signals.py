@@ -95,7 +95,8 @@ def circle(answers: Answers) -> Outcome:
         section="4.2.1",
         text=(
             "Printed is √(s_x² + s_y²) ≤ 0.5², 0.25 m. The explicit law's box of 0.35 m is said to lie "
-            "within the circle, which is so for 0.5 m only: its corner is at 0.495 m."
+            "within the circle, which is so for 0.5 m only: its corner is at 0.495 m. The published errors "
+            "alone do not decide."
         ),
         claims=(
             Claim(

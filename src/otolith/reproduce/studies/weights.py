@@ -119,11 +119,11 @@ def constant_weights(answers: Answers) -> Outcome:
     return Outcome(
         name="study-constant-weights",
         kind="study",
-        title="Table 5.3: its weights fit on the velocity, and on the position at a twentieth",
+        title="Table 5.3: its weights fit on the velocity, and on the position at a tenth",
         section="5.2.4",
         text=(
             "One factor for all nine signals, against the table's errors and travels together. Why a "
-            "twentieth, the text does not say."
+            "tenth, the text does not say."
         ),
         claims=(
             Claim(
