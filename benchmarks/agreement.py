@@ -12,6 +12,7 @@ from otolith.bench import SCENARIOS, record, replay
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.platforms import load
+from otolith.qp.dense import DenseSolver
 from otolith.qp.engines import CondensedEngine, StructuredEngine
 
 SOFT = dict.fromkeys(("tilt_rate", "tilt", "position", "braking_position", "braking_tilt", "circle"), 100.0)
@@ -23,7 +24,7 @@ if __name__ == "__main__":
             cueing, steps = record(load("thesis"), pairs, SCENARIOS, ImplicitSettings(soft=soft))
             steps = steps[::2]
             ours = replay("structured", StructuredEngine, cueing, steps, passes=1)
-            exact = partial(CondensedEngine, primal_tolerance=1e-11)
+            exact = partial(CondensedEngine, dense=partial(DenseSolver, primal_tolerance=1e-11))
             theirs = replay("dense", exact, cueing, steps, passes=1)
             both = ours.certified & theirs.certified
             gap = np.abs(ours.first - theirs.first)[both].max(axis=1)

@@ -1,11 +1,12 @@
 """The benchmark times what it says it times: the same problems, the same answers."""
 
+import sys
 from itertools import product
 
 import numpy as np
 import pytest
 
-from otolith.bench import ENGINES, FORMS, bench
+from otolith.bench import ENGINES, FORMS, SPARSE, bench, installed_peers
 from otolith.core.frames import SURGE_PITCH
 from otolith.platforms import load
 from otolith.report import step_time_figure
@@ -24,6 +25,27 @@ def test_every_engine_answers_the_same_problems_alike() -> None:
         assert 0 < figures["median_us"] <= figures["p99_us"] <= figures["max_us"]
         np.testing.assert_array_equal(timing.times > 0, True)
     assert found[-1][1]["times_faster_than_dense"] == pytest.approx(1.0)
+
+
+def test_peers_answer_every_so_many_of_the_full_forms_problems() -> None:
+    quick = {"dense": ENGINES["dense"]}
+    found = bench(
+        load("thesis"), [(SURGE_PITCH,)], names=["step:duration=2"], passes=1, engines=quick, peers=quick
+    )
+    assert [(f["form"], f["steps"]) for _, f in found] == [
+        ("full", 200),
+        ("full", 200 // SPARSE),
+        ("blocked", 200),
+    ]
+    assert found[1][1]["first_input_gap"] < 1e-7  # beside its own answers to the same problems
+
+
+def test_peers_that_are_absent_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    monkeypatch.delitem(sys.modules, "otolith.qp.casadi", raising=False)
+    told: list[str] = []
+    assert installed_peers(told.append) == {}
+    assert [line.split(":")[0] for line in told] == ["without casadi-hpipm", "without casadi-qpoases"]
 
 
 def test_the_figure_holds_every_step() -> None:

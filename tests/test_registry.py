@@ -1,3 +1,5 @@
+import sys
+
 import pytest
 
 from otolith import registry
@@ -15,6 +17,14 @@ def test_a_missing_extra_is_one_sentence_with_the_command() -> None:
     entry = registry.Entry("no_such_simulator.api:Plant", "", extra="emulator", needs=("no_such_simulator",))
     with pytest.raises(MissingExtra, match=r"needs no_such_simulator.*pip install 'otolith\[emulator\]'"):
         entry.load()
+
+
+@pytest.mark.parametrize("name", ["casadi-hpipm", "casadi-qpoases"])
+def test_without_casadi_its_engines_say_how_to_install_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    monkeypatch.delitem(sys.modules, "otolith.qp.casadi", raising=False)
+    with pytest.raises(MissingExtra, match=r"pip install 'otolith\[check\]'"):
+        registry.SOLVERS[name].load()
 
 
 def test_another_import_error_is_not_taken_for_a_missing_extra() -> None:

@@ -8,7 +8,7 @@ least of several passes over the whole sequence, since every pass does exactly t
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from typing import Any, Final
@@ -17,6 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Mat, Vec
+from otolith.core.errors import MissingExtra
 from otolith.core.frames import AxisPair
 from otolith.mpc.design import Design, implicit
 from otolith.mpc.formulation import Formulation
@@ -25,6 +26,7 @@ from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.qp import Status
 from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
+from otolith.registry import SOLVERS
 from otolith.scenarios import Scenario, scenario
 from otolith.simulate import simulate
 
@@ -39,6 +41,7 @@ SCENARIOS: Final = (
     "step-sine-1",
     "multisine:seed=7,amplitude=1.5,duration=20",
 )
+SPARSE: Final = 40
 _AXES: Final = {0: "longitudinal", 1: "lateral"}
 
 
@@ -63,6 +66,11 @@ class Timing:
     changes: Vec  # (steps,)
     residual: Vec  # (steps,) of the certified
     first: Mat  # (steps, 2P) first inputs of the plans
+
+    def every(self, n: int) -> "Timing":
+        """What it says of every n-th problem."""
+        series = ("times", "certified", "changes", "residual", "first")
+        return replace(self, **{name: getattr(self, name)[::n] for name in series})
 
     def account(self, reference: "Timing") -> dict[str, Any]:
         """Plain figures; `reference` is the dense engine of the same recording."""
@@ -181,9 +189,17 @@ def bench(
     names: Sequence[str] = SCENARIOS,
     passes: int = 3,
     engines: Engines = ENGINES,
+    peers: Engines | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> list[tuple[Timing, dict[str, Any]]]:
-    """Time every engine on every set of pairs and form; the dense engine is each one's reference."""
+    """Time every engine on every set of pairs and form; the dense engine is each one's reference.
+
+    Parameters
+    ----------
+    engines : by name, "dense" among them.
+    peers : by name; they know hard rows only, start cold and are slow: they answer every `SPARSE`-th
+        problem of the full form.
+    """
     done = []
     for pairs, (form, settings) in product(pair_sets, FORMS.items()):
         what = f"{form} form, {','.join(pair.name for pair in pairs)}"
@@ -195,4 +211,20 @@ def bench(
             timings.append(replay(name, make, cueing, steps, passes=passes))
         reference = next(timing for timing in timings if timing.engine == "dense")
         done += [(timing, timing.account(reference)) for timing in timings]
+        sparse = reference.every(SPARSE)
+        for name, make in (peers or {}).items() if form == "full" else ():
+            tell(f"{name} on {len(sparse.times)} problems, {what}")
+            timing = replay(name, make, cueing, steps[::SPARSE], passes=1)
+            done.append((timing, timing.account(sparse)))
     return done
+
+
+def installed_peers(tell: Callable[[str], None]) -> Engines:
+    """Engines of other people that are installed, by name; the others are told."""
+    found: Engines = {}
+    for name in ("casadi-hpipm", "casadi-qpoases"):
+        try:
+            found[name] = SOLVERS[name].load()
+        except MissingExtra as missing:
+            tell(f"without {name}: {missing}")
+    return found

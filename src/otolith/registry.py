@@ -124,6 +124,15 @@ SOLVERS: Final = {
     "dense": Entry(
         "otolith.qp.engines:CondensedEngine", "condensed, dual active set (daqp); the thesis's kind"
     ),
+    "casadi-hpipm": Entry(
+        "otolith.qp.casadi:HpipmEngine", "HPIPM's interior point, hard rows only", extra="check", needs=("casadi",)
+    ),
+    "casadi-qpoases": Entry(
+        "otolith.qp.casadi:QpOasesEngine",
+        "condensed, qpOASES cold, hard rows only",
+        extra="check",
+        needs=("casadi",),
+    ),
 }
 
 # Perception models: callables () -> StateSpace, one organ, one axis.

@@ -1,21 +1,24 @@
 """Other people's engines against ours; skipped where casadi is not installed."""
 
-import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from otolith.core.errors import MissingExtra
+from otolith.core.errors import InputError
 from otolith.qp import DenseSolver, Status
-from otolith.qp.casadi import Hpipm, QpOases
+from otolith.qp.engines import CondensedEngine, StageEngine
 from otolith.qp.stage import condense
 from otolith.qp.structured import StructuredSolver
 from tests.qp.stage_problems import stage_problem, stage_qp
+from tests.qp.test_engines import write
+
+pytest.importorskip("casadi")
+from otolith.qp.casadi import Hpipm, HpipmEngine, QpOases, QpOasesEngine
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_qpoases_agrees_with_daqp(seed: int) -> None:
-    pytest.importorskip("casadi")
     qp = condense(stage_qp(np.random.default_rng(seed)))
     np.testing.assert_allclose(
         QpOases().solve(qp).or_raise().z, DenseSolver().solve(qp).or_raise().z, atol=1e-6
@@ -24,7 +27,6 @@ def test_qpoases_agrees_with_daqp(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_hpipm_agrees_with_the_structured_engine(seed: int) -> None:
-    pytest.importorskip("casadi")
     qp = stage_qp(np.random.default_rng(seed))
     theirs, ours = Hpipm(qp.problem).solve(qp), StructuredSolver(qp.problem).solve(qp)
     assert theirs.status is Status.OPTIMAL
@@ -34,9 +36,9 @@ def test_hpipm_agrees_with_the_structured_engine(seed: int) -> None:
 
 def test_soft_rows_are_refused_not_hardened() -> None:
     rng = np.random.default_rng(1)
-    with pytest.raises(ValueError, match="hard rows only"):
+    with pytest.raises(InputError, match="hard rows only"):
         Hpipm(stage_problem(rng, soft=1.0))
-    with pytest.raises(ValueError, match="hard rows only"):
+    with pytest.raises(InputError, match="hard rows only"):
         QpOases().solve(condense(stage_qp(rng, soft=1.0)))
 
 
@@ -46,7 +48,15 @@ def test_bad_data_never_reach_casadi() -> None:
     assert QpOases().solve(condense(qp)).status is Status.INVALID
 
 
-def test_a_missing_casadi_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'otolith\[check\]'"):
-        QpOases().solve(condense(stage_qp(np.random.default_rng(1))))
+@pytest.mark.parametrize("make", [HpipmEngine, QpOasesEngine])
+def test_behind_the_protocol_they_answer_what_lies_in_memory(make: Callable[..., StageEngine]) -> None:
+    qp = stage_qp(np.random.default_rng(2))
+    theirs, ours = (made(qp.problem, tolerance=1e-6) for made in (make, CondensedEngine))
+    for engine in (theirs, ours):
+        write(engine.memory, qp, ())
+    np.testing.assert_allclose(theirs.run().U, ours.run().U, atol=1e-5)
+
+
+def test_hpipm_refuses_blocks() -> None:
+    with pytest.raises(InputError, match="blocks is 1,2, must be none with casadi-hpipm"):
+        HpipmEngine(stage_problem(np.random.default_rng(2)), tolerance=1e-6, blocks=(1, 2))

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from otolith import __version__, files
-from otolith.bench import SCENARIOS, bench
+from otolith.bench import SCENARIOS, bench, installed_peers
 from otolith.cli.output import print_json, wide_console
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.mpc.design import Design, hybrid_all
@@ -42,8 +42,9 @@ def bench_(
     """Time one full real-time-iteration step of every QP engine on the same recorded problems."""
     console = Console(stderr=True)
     names = SCENARIOS[:2] if quick else SCENARIOS
+    peers = installed_peers(console.print)
     with console.status("preparing") as status:
-        found = bench(load("thesis"), _SETS, names=names, passes=passes, tell=status.update)
+        found = bench(load("thesis"), _SETS, names=names, passes=passes, peers=peers, tell=status.update)
     account = {
         "version": __version__,
         "machine": f"{machine.machine()}, Python {machine.python_version()}",

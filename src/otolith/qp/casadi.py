@@ -1,17 +1,20 @@
 """Engines of other people, through casadi: HPIPM on the stages, qpOASES on the condensed problem.
 
-They check ours, cold; nothing else depends on them (extra `check`). Both solve hard rows only: a problem
-with soft rows is refused, not changed. casadi's multipliers have our sign.
+They check ours and are timed beside it, cold; nothing else depends on them (extra `check`). Both solve
+hard rows only: a problem with soft rows is refused, not changed. casadi's multipliers have our sign.
 """
 
-from types import ModuleType
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
+import casadi
 import numpy as np
 from scipy.linalg import block_diag
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.errors import MissingExtra
+from otolith.core.errors import InputError
+from otolith.qp.blocked import Lengths
+from otolith.qp.engines import CondensedEngine, empty_memory, expand
 from otolith.qp.problem import Qp, Solution, Status, kkt_residual
 from otolith.qp.stage import StageProblem, StageQp, StageSolution, rollout, stage_residual
 
@@ -22,13 +25,14 @@ class QpOases:
     def __init__(self, tolerance: float = 1e-6) -> None:
         self.tolerance = tolerance
 
-    def solve(self, qp: Qp) -> Solution:
-        """Solve a problem without soft rows.
+    def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
+        """Solve a problem without soft rows; `start` is not used: casadi offers no way in.
 
         Raises
         ------
-        ValueError : the problem has soft rows; MissingExtra : casadi is not installed.
+        InputError : the problem has soft rows.
         """
+        del start
         if qp.penalty is not None:
             _refuse_soft(qp.penalty)
         shape = {"variables": len(qp.g), "rows": len(qp.upper)}
@@ -66,12 +70,7 @@ class Hpipm:
         self.problem, self.tolerance = problem, tolerance
 
     def solve(self, qp: StageQp) -> StageSolution:
-        """Solve one problem.
-
-        Raises
-        ------
-        MissingExtra : casadi is not installed.
-        """
+        """Solve one problem."""
         p = self.problem
         if not qp.well_posed():
             return self._answer(qp, Status.INVALID, np.zeros((p.horizon, p.inputs)))
@@ -157,23 +156,32 @@ class Hpipm:
         return sides[0], sides[1]
 
 
+class HpipmEngine:
+    """HPIPM behind the protocol of `otolith.qp.engines`; it knows no blocks."""
+
+    def __init__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> None:
+        if blocks:
+            raise InputError("blocks", ",".join(map(str, blocks)), "none with casadi-hpipm")
+        self._solver = Hpipm(problem, tolerance)
+        self.memory = empty_memory(problem)
+
+    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+        """Expand and solve what lies in the memory, cold."""
+        del start, hint
+        return self._solver.solve(expand(self._solver.problem, self.memory))
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+
+QpOasesEngine: Final = partial(CondensedEngine, dense=QpOases)
+
+
 _PATIENT = {"iter_max": 100}  # its own tolerances, near 1e-8, are tight enough to certify
-
-
-def _casadi() -> ModuleType:
-    try:
-        import casadi  # type: ignore[import-not-found,unused-ignore]
-    except ModuleNotFoundError as error:
-        if error.name != "casadi":
-            raise
-        raise MissingExtra("this engine needs casadi: pip install 'otolith[check]'") from None
-    module: ModuleType = casadi
-    return module
 
 
 def _solve(plugin: str, options: dict[str, Any], **data: Any) -> tuple[Vec, Vec, Vec] | None:
     """Primal point, multipliers of the rows and of the bounds; None when the engine reports failure."""
-    casadi = _casadi()
     h, a = (casadi.sparsify(casadi.DM(data[name])) for name in ("h", "a"))
     sparsity = {"h": h.sparsity(), "a": a.sparsity()}
     solver = casadi.conic("engine", plugin, sparsity, {"error_on_fail": False, **options})
@@ -190,4 +198,6 @@ def _judged(residual: float, tolerance: float) -> Status:
 
 def _refuse_soft(penalty: Vec) -> None:
     if np.isfinite(penalty).any():
-        raise ValueError("this engine solves hard rows only")
+        raise InputError(
+            "a soft row's penalty", f"{np.min(penalty):g}", "infinite: casadi's engines know hard rows only"
+        )

@@ -4,6 +4,8 @@ It gives the thesis's online solver in kind: condensing, then a hot-started dual
 that counts its working-set changes.
 """
 
+from typing import Protocol
+
 import numpy as np
 
 from otolith.core.arrays import Ints
@@ -11,8 +13,15 @@ from otolith.core.lti import condense as predict
 from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, hold
 from otolith.qp.candidate import better
 from otolith.qp.dense import DenseSolver
-from otolith.qp.problem import Qp, Status
+from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution, by_columns, by_rows, rollout
+
+
+class Dense(Protocol):
+    """Solves a dense problem, from a working set where it can."""
+
+    def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
+        """Solve `qp`; `start` (rows,) as in `Solution`."""
 
 
 class CondensedSolver:
@@ -25,7 +34,7 @@ class CondensedSolver:
     """
 
     def __init__(
-        self, problem: StageProblem, dense: DenseSolver | None = None, *, blocks: Lengths = ()
+        self, problem: StageProblem, dense: Dense | None = None, *, blocks: Lengths = ()
     ) -> None:
         self.problem, self._dense = problem, dense or DenseSolver()
         self._lengths = blocks or (1,) * problem.horizon

@@ -4,6 +4,7 @@ The memory holds matrices by their structural non-zeros, row by row, so that the
 reads it in place; the condensed engine expands it first.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple, Protocol
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.qp.blocked import Lengths, block_ends
-from otolith.qp.condensed import CondensedSolver
+from otolith.qp.condensed import CondensedSolver, Dense
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Status
 from otolith.qp.stage import StageProblem, StageQp, StageSolution
@@ -54,6 +55,22 @@ class StageEngine(Protocol):
 
     def reset(self) -> None:
         """Forget the last answer."""
+
+
+def empty_memory(problem: StageProblem, blocks: Lengths = ()) -> StageMemory:
+    """Memory of an engine that has no workspace of its own."""
+    N, M, weighted = problem.horizon, len(blocks) or problem.horizon, len(problem.weighted)
+    return StageMemory(
+        start=np.zeros(problem.states),
+        output=np.zeros((N, np.count_nonzero(problem.output))),
+        error=np.zeros((N, len(problem.output))),
+        state_weight=np.zeros((N, weighted)),
+        state_linear=np.zeros((N, weighted)),
+        input_linear=np.zeros((M, problem.inputs)),
+        varying=np.zeros((M, np.count_nonzero(problem.varying))),
+        lower=np.zeros((M, problem.rows)),
+        upper=np.zeros((M, problem.rows)),
+    )
 
 
 def expand(problem: StageProblem, memory: StageMemory, blocks: Lengths = ()) -> StageQp:
@@ -133,7 +150,10 @@ class StructuredEngine:
 
 
 class CondensedEngine:
-    """The condensed engine: `daqp`, warm-started, counts its working-set changes."""
+    """The condensed engine: `daqp`, warm-started, counts its working-set changes.
+
+    `dense` makes another engine for the condensed problems, from the tolerance.
+    """
 
     def __init__(
         self,
@@ -141,23 +161,11 @@ class CondensedEngine:
         *,
         tolerance: float,
         blocks: Lengths = (),
-        primal_tolerance: float = DenseSolver().primal_tolerance,
+        dense: Callable[..., Dense] = DenseSolver,
     ) -> None:
-        dense = DenseSolver(tolerance=tolerance, primal_tolerance=primal_tolerance)
-        self._solver = CondensedSolver(problem, dense, blocks=blocks)
+        self._solver = CondensedSolver(problem, dense(tolerance=tolerance), blocks=blocks)
         self._blocks = blocks
-        N, M, weighted = problem.horizon, len(blocks) or problem.horizon, len(problem.weighted)
-        self.memory = StageMemory(
-            start=np.zeros(problem.states),
-            output=np.zeros((N, np.count_nonzero(problem.output))),
-            error=np.zeros((N, len(problem.output))),
-            state_weight=np.zeros((N, weighted)),
-            state_linear=np.zeros((N, weighted)),
-            input_linear=np.zeros((M, problem.inputs)),
-            varying=np.zeros((M, np.count_nonzero(problem.varying))),
-            lower=np.zeros((M, problem.rows)),
-            upper=np.zeros((M, problem.rows)),
-        )
+        self.memory = empty_memory(problem, blocks)
 
     def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
         """Expand, condense and solve what lies in the memory."""
