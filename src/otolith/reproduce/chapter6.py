@@ -212,9 +212,9 @@ def lap_table(name: str, answers: Answers) -> Outcome:
         section=printed.section,
         text=(
             "The car, its driver and the track are ours, not CarMaker's; the reference is the car's "
-            "acceleration through eq. 6.4, as in the thesis. Cued by the structured engine, whose changes are "
-            "counted otherwise. Why the errors differ has not been tested: the thesis's reference is not "
-            "published."
+            "acceleration through eq. 6.4, as in the thesis. Cued by the structured engine, whose changes "
+            "are counted otherwise. Why the errors differ has not been tested: the thesis's reference is "
+            "not published."
         ),
         numbers=tuple(numbers),
         claims=_lap_claims(answers, counts=counts),
