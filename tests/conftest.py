@@ -33,6 +33,7 @@ def handmade() -> Run:
         plant_period=0.01,
         time=time,
         reference_force=wanted,
+        reference_rate=np.zeros((n, 3)),
         felt_force=felt,
         pose=pose,
         twist=twist,

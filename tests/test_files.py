@@ -39,6 +39,20 @@ def test_a_run_comes_back_equal(handmade: Run, tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / "deep").iterdir()] == ["run.h5"]
 
 
+def test_a_run_of_the_first_version_is_read_without_the_rates_it_did_not_keep(
+    handmade: Run, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.h5"
+    files.write_run(handmade, path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["version"] = 1
+        del file.attrs["singles"], file["reference_rate"]
+    old = files.read_run(path)
+    assert old.singles == ()
+    assert np.isnan(old.reference_rate).all()
+    np.testing.assert_array_equal(old.reference_force, handmade.reference_force)
+
+
 def test_a_law_comes_back_equal_in_what_it_says(law: Law, tmp_path: Path) -> None:
     files.write_laws([law], tmp_path / "law.h5")
     (back,) = files.read_laws(tmp_path / "law.h5")
@@ -82,7 +96,7 @@ def test_a_foreign_kind_and_another_version_are_refused(handmade: Run, law: Law,
         files.read_laws(path)
     with h5py.File(path, "r+") as file:
         file.attrs["version"] = 99
-    with pytest.raises(CorruptFile, match="has version 99 of otolith-run, this program reads 1"):
+    with pytest.raises(CorruptFile, match="has version 99 of otolith-run, this program reads 2"):
         files.read_run(path)
     with h5py.File(path, "r+") as file:
         file.attrs["version"] = files.RUN_VERSION

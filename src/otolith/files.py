@@ -33,12 +33,13 @@ from otolith.simulate import Run
 from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, road
 from otolith.vehicle.lap import COLUMNS
 
-RUN_KIND, RUN_VERSION = "otolith-run", 1
+RUN_KIND, RUN_VERSION = "otolith-run", 2
+_RUN_WITHOUT_RATE: Final = 1  # version that kept neither single axes nor the rates to be felt
 LAW_KIND, LAW_VERSION = "otolith-law", 1
 HINT_KIND, HINT_VERSION = "otolith-hint", 1
 LAP_KIND, LAP_VERSION = "otolith-lap", 1
 _RUN_ATTRIBUTES: Final = ("scenario", "cueing", "plant", "period", "plant_period")
-_RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "settings", "status")
+_RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "singles", "settings", "status")
 
 
 def read_text(path: Path, what: str) -> str:
@@ -192,7 +193,7 @@ def write_run(run: Run, path: Path) -> None:
         file.attrs.update(kind=RUN_KIND, version=RUN_VERSION)
         file.attrs.update({name: getattr(run, name) for name in _RUN_ATTRIBUTES})
         file.attrs["platform"] = run.platform.model_dump_json()
-        file.attrs["pairs"] = json.dumps(run.pairs)
+        file.attrs["pairs"], file.attrs["singles"] = json.dumps(run.pairs), json.dumps(run.singles)
         file.attrs["settings"] = json.dumps(run.settings)
         file.create_dataset("status", data=np.array(run.status, dtype="S16"), compression="gzip")
         for field in fields(run):
@@ -201,18 +202,18 @@ def write_run(run: Run, path: Path) -> None:
 
 
 def read_run(path: Path) -> Run:
-    """Read a run back, equal to the one written.
+    """Read a run back, equal to the one written; the rates to be felt are NaN in files of version 1.
 
     Raises
     ------
-    CorruptFile : not a run of this version, or damaged.
+    CorruptFile : not a run of a known version, or damaged.
     """
-    with _hdf5(path, RUN_KIND, RUN_VERSION) as file:
-        series: dict[str, Any] = {
-            f.name: frozen_array(file[f.name][()], dtype=None)
-            for f in fields(Run)
-            if f.name not in _RUN_SPECIAL
-        }
+    with _hdf5(path, RUN_KIND, RUN_VERSION, _RUN_WITHOUT_RATE) as file:
+        old = file.attrs["version"] == _RUN_WITHOUT_RATE
+        names = {f.name for f in fields(Run)} - {*_RUN_SPECIAL, *(["reference_rate"] if old else [])}
+        series: dict[str, Any] = {name: frozen_array(file[name][()], dtype=None) for name in names}
+        if old:
+            series["reference_rate"] = frozen_array(np.full_like(series["reference_force"], np.nan))
         plain = {name: file.attrs[name] for name in ("scenario", "cueing", "plant")}
         return Run(
             **plain,
@@ -221,6 +222,7 @@ def read_run(path: Path) -> Run:
             plant_period=float(file.attrs["plant_period"]),
             platform=Platform.model_validate_json(file.attrs["platform"]),
             pairs=tuple(json.loads(file.attrs["pairs"])),
+            singles=() if old else tuple(json.loads(file.attrs["singles"])),
             settings=json.loads(file.attrs["settings"]),
             status=tuple(value.decode() for value in file["status"][()]),
         )
@@ -299,15 +301,15 @@ def _digest(arrays: Mapping[str, Any]) -> str:
 
 
 @contextlib.contextmanager
-def _hdf5(path: Path, kind: str, version: int) -> Iterator[h5py.File]:
-    """Open an HDF5 file of the given kind and version, and turn damage into one sentence."""
+def _hdf5(path: Path, kind: str, version: int, *older: int) -> Iterator[h5py.File]:
+    """Open an HDF5 file of the given kind and of one of the versions; damage becomes one sentence."""
     if not path.exists():
         raise InputError(f"file {path}", "absent", "an existing file")
     try:
         with h5py.File(path, "r") as file:
             if file.attrs.get("kind") != kind:
                 raise CorruptFile(f"{path} is not an {kind} file")
-            if file.attrs.get("version") != version:
+            if file.attrs.get("version") not in (version, *older):
                 raise CorruptFile(
                     f"{path} has version {file.attrs.get('version')} of {kind}, this program reads {version}"
                 )

@@ -4,11 +4,18 @@ Choices of the command line, tables in the documentation, legends and conformanc
 read from here. Entries are imported on use, so that an optional dependency costs nothing when absent.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from otolith.core.errors import InputError, MissingExtra, one_of
+
+if TYPE_CHECKING:
+    from otolith.interfaces import Cueing
+    from otolith.mpc.design import Design
+
+Singles = Literal["itself", "beside", "never"]  # beside: `otolith.mpc.beside`
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +28,7 @@ class Entry:
     needs: tuple[str, ...] = ()  # modules of that group
     plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
     limited: bool = True  # of a cueing algorithm: whether it knows the platform's limits and keeps them
-    singles: bool = False  # of a cueing algorithm: whether it cues heave and yaw beside the axis pairs
+    singles: Singles = "never"  # of a cueing algorithm: who cues heave and yaw
 
     def load(self) -> Any:
         """Import and return the target.
@@ -47,58 +54,78 @@ CUEING: Final = {
     "explicit": Entry(
         "otolith.mpc.design:explicit", "the explicit law alone, 10 Hz (section 5.2.1)", plant="ideal-no-lag"
     ),
-    "implicit": Entry("otolith.mpc.design:implicit", "implicit MPC without a guess (model 1)"),
+    "implicit": Entry(
+        "otolith.mpc.design:implicit",
+        "implicit MPC without a guess (model 1)",
+        singles="beside",
+    ),
     "implicit-trajectory": Entry(
-        "otolith.mpc.design:implicit_trajectory", "guess: first control of the previous plan (model 2)"
+        "otolith.mpc.design:implicit_trajectory",
+        "guess: first control of the previous plan (model 2)",
+        singles="beside",
     ),
     "hybrid-first": Entry(
-        "otolith.mpc.design:hybrid_first", "guess: first input of the explicit law (model 3)"
+        "otolith.mpc.design:hybrid_first",
+        "guess: first input of the explicit law (model 3)",
+        singles="beside",
     ),
-    "hybrid-all": Entry("otolith.mpc.design:hybrid_all", "guess: all inputs of the explicit law (model 4)"),
+    "hybrid-all": Entry(
+        "otolith.mpc.design:hybrid_all",
+        "guess: all inputs of the explicit law (model 4)",
+        singles="beside",
+    ),
     "hybrid-learned": Entry(
-        "otolith.mpc.design:hybrid_learned", "as implicit, sooner: a network names the active limits"
+        "otolith.mpc.design:hybrid_learned",
+        "as implicit, sooner: a network names the active limits",
+        singles="beside",
     ),
     "hybrid-law": Entry(
-        "otolith.mpc.design:hybrid_law", "as implicit: a coarse explicit law of the same limits names them"
+        "otolith.mpc.design:hybrid_law",
+        "as implicit: a coarse explicit law of the same limits names them",
+        singles="beside",
     ),
     "hybrid-table": Entry(
-        "otolith.mpc.design:hybrid_table", "as implicit: what was active near by in training"
+        "otolith.mpc.design:hybrid_table",
+        "as implicit: what was active near by in training",
+        singles="beside",
     ),
     "implicit-sensed": Entry(
         "otolith.mpc.linear:implicit_sensed",
         "implicit MPC of sensed force and rate (thesis, chapter 8)",
-        singles=True,
+        singles="itself",
     ),
     "linear-mpc": Entry(
         "otolith.mpc.linear:linear_mpc",
         "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
-        singles=True,
+        singles="itself",
     ),
     "classical": Entry(
         "otolith.washout.classical:classical",
         "washout: high-pass travel, low-pass tilt (section 2.2.1)",
         limited=False,
-        singles=True,
+        singles="itself",
     ),
     "optimal": Entry(
         "otolith.washout.optimal:optimal",
         "washout: LQ filter with a vestibular model (section 2.2.2)",
         limited=False,
-        singles=True,
+        singles="itself",
     ),
     "optimal-nonlinear": Entry(
         "otolith.washout.optimal:optimal_nonlinear",
         "the same, faster the farther the platform is (Telban & Cardullo)",
         limited=False,
-        singles=True,
+        singles="itself",
     ),
     "adaptive": Entry(
         "otolith.washout.adaptive:adaptive",
         "washout: gains that descend a cost (section 2.2.3)",
         limited=False,
-        singles=True,
+        singles="itself",
     ),
 }
+
+_BESIDE: Final = Entry("otolith.mpc.beside:with_singles", "heave and yaw by linear MPC, decoupled")
 
 # Plants: callables Platform -> Plant.
 PLANTS: Final = {
@@ -125,7 +152,10 @@ SOLVERS: Final = {
         "otolith.qp.engines:CondensedEngine", "condensed, dual active set (daqp); the thesis's kind"
     ),
     "casadi-hpipm": Entry(
-        "otolith.qp.casadi:HpipmEngine", "HPIPM's interior point, hard rows only", extra="check", needs=("casadi",)
+        "otolith.qp.casadi:HpipmEngine",
+        "HPIPM's interior point, hard rows only",
+        extra="check",
+        needs=("casadi",),
     ),
     "casadi-qpoases": Entry(
         "otolith.qp.casadi:QpOasesEngine",
@@ -159,6 +189,29 @@ LOG_FORMATS: Final = {
         "otolith.scenarios.rosbag:read_rosbag", "ROS 1 and 2, bags and MCAP", extra="logs", needs=("rosbags",)
     ),
 }
+
+
+def check_cueing(name: str, singles: Sequence[str]) -> Entry:
+    """The cueing algorithm `name`, which shall cue these axes on their own.
+
+    Raises
+    ------
+    InputError : there is no such algorithm, or it cues no axis on its own.
+    """
+    entry = lookup(CUEING, "--cueing", name)
+    if singles and entry.singles == "never":
+        raise InputError(
+            "--dofs", repr(",".join(singles)), f"axis pairs: {name} does not cue {' and '.join(singles)}"
+        )
+    return entry
+
+
+def make_cueing(name: str, design: "Design") -> "Cueing":
+    """The algorithm `name` for a design, with heave and yaw where it has them; errors as `check_cueing`."""
+    entry = check_cueing(name, design.singles)
+    beside = entry.singles == "beside"
+    cueing: Cueing = _BESIDE.load()(entry.load(), design) if beside else entry.load()(design)
+    return cueing
 
 
 def lookup(table: dict[str, Entry], kind: str, name: str) -> Entry:

@@ -34,11 +34,13 @@ class Run:
     platform: Platform
     pairs: tuple[str, ...]  # names of the axis pairs that were cued, see otolith.core.frames.PAIRS
     settings: dict[str, Any]  # what the user chose, for the record: plain JSON values
+    singles: tuple[str, ...] = ()  # axes that were cued on their own: "heave", "yaw"
     period: float  # [s] of the controller
     plant_period: float  # [s]
 
     time: Vec  # (n,) [s]
     reference_force: Vec  # (n, 3) [m/s²] to be felt, driver's frame
+    reference_rate: Vec  # (n, 3) [rad/s] to be felt, driver's frame; NaN where a file did not keep it
     felt_force: Vec  # (n, 3) [m/s²] felt, driver's frame
     pose: Vec  # (n, 6) [m ×3, rad ×3]
     twist: Vec  # (n, 6) [m/s ×3, rad/s ×3]
@@ -51,6 +53,11 @@ class Run:
     residual: Vec  # (m,) certificate of each solution
     guess_missed: Bools  # (m,)
     step_time: Vec  # (m,) [s] thread CPU time of each decision
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of all that was cued: the axis pairs, then the axes on their own."""
+        return self.pairs + self.singles
 
     @property
     def felt_rate(self) -> Vec:
@@ -120,6 +127,7 @@ def simulate(
     *,
     platform: Platform,
     pairs: tuple[str, ...],
+    singles: tuple[str, ...] = (),
     names: tuple[str, str] = ("", ""),
     settings: dict[str, Any] | None = None,
     plant_period: float = 1e-3,
@@ -182,11 +190,13 @@ def simulate(
         plant=names[1],
         platform=platform,
         pairs=pairs,
+        singles=singles,
         settings=settings or {},
         period=cueing.period,
         plant_period=plant_period,
         time=sample_time,
         reference_force=scenario.specific_force(sample_time - EDGE),
+        reference_rate=scenario.angular_rate(sample_time - EDGE),
         **motion.series(),
         command_time=command_time,
         **decisions.series(),

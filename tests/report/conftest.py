@@ -64,6 +64,7 @@ def make_run() -> MakeRun:
             "plant_period": dt,
             "time": t,
             "reference_force": reference,
+            "reference_rate": np.zeros((n, 3)),
             "felt_force": specific_force(acceleration[:, :3], pose[:, 3:]),
             "pose": pose,
             "twist": twist,

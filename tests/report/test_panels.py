@@ -4,6 +4,7 @@ from numpy.testing import assert_allclose
 
 from otolith.platforms import load
 from otolith.report import texts
+from otolith.report.motion import motion_comparison, motion_panels
 from otolith.report.overview import false_cue_panel, overview_panels, use_panel
 from otolith.report.panels import Panel, changes_panel, comparison_panels, effort_panels, run_panels
 from otolith.report.series import MAX_POINTS
@@ -116,11 +117,11 @@ def test_only_runs_of_one_scenario_are_compared(make_run) -> None:
 
 
 def test_every_panel_is_explained(make_run) -> None:
-    run = make_run(10)
+    run = make_run(10, singles=("heave", "yaw"), platform=load("davsi"))
     panels = (
-        *run_panels(run, "surge-pitch"),
+        *(panel for dof in run.dofs for panel in motion_panels(run, dof)),
         *effort_panels(run),
-        *comparison_panels([run], "surge-pitch"),
+        *(panel for dof in run.dofs for panel in motion_comparison([run], dof)),
         changes_panel([run]),
         false_cue_panel([run], "surge-pitch"),
         use_panel([run]),

@@ -21,16 +21,19 @@ def refusal(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-@pytest.mark.parametrize("axis", ["longitudinal", "lateral"])
+@pytest.mark.parametrize("axis", signals.AXES)
 def test_every_named_scenario_rests_for_one_second_then_moves_along_one_axis(name: str, axis: str) -> None:
     made = scenario(name, axis=axis)
     force = made.specific_force(T)
-    index = signals.AXES[axis]
+    rate = made.angular_rate(T)
+    moved = rate if axis == "yaw" else force
+    index = signals.FORCES.get(axis, 2)
     assert made.name == name
     assert made.origin == SCENARIOS[name].source
-    assert not force[T < 1.0].any()
-    assert force[100 : int(100 * made.duration), index].any()
-    assert not np.delete(force, index, axis=1).any()
+    assert not moved[T < 1.0].any()
+    assert moved[100 : int(100 * made.duration), index].any()
+    assert not np.delete(moved, index, axis=1).any()
+    assert not (force if axis == "yaw" else rate).any()
 
 
 @pytest.mark.parametrize(
@@ -133,7 +136,7 @@ def test_a_family_alone_is_its_defaults() -> None:
         ("sine:amplitude=big", "amplitude is 'big', must be a number"),
         ("sine:amplitude=nan", "amplitude is nan m/s², must be between -30 and 30 m/s²"),
         ("multisine:seed=1.5", "seed is '1.5', must be a whole number"),
-        ("sine:axis=up", "axis is 'up', must be one of longitudinal, lateral"),
+        ("sine:axis=up", "axis is 'up', must be one of longitudinal, lateral, vertical, yaw"),
     ],
 )
 def test_a_wrong_parameter_is_named(text: str, sentence: str) -> None:

@@ -95,7 +95,7 @@ def test_scenarios_travel_to_other_processes(make: type[Scenario]) -> None:
         (signals.sine, {"frequency": 51.0}, "frequency is 51 Hz, must be greater than 0 and at most 50 Hz"),
         (signals.sine, {"duration": np.inf}, "duration is inf s, must be between 0.1 and 3600 s"),
         (signals.sine, {"start": 10.0}, "start is 10 s, must be at least 0 s and before the duration, 10 s"),
-        (signals.sine, {"axis": "up"}, "axis is 'up', must be one of longitudinal, lateral"),
+        (signals.sine, {"axis": "up"}, "axis is 'up', must be one of longitudinal, lateral, vertical, yaw"),
         (signals.step, {"end": 1.0}, "end is 1 s, must be after the start, 1 s, and at most 3600 s"),
         (
             signals.step_sine,
@@ -112,3 +112,11 @@ def test_a_parameter_beyond_its_bound_is_named(make, options, sentence: str) -> 
     with pytest.raises(InputError) as caught:
         make(**options)
     assert str(caught.value) == sentence
+
+
+def test_along_yaw_a_signal_is_the_turn_of_a_car_at_ten_metres_per_second() -> None:
+    """Lateral force = speed times yaw rate."""
+    t = np.linspace(0.0, 10.0, 101)
+    sideways = signals.sine(2.0, 0.2, axis="lateral").specific_force(t)[:, 1]
+    turning = signals.sine(2.0, 0.2, axis="yaw").angular_rate(t)[:, 2]
+    assert_allclose(10.0 * turning, sideways, atol=1e-15)

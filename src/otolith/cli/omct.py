@@ -8,14 +8,13 @@ import typer
 from rich.console import Console
 
 from otolith import __version__, files, registry
-from otolith.cli.options import pairs_named
+from otolith.cli.options import dofs_named
 from otolith.cli.output import print_json, progress_bar
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES
 from otolith.metrics.boundaries import parse_boundaries
 from otolith.metrics.omct import Procedure, System, applicable, motion_cueing_test, sinacori_point
 from otolith.mpc.design import Design
-from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.report import save_figure
 from otolith.report.omct import known, omct_figure, omct_json, omct_page
 from otolith.scenarios.omct import TESTS, Amplitudes
@@ -82,17 +81,13 @@ def omct_(
 
 def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[System, dict[str, str]]:
     """What is tested, and its names; every wrong value is refused before work starts."""
-    maker = registry.lookup(registry.CUEING, "--cueing", cueing)
+    pairs, singles = dofs_named(dofs)
+    maker = registry.check_cueing(cueing, singles)
     plant_name = plant or maker.plant
     plant_maker = registry.lookup(registry.PLANTS, "--plant", plant_name)
-    singles = tuple(name for name in dofs.split(",") if name in SINGLE_AXES)
-    if singles and not maker.singles:
-        raise InputError("--dofs", repr(dofs), f"axis pairs: {cueing} does not cue {' and '.join(singles)}")
-    paired = ",".join(name for name in dofs.split(",") if name not in singles)
-    pairs = pairs_named(paired) if paired else ()
     design = Design(platform=files.read_platform(platform), pairs=pairs, singles=singles)
     system = System(
-        cueing=maker.load()(design),
+        cueing=registry.make_cueing(cueing, design),
         plant=plant_maker.load()(design.platform),
         platform=design.platform,
         axes={axis for pair in pairs for axis in pair.name.split("-")} | set(singles),

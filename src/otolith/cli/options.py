@@ -19,13 +19,19 @@ from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.hint.stored import Refused, StaleHint, StoredHint
 from otolith.mpc.implicit import BLOCKS, HORIZON, ImplicitSettings, parse_entry
 from otolith.mpc.model import BrakingRows, parse_braking_rows
+from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.mpc.washout import WashoutWeight, constant, preset
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario, log_scenario, scenario
 from otolith.scenarios.perceived import perceived
 
-_AXIS_OF_FORCE = {0: "longitudinal", 1: "lateral"}
+_ALONG: Final = {
+    "surge-pitch": "longitudinal",
+    "sway-roll": "lateral",
+    "heave": "vertical",
+    "yaw": "yaw",
+}  # degree of freedom -> axis of a scenario
 SOFTENED: Final = (
     "tilt_rate",
     "tilt",
@@ -98,7 +104,9 @@ class Choices:
         str | None,
         typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes)."),
     ] = None
-    dofs: Dofs = "surge-pitch"
+    dofs: Annotated[
+        str, typer.Option(help="What to cue, with commas: " + ", ".join([*PAIRS, *SINGLE_AXES]) + ".")
+    ] = "surge-pitch"
     solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
         "structured"
     )
@@ -138,7 +146,9 @@ class Choices:
         `tell` is told how the enumeration of explicit laws goes.
         """
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
-        platform, pairs = files.read_platform(self.platform), pairs_named(self.dofs)
+        platform, (pairs, singles) = files.read_platform(self.platform), dofs_named(self.dofs)
+        for axis in singles:
+            platform.axis_limits(axis)
         weights = washout_weights(self.washout, self.weight or [])
         settings = replace(
             implicit_settings(self.horizon, self.blocks, weights),
@@ -149,6 +159,7 @@ class Choices:
         return Design(
             platform=platform,
             pairs=pairs,
+            singles=singles,
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
             implicit=settings,
             entry=parse_entry(self.guess_entry),
@@ -167,10 +178,7 @@ class Choices:
         if self.log is None and self.scenario is not None:
             if self.lowpass is not None or self.causal or self.column:
                 raise InputError("--lowpass, --causal or --column", "given", "used together with --log")
-            along = [
-                scenario(self.scenario, literal=self.literal, axis=_AXIS_OF_FORCE[pair.translation])
-                for pair in design.pairs
-            ]
+            along = [scenario(self.scenario, literal=self.literal, axis=_ALONG[dof]) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
@@ -245,6 +253,16 @@ def implicit_settings(
     lengths = block_lengths(blocks) if blocks is not None else ()
     steps = horizon if horizon is not None else sum(lengths) or HORIZON
     return ImplicitSettings(horizon=steps, blocks=lengths, washout=washout)
+
+
+def dofs_named(dofs: str) -> tuple[tuple[AxisPair, ...], tuple[str, ...]]:
+    """The axis pairs and the axes on their own of `--dofs`, whatever the order of the words."""
+    names, known = dofs.split(","), [*PAIRS, *SINGLE_AXES]
+    for name in names:
+        if name not in known:
+            raise InputError("--dofs", repr(name), one_of(known, name, otherwise=", or several with commas"))
+    pairs = tuple(pair for name, pair in PAIRS.items() if name in names)
+    return pairs, tuple(axis for axis in SINGLE_AXES if axis in names)
 
 
 def pairs_named(dofs: str) -> tuple[AxisPair, ...]:

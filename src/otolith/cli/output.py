@@ -43,8 +43,10 @@ def progress_line(now: Progress) -> str:
 def sentence(summary: dict[str, Any]) -> str:
     """One run's key figures in one line."""
     changes, micro = summary["changes"], summary["step_time_us"]
+    errors = [] if summary["rmse"] is None else [f"{summary['rmse']:.4f} m/s²"]
+    errors += [f"{axis} {error:.4f} rad/s" for axis, error in summary.get("rate_rmse", {}).items()]
     return (
-        f"{summary['cueing']} on {summary['scenario']}: RMSE {summary['rmse']:.4f} m/s², "
+        f"{summary['cueing']} on {summary['scenario']}: RMSE {', '.join(errors)}, "
         f"changes {changes['mean']:.2f} mean / {changes['p99']:.0f} p99 / {changes['max']:.0f} max, "
         f"step {micro['median']:.0f} us median, {summary['violations']} limit violations"
     )

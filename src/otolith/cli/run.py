@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from otolith import __version__, files, metrics, registry
-from otolith.cli.options import Choices, takes_choices, warn
+from otolith.cli.options import Choices, dofs_named, takes_choices, warn
 from otolith.cli.output import print_json, progress_bar, sentence
 from otolith.mpc.design import Design
 from otolith.report import (
@@ -58,7 +58,7 @@ def run(
     folder = out or Path("out") / f"{_file_name(result.scenario)}-{cueing}"
     files.write_run(result, folder / "run.h5")
     page = render(result, summary, date=_today())
-    _write(folder, summary, page, _figures(result.pairs, lambda pair: cueing_figure(result, pair)))
+    _write(folder, summary, page, _figures(result.dofs, lambda dof: cueing_figure(result, dof)))
     _tell(summary if json else None, [summary], folder, console)
 
 
@@ -71,14 +71,21 @@ def compare(
     cueing: Annotated[
         list[str] | None, typer.Option(help="An algorithm; repeat to compare (default: the thesis's four).")
     ] = None,
-    by: Annotated[str, typer.Option(help="What is ranked by: " + ", ".join(MEASURES) + ".")] = "rmse",
+    by: Annotated[
+        str | None,
+        typer.Option(
+            help="What is ranked by: " + ", ".join(MEASURES) + " (default: rmse, or rate for yaw alone)."
+        ),
+    ] = None,
     tuning: Tuning = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
     """Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule."""
     console = Console(stderr=True)
-    measure = measure_named(by)
+    pairs, singles = dofs_named(choices.dofs)
+    by = by or ("rate" if singles == ("yaw",) and not pairs else "rmse")
+    measure = measure_named(by, [pair.name for pair in pairs] + list(singles))
     each = [replace(choices, scenario=name) for name in dict.fromkeys([choices.scenario, *(more or [])])]
     runs = _simulate_all(each, list(dict.fromkeys(cueing or _FOUR_MODELS)), tuning, console)
     contest = {of_one[0].scenario: (of_one, metrics.compare(of_one)) for of_one in runs}
@@ -100,7 +107,7 @@ def compare(
     else:
         ((only, said),) = contest.values()
         page = render_comparison(only, said, by=measure, date=_today())
-        figures = _figures(only[0].pairs, lambda pair: comparison_figure(only, pair))
+        figures = _figures(only[0].dofs, lambda dof: comparison_figure(only, dof))
     _write(folder, said, page, figures)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _tell(said if json else None, every, folder, console)
@@ -117,14 +124,16 @@ def _simulate_all(
     plant_makers = [registry.lookup(registry.PLANTS, "--plant", plant) for plant in plants]
     status = console.status("preparing")
     design = first.design(status.update)
+    for name in names:
+        registry.check_cueing(name, design.singles)
     if tuning is not None:
         design = replace(design, washout=files.read_tuning(tuning))
     wanted = [(choices, choices.reference(design, console)) for choices in each]
     runs: list[list[Run]] = [[] for _ in each]
-    for name, maker, plant, plant_maker in zip(names, makers, plants, plant_makers, strict=True):
+    for name, plant, plant_maker in zip(names, plants, plant_makers, strict=True):
         status.update(f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached")
         with status:
-            cueing = maker.load()(design)
+            cueing = registry.make_cueing(name, design)
         for done, (choices, scenario) in zip(runs, wanted, strict=True):
             moved = plant_maker.load()(design.platform)
             with progress_bar(console, f"{name} on {scenario.name}") as progress:
@@ -134,6 +143,7 @@ def _simulate_all(
                     scenario,
                     platform=design.platform,
                     pairs=tuple(pair.name for pair in design.pairs),
+                    singles=design.singles,
                     names=(name, plant),
                     settings=_settings(choices, design, tuning),
                     preview=design.implicit.horizon if choices.preview else 0,
@@ -151,17 +161,17 @@ def _settings(choices: Choices, design: Design, tuning: str | None) -> dict[str,
     return chosen if tuning is None else {**chosen, "tuning": tuning}
 
 
-def _figures(pairs: Sequence[str], draw: Callable[[str], Figure]) -> dict[str, Figure]:
-    """One figure per axis pair, by file name."""
-    return {"figure" if len(pairs) == 1 else f"figure-{pair}": draw(pair) for pair in pairs}
+def _figures(dofs: Sequence[str], draw: Callable[[str], Figure]) -> dict[str, Figure]:
+    """One figure per axis pair and per axis on its own, by file name."""
+    return {"figure" if len(dofs) == 1 else f"figure-{dof}": draw(dof) for dof in dofs}
 
 
 def _contest_figures(contest: Mapping[str, tuple[Sequence[Run], Mapping[str, Any]]]) -> dict[str, Figure]:
-    """The overview, and one figure per scenario and axis pair, by file name."""
+    """The overview, and one figure per scenario and degree of freedom, by file name."""
     figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
     for scenario, (runs, _) in contest.items():
-        for pair in runs[0].pairs:
-            figures[f"figure-{_file_name(scenario)}-{pair}"] = comparison_figure(runs, pair)
+        for dof in runs[0].dofs:
+            figures[f"figure-{_file_name(scenario)}-{dof}"] = comparison_figure(runs, dof)
     return figures
 
 

@@ -3,12 +3,12 @@
 from otolith.metrics.effort import distribution, effort
 from otolith.metrics.false_cues import FalseCue, false_cues
 from otolith.metrics.limits import Excess, excesses
-from otolith.metrics.perceived import perceived_error, perceived_rmse
+from otolith.metrics.perceived import perceived_error, perceived_rate_rmse, perceived_rmse
 from otolith.metrics.rating import mismatch_rating
 from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_weighting
 from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
 from otolith.metrics.summary import compare, fidelity, summarise
-from otolith.metrics.tracking import tracking_rmse, travel_rms
+from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
 from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
 __all__ = [
@@ -27,7 +27,9 @@ __all__ = [
     "mean_absolute_difference",
     "mismatch_rating",
     "perceived_error",
+    "perceived_rate_rmse",
     "perceived_rmse",
+    "rate_rmse",
     "scale_ratio",
     "sickness_dose",
     "sickness_weighting",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.core.frames import PAIRS, AxisPair
+from otolith.core.frames import AXES, PAIRS, AxisPair
 from otolith.simulate import Run
 
 TOLERANCE = 1e-6  # in SI units of each quantity
@@ -26,12 +26,14 @@ class Excess:
 
 
 def excesses(run: Run) -> list[Excess]:
-    """One `Excess` per limited quantity of every cued axis pair.
+    """One `Excess` per limited quantity of every cued axis pair, and of heave and yaw where cued.
 
     MPC imposes limits at its nodes only; between them, motion may go beyond by what one period
     allows, which `between_nodes` shows.
     """
-    return [excess for name in run.pairs for excess in _of_pair(run, PAIRS[name])] + _of_circle(run)
+    of_pairs = [excess for name in run.pairs for excess in _of_pair(run, PAIRS[name])]
+    of_singles = [excess for axis in run.singles for excess in _of_single(run, axis)]
+    return of_pairs + of_singles + _of_circle(run)
 
 
 def _of_circle(run: Run) -> list[Excess]:
@@ -54,16 +56,31 @@ def _of_pair(run: Run, pair: AxisPair) -> list[Excess]:
         "tilt_rate": (run.twist[:, th], -limits.tilt_rate, limits.tilt_rate),
         "acceleration": (run.acceleration[:, s], -limits.acceleration, limits.acceleration),
     }
+    return _moving(run, pair.name, moving, run.command[:, s], limits.command)
+
+
+def _of_single(run: Run, axis: str) -> list[Excess]:
+    limits, i = run.platform.axis_limits(axis), AXES.index(axis)
+    moving = {
+        "position": (run.pose[:, i], *limits.position),
+        "velocity": (run.twist[:, i], -limits.velocity, limits.velocity),
+        "acceleration": (run.acceleration[:, i], -limits.acceleration, limits.acceleration),
+    }
+    return _moving(run, axis, moving, run.command[:, i], limits.acceleration)
+
+
+def _moving(
+    run: Run, name: str, moving: dict[str, tuple[Vec, float, float]], command: Vec, largest: float
+) -> list[Excess]:
+    """Excesses of quantities (series, low, high), and of the command over ±largest."""
     found = [
         _excess(
-            f"{pair.name} {quantity}",
-            _beyond(run.at_decisions(series), low, high),
-            _beyond(series, low, high),
+            f"{name} {quantity}", _beyond(run.at_decisions(series), low, high), _beyond(series, low, high)
         )
         for quantity, (series, low, high) in moving.items()
     ]
-    commanded = _beyond(run.command[:, s], -limits.command, limits.command)
-    return [*found, _excess(f"{pair.name} command", commanded, commanded)]
+    commanded = _beyond(command, -largest, largest)
+    return [*found, _excess(f"{name} command", commanded, commanded)]
 
 
 def _beyond(series: Vec, low: float, high: float) -> Vec:

@@ -4,7 +4,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.lti import StateSpace
-from otolith.perception import otoliths, sense
+from otolith.perception import canals, otoliths, sense
 from otolith.simulate import Run
 
 
@@ -21,4 +21,12 @@ def perceived_error(run: Run, otolith: StateSpace | None = None) -> Mat:
 def perceived_rmse(run: Run, otolith: StateSpace | None = None) -> Vec:
     """RMSE of the sensed specific force per axis (3,) [m/s²], over all plant samples."""
     rmse: Vec = np.sqrt(np.mean(perceived_error(run, otolith) ** 2, axis=0))
+    return rmse
+
+
+def perceived_rate_rmse(run: Run, canal: StateSpace | None = None) -> Vec:
+    """RMSE of the sensed angular rate about x, y, z (3,) [rad/s]; Telban's canals unless given."""
+    organ = canals.telban() if canal is None else canal
+    error = sense(organ, run.felt_rate - run.reference_rate, run.plant_period, before=np.zeros(3))
+    rmse: Vec = np.sqrt(np.mean(error**2, axis=0))
     return rmse

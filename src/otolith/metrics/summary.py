@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from otolith.metrics import similarity
-from otolith.metrics.axes import force_axes, moving_axes
+from otolith.metrics.axes import force_axes, moving_axes, rate_axes
 from otolith.metrics.effort import effort
 from otolith.metrics.false_cues import false_cues, totals
 from otolith.metrics.limits import excesses
-from otolith.metrics.perceived import perceived_rmse
+from otolith.metrics.perceived import perceived_rate_rmse, perceived_rmse
 from otolith.metrics.rating import mismatch_rating
 from otolith.metrics.sickness import sickness_dose
-from otolith.metrics.tracking import tracking_rmse, travel_rms
+from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
 from otolith.metrics.workspace import workspace_use
 from otolith.simulate import Run
 
@@ -25,7 +25,8 @@ BASELINE = "implicit"  # percentages are against this model, as in Table 5.6
 def summarise(run: Run) -> dict[str, Any]:
     """Key figures of section 5.1, the limits' excesses, and what is needed to repeat the run.
 
-    `rmse` is over the force axes that were cued together [m/s²]; `rmse_per_pair` tells them apart.
+    `rmse` is over the force axes that were cued together [m/s²], None where there is none;
+    `rmse_per_pair` tells them apart. Yaw, where it was cued, has `rate_rmse` [rad/s].
     """
     rmse, travel = tracking_rmse(run), travel_rms(run)
     per_pair = {name: float(rmse[axis]) for name, axis in force_axes(run).items()}
@@ -35,11 +36,12 @@ def summarise(run: Run) -> dict[str, Any]:
         "cueing": run.cueing,
         "plant": run.plant,
         "platform": run.platform.name,
-        "dofs": ",".join(run.pairs),
+        "dofs": ",".join(run.dofs),
         "duration_s": float(run.time[-1]),
         "period_s": run.period,
-        "rmse": math.sqrt(sum(value**2 for value in per_pair.values())),
+        "rmse": math.sqrt(sum(value**2 for value in per_pair.values())) if per_pair else None,
         "rmse_per_pair": per_pair,
+        **_rates(run),
         "travel_rms": {axis: float(travel[i]) for axis, i in moving_axes(run).items()},
         **fidelity(run),
         **effort(run),
@@ -53,11 +55,14 @@ def summarise(run: Run) -> dict[str, Any]:
 def fidelity(run: Run) -> dict[str, Any]:
     """How well the motion is felt, beyond RMSE; per degree of freedom, None where a value is not defined.
 
+    Correlation, delay and scale are of force, or for yaw of its rate; the others of force alone.
     Units: `delay_s` [s], `mean_absolute_difference`, `perceived_rmse`, `mismatch_rating` [m/s²],
     `sickness_dose` [m/s^1.5]; `correlation`, `scale_ratio` and shares of the workspace have none.
     """
     axes, perceived = force_axes(run), perceived_rmse(run)
-    signals = {name: (run.reference_force[:, i], run.felt_force[:, i]) for name, i in axes.items()}
+    forces = {name: (run.reference_force[:, i], run.felt_force[:, i]) for name, i in axes.items()}
+    felt_rate = run.felt_rate
+    signals = forces | {n: (run.reference_rate[:, i], felt_rate[:, i]) for n, i in rate_axes(run).items()}
     cues, rating = false_cues(run), mismatch_rating(run)
     return {
         "correlation": _known({name: similarity.correlation(*pair) for name, pair in signals.items()}),
@@ -66,7 +71,7 @@ def fidelity(run: Run) -> dict[str, Any]:
         ),
         "scale_ratio": _known({name: similarity.scale_ratio(*pair) for name, pair in signals.items()}),
         "mean_absolute_difference": {
-            name: similarity.mean_absolute_difference(*pair) for name, pair in signals.items()
+            name: similarity.mean_absolute_difference(*pair) for name, pair in forces.items()
         },
         "perceived_rmse": {name: float(perceived[i]) for name, i in axes.items()},
         "false_cues": {name: totals([cue for cue in cues if cue.dof == name]) for name in axes},
@@ -75,6 +80,18 @@ def fidelity(run: Run) -> dict[str, Any]:
             name: sickness_dose(run.felt_force[:, i], run.plant_period) for name, i in axes.items()
         },
         "workspace": {name: asdict(use) for name, use in workspace_use(run).items()},
+    }
+
+
+def _rates(run: Run) -> dict[str, Any]:
+    """Errors of the rates that were cued for their own sake; nothing where none was."""
+    axes = rate_axes(run)
+    if not axes:
+        return {}
+    physical, sensed = rate_rmse(run), perceived_rate_rmse(run)
+    return {
+        "rate_rmse": {name: float(physical[i]) for name, i in axes.items()},
+        "perceived_rate_rmse": {name: float(sensed[i]) for name, i in axes.items()},
     }
 
 

@@ -12,6 +12,12 @@ def tracking_rmse(run: Run) -> Vec:
     return rmse
 
 
+def rate_rmse(run: Run) -> Vec:
+    """RMSE of the felt angular rate about x, y, z [rad/s], (3,), over all plant samples."""
+    rmse: Vec = np.sqrt(np.mean((run.felt_rate - run.reference_rate) ** 2, axis=0))
+    return rmse
+
+
 def travel_rms(run: Run) -> Vec:
     """Root mean square of the pose (6,) [m ×3, rad ×3]: "RMSE of platform displacement" in Table 5.3."""
     rms: Vec = np.sqrt(np.mean(run.pose**2, axis=0))

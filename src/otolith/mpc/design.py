@@ -46,6 +46,11 @@ class Design:
     progress: Callable[[Progress], None] | None = None  # is told how the enumeration goes
 
     @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of all that is cued: the axis pairs, then the axes on their own."""
+        return tuple(pair.name for pair in self.pairs) + self.singles
+
+    @property
     def tuning(self) -> Tuning:
         """Tuning of the conventional washouts; errors as `otolith.platforms.tuning.load_tuning`."""
         return self.washout or load_tuning(self.platform.name)

@@ -20,6 +20,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.lti import StateSpace
 from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.mpc.design import Design, explicit_limits
 from otolith.mpc.model import HUGE, BrakingRows, plausible
@@ -31,7 +32,9 @@ from otolith.qp import Status
 from otolith.qp.stage import StageSolution
 
 FORCE_WEIGHT: Final = 1.0  # of the squared error of sensed force [(m/s²)⁻²]
-RATE_WEIGHT: Final = 0.1  # of that of sensed rate [(rad/s)⁻²]
+RATE_WEIGHT: Final = 0.1  # of that of sensed rate, where it comes of tilting and is unwanted [(rad/s)⁻²]
+YAW_WEIGHT: Final = 100.0  # of that of a wanted rate: (10 m/s)², the force on a car that turns so at 36 km/h
+PHYSICAL: Final = StateSpace.gain(np.eye(1))  # an organ that passes on what there is
 LINEAR_WASHOUT: Final = {"position": 5.0, "velocity": 5.0}  # constant, in the manner of Table 5.3
 STOPPING: Final = 5.0  # periods in which a platform without a plan is brought to rest
 _SEVERITY: Final = (Status.INVALID, Status.INFEASIBLE, Status.UNCERTIFIED, Status.LIMIT, Status.OPTIMAL)
@@ -117,7 +120,7 @@ class SensedMpc:
                     pose[axis], twist[axis] = sign * after[at + place], sign * after[at + speed]
                 at += len(part.A)
         return Command(
-            acceleration=command[0], pose=pose, twist=twist, plan=command[1:], outcome=_together(outcomes)
+            acceleration=command[0], pose=pose, twist=twist, plan=command[1:], outcome=together(outcomes)
         )
 
     def _each(self) -> list[tuple[Perceiving, Mat]]:
@@ -129,12 +132,13 @@ def _columns(parts: Sequence[Part], plan: Mat) -> list[Mat]:
     return np.split(plan, np.cumsum([part.B.shape[1] for part in parts])[:-1], axis=1)
 
 
-def _together(outcomes: Sequence[Outcome]) -> Outcome:
+def together(outcomes: Sequence[Outcome]) -> Outcome:
     """One outcome of several problems: the worst status and certificate, all changes."""
     return Outcome(
         status=min((one.status for one in outcomes), key=_SEVERITY.index),
         changes=sum(one.changes for one in outcomes),
         residual=max(one.residual for one in outcomes),
+        guess_missed=any(one.guess_missed for one in outcomes),
     )
 
 
@@ -184,5 +188,15 @@ def implicit_sensed(design: Design) -> SensedMpc:
     return SensedMpc([*problems, *(Perceiving([part], alone) for part in _alone(design, of_parts))], design)
 
 
+def single_axes(design: Design) -> SensedMpc:
+    """Heave and yaw of a design, each its own problem, tracked as they are and not as they are sensed."""
+    of_parts, of_problem = _settings(design)
+    physical = replace(of_parts, senses=Vestibular(otolith=PHYSICAL, canal=PHYSICAL))
+    alone = replace(of_problem, circle=None)
+    return SensedMpc([Perceiving([part], alone) for part in _alone(design, physical)], design)
+
+
 def _alone(design: Design, settings: PartSettings) -> list[Part]:
+    """Heave and yaw, as far as the design has them."""
+    settings = replace(settings, rate_weight=YAW_WEIGHT)
     return [single_part(design.platform.axis_limits(axis), axis, settings) for axis in design.singles]

@@ -15,8 +15,9 @@ from otolith.report.html import (
     settings_text,
     verdict,
 )
-from otolith.report.overview import false_cue_panel, overview_panels, use_panel
-from otolith.report.panels import Panel, changes_panel, comparison_panels, require_one_scenario
+from otolith.report.motion import motion_comparison
+from otolith.report.overview import false_cue_panels, overview_panels, use_panel
+from otolith.report.panels import Panel, changes_panel, require_one_scenario
 from otolith.report.ranking import MEASURES, ByCueing, Measure, Standing, standings
 from otolith.report.series import labels
 from otolith.report.tables import Summary
@@ -116,11 +117,11 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Meas
 
 
 def _diagrams_of(runs: Sequence[Run]) -> list[tuple[str, str, list[Panel]]]:
-    """Name, title and panels of every axis pair that all runs share, and of the reach."""
-    shared = [pair for pair in runs[0].pairs if all(pair in run.pairs for run in runs)]
+    """Name, title and panels of every degree of freedom that all runs share, and of the reach."""
+    shared = [dof for dof in runs[0].dofs if all(dof in run.dofs for run in runs)]
     found = [
-        (pair, texts.PAIRS.get(pair, pair), [*comparison_panels(runs, pair), false_cue_panel(runs, pair)])
-        for pair in shared
+        (dof, texts.DOFS[dof], [*motion_comparison(runs, dof), *false_cue_panels(runs, dof)])
+        for dof in shared
     ]
     return [*found, ("reach", "The platform’s reach", [use_panel(runs)])]
 

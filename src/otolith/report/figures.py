@@ -19,22 +19,29 @@ from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 
 from otolith.core.errors import InputError
-from otolith.report.overview import false_cue_panel, overview_panels, use_panel
+from otolith.report.motion import motion_comparison, motion_panels
+from otolith.report.overview import false_cue_panels, overview_panels, use_panel
 from otolith.report.panels import (
     Axis,
     Bound,
     Curve,
     Panel,
     changes_panel,
-    comparison_panels,
     effort_panels,
-    run_panels,
 )
 from otolith.report.ranking import ByCueing
 from otolith.simulate import Run
 
 COLUMN: Final = 3.5  # [in] width of one column of a two-column paper
-HEIGHT: Final = {"force": 1.65, "compare-force": 1.9, "compare-changes": 1.75}  # [in] of a panel, else:
+HEIGHT: Final = {
+    "force": 1.65,
+    "heave": 1.5,
+    "yaw": 1.5,
+    "compare-force": 1.9,
+    "compare-heave": 1.9,
+    "compare-yaw": 1.9,
+    "compare-changes": 1.75,
+}  # [in] of a panel, else:
 OTHER_HEIGHT: Final = 1.3
 ROW, AROUND_ROWS = 0.13, 0.6  # [in] of a panel with rows
 NAME: Final = 110.0  # [pt] that a row's name may take, with the gaps around it
@@ -53,27 +60,27 @@ HANDLE: Final = 3.9  # [em] a legend's sample of line, with the gaps around it
 MARKERS: Final = ("x", "v", "s", "+")
 
 
-def cueing_figure(run: Run, pair: str, *, width: float = COLUMN) -> Figure:
-    """One axis pair of a run: specific force, tilt, position, and the solver's effort, over time.
+def cueing_figure(run: Run, dof: str, *, width: float = COLUMN) -> Figure:
+    """One degree of freedom of a run: what is felt, the motion behind it, and the solver's effort, over time.
 
     Parameters
     ----------
-    pair : name of the axis pair, a key of `otolith.core.frames.PAIRS`.
+    dof : name of an axis pair, a key of `otolith.core.frames.PAIRS`, or "heave" or "yaw".
     width : of the figure [in].
     """
-    return _draw(run_panels(run, pair) + effort_panels(run), width)
+    return _draw(motion_panels(run, dof) + effort_panels(run), width)
 
 
-def comparison_figure(runs: Sequence[Run], pair: str, *, width: float = COLUMN) -> Figure:
-    """Several algorithms on one scenario: felt force, tilt, position, false cues, reach, and effort.
+def comparison_figure(runs: Sequence[Run], dof: str, *, width: float = COLUMN) -> Figure:
+    """Several algorithms on one scenario: what is felt, the motion, false cues, reach, and effort.
 
     Raises
     ------
     ValueError : there is no run, or the runs are not of one scenario.
     """
     panels = (
-        *comparison_panels(runs, pair),
-        false_cue_panel(runs, pair),
+        *motion_comparison(runs, dof),
+        *false_cue_panels(runs, dof),
         use_panel(runs),
         changes_panel(runs),
     )

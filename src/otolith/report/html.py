@@ -10,7 +10,8 @@ from plotly.offline import get_plotlyjs
 
 from otolith.qp import Status
 from otolith.report import tables, texts
-from otolith.report.panels import Panel, effort_panels, run_panels
+from otolith.report.motion import motion_panels
+from otolith.report.panels import Panel, effort_panels
 from otolith.report.plots import height, plot_json
 from otolith.report.series import MAX_POINTS, decimated, status_counts
 from otolith.report.tables import Summary, number
@@ -26,9 +27,7 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
     date : when the run was made, as it should read.
     """
     sections = [section("Key figures", verdict(run, summary) + tables.key_figures(summary))]
-    sections += [
-        section(texts.PAIRS.get(pair, pair), diagrams(pair, run_panels(run, pair))) for pair in run.pairs
-    ]
+    sections += [section(texts.DOFS[dof], diagrams(dof, motion_panels(run, dof))) for dof in run.dofs]
     sections.append(section("The solver’s effort", diagrams("effort", effort_panels(run))))
     sections.append(section("Settings", settings_text(record(run))))
     lead = (
@@ -78,7 +77,7 @@ def facts(run: Run, date: str) -> str:
     known = {
         "platform": run.platform.name,
         "plant": run.plant,
-        "degrees of freedom": f"{2 * len(run.pairs)} ({', '.join(run.pairs)})",
+        "degrees of freedom": f"{2 * len(run.pairs) + len(run.singles)} ({', '.join(run.dofs)})",
         "duration": f"{steps * run.period:.4g} s, {number(steps)} steps",
         "controller period": f"{1e3 * run.period:.4g} ms",
         "plant period": f"{1e3 * run.plant_period:.4g} ms",
@@ -148,7 +147,7 @@ def record(run: Run) -> dict[str, object]:
         "cueing": run.cueing,
         "platform": run.platform.name,
         "plant": run.plant,
-        "dofs": ",".join(run.pairs),
+        "dofs": ",".join(run.dofs),
         "settings": run.settings,
     }
 

@@ -10,19 +10,24 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.metrics import false_cues, workspace_use
+from otolith.metrics.axes import force_axes
 from otolith.metrics.false_cues import KINDS
 from otolith.report import palette
 from otolith.report.panels import Axis, Curve, Panel, require_one_scenario
-from otolith.report.ranking import MEASURES, ByCueing, Measure, largest_use
+from otolith.report.ranking import MEASURES, ByCueing, Measure, largest_use, measures_for
 from otolith.report.series import labels
 from otolith.simulate import Run
 
 COLORS: Final = dict(zip(KINDS, (palette.VERMILION, palette.ORANGE, palette.BLUE, palette.SKY), strict=True))
 USE: Final = Measure("Largest use of the reach", "%", lambda summary: 100.0 * largest_use(summary))
-OVERVIEW: Final = {"overview-" + name: measure for name, measure in MEASURES.items()} | {"overview-use": USE}
 
 
-def false_cue_panel(runs: Sequence[Run], pair: str) -> Panel:
+def false_cue_panels(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
+    """The panel of false cues where the degree of freedom is felt as a force; none for yaw."""
+    return (false_cue_panel(runs, dof),) if dof in force_axes(runs[0]) else ()
+
+
+def false_cue_panel(runs: Sequence[Run], dof: str) -> Panel:
     """When each run misled, and in which way: one row per run, one colour per kind.
 
     Raises
@@ -30,7 +35,7 @@ def false_cue_panel(runs: Sequence[Run], pair: str) -> Panel:
     ValueError : there is no run, or the runs are not of one scenario.
     """
     require_one_scenario(runs)
-    found = [[cue for cue in false_cues(run) if cue.dof == pair] for run in runs]
+    found = [[cue for cue in false_cues(run) if cue.dof == dof] for run in runs]
     curves = []
     for kind in KINDS:
         spans = [
@@ -81,7 +86,10 @@ def use_panel(runs: Sequence[Run]) -> Panel:
 
 def overview_panels(scenarios: Mapping[str, ByCueing]) -> tuple[Panel, ...]:
     """One small diagram per measure: algorithms as rows, scenarios as dots."""
-    return tuple(_overview(key, measure, scenarios) for key, measure in OVERVIEW.items())
+    summary = next(iter(next(iter(scenarios.values())).values()))
+    known = measures_for(str(summary["dofs"]).split(",")) if "dofs" in summary else MEASURES
+    panels = {f"overview-{name}": measure for name, measure in known.items()} | {"overview-use": USE}
+    return tuple(_overview(key, measure, scenarios) for key, measure in panels.items())
 
 
 def _overview(key: str, measure: Measure, scenarios: Mapping[str, ByCueing]) -> Panel:

@@ -5,7 +5,7 @@ A panel is data. `figures` draws it with matplotlib, `plots` with plotly; neithe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from otolith.report.series import (
     Band,
     Effort,
     PairSeries,
+    SingleSeries,
     decimate,
     effort,
     extent,
@@ -30,6 +31,7 @@ FAR: Final = 2.5  # a limit this many times beyond all data is told, not drawn: 
 MARGIN: Final = 0.06  # of an axis, beyond its data
 SPREAD: Final = 10.0  # of the slowest step over the median, from where a logarithmic axis reads better
 
+Series = TypeVar("Series", PairSeries, SingleSeries)
 Kind = Literal["line", "stairs", "dots", "points", "marks", "bars"]
 
 
@@ -91,14 +93,14 @@ class Panel:
 def run_panels(run: Run, pair: str) -> tuple[Panel, ...]:
     """The motion of one pair: specific force with its parts, tilt, position (figures 5.2 to 5.8)."""
     series = pair_series(run, pair)
-    span = _time_span(run)
+    span = time_span(run)
     return (_force(series, span), _tilt(series, span), _position(series, span))
 
 
 def effort_panels(run: Run) -> tuple[Panel, ...]:
     """The cost of each decision: working-set changes, and time."""
     cost = effort(run)
-    span = _time_span(run)
+    span = time_span(run)
     return (_changes(cost, span), _step_time(cost, span))
 
 
@@ -112,31 +114,31 @@ def comparison_panels(runs: Sequence[Run], pair: str) -> tuple[Panel, ...]:
     require_one_scenario(runs)
     names = labels(runs)
     all_series = [pair_series(run, pair) for run in runs]
-    span = (0.0, max(_time_span(run)[1] for run in runs))
+    span = (0.0, max(time_span(run)[1] for run in runs))
     first = all_series[0]
-    felt = _overlay(names, all_series, lambda s: s.felt)
-    curves = (_reference(first), *felt)
+    felt = overlay(names, all_series, lambda s: s.felt)
+    curves = (reference_of(first), *felt)
     return (
         Panel(
             key="compare-force",
             title="Specific force",
-            axes=(_axis("specific force [m/s²]", curves),),
+            axes=(axis_of("specific force [m/s²]", curves),),
             curves=curves,
             x_span=span,
         ),
-        _overlay_panel(
+        overlay_panel(
             "compare-tilt",
             "Tilt",
             "tilt [deg]",
-            _overlay(names, all_series, lambda s: s.tilt_deg),
+            overlay(names, all_series, lambda s: s.tilt_deg),
             [s.tilt_band_deg for s in all_series],
             span,
         ),
-        _overlay_panel(
+        overlay_panel(
             "compare-position",
             "Position",
             "position [m]",
-            _overlay(names, all_series, lambda s: s.position),
+            overlay(names, all_series, lambda s: s.position),
             [s.position_band for s in all_series],
             span,
         ),
@@ -178,28 +180,28 @@ def require_one_scenario(runs: Sequence[Run]) -> None:
 
 def _force(s: PairSeries, span: Band) -> Panel:
     curves = (
-        _reference(s),
-        _curve("felt", s.time, s.felt, palette.BLUE, width=1.4),
-        _curve(f"from {AXES[s.pair.translation]}", s.time, s.translation, palette.VERMILION, width=0.9),
-        _curve(f"from {AXES[s.pair.rotation]}", s.time, s.gravity, palette.GREEN, dash="dash", width=1.1),
+        reference_of(s),
+        curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4),
+        curve_of(f"from {AXES[s.pair.translation]}", s.time, s.translation, palette.VERMILION, width=0.9),
+        curve_of(f"from {AXES[s.pair.rotation]}", s.time, s.gravity, palette.GREEN, dash="dash", width=1.1),
     )
     return Panel(
         key="force",
         title="Specific force and its two parts",
-        axes=(_axis("specific force [m/s²]", curves),),
+        axes=(axis_of("specific force [m/s²]", curves),),
         curves=curves,
         x_span=span,
     )
 
 
 def _tilt(s: PairSeries, span: Band) -> Panel:
-    return _twin_panel(
+    return twin_panel(
         "tilt",
         "Tilt and tilt rate",
         ("tilt [deg]", "tilt rate [deg/s]"),
         (
-            _curve("tilt", s.time, s.tilt_deg, palette.BLUE, width=1.4),
-            _curve("tilt rate", s.time, s.tilt_rate_deg, palette.VERMILION, width=0.9, axis=1),
+            curve_of("tilt", s.time, s.tilt_deg, palette.BLUE, width=1.4),
+            curve_of("tilt rate", s.time, s.tilt_rate_deg, palette.VERMILION, width=0.9, axis=1),
         ),
         (s.tilt_band_deg, s.tilt_rate_band_deg),
         span,
@@ -207,13 +209,13 @@ def _tilt(s: PairSeries, span: Band) -> Panel:
 
 
 def _position(s: PairSeries, span: Band) -> Panel:
-    return _twin_panel(
+    return twin_panel(
         "position",
         "Position and velocity",
         ("position [m]", "velocity [m/s]"),
         (
-            _curve("position", s.time, s.position, palette.BLUE, width=1.4),
-            _curve("velocity", s.time, s.velocity, palette.VERMILION, width=0.9, axis=1),
+            curve_of("position", s.time, s.position, palette.BLUE, width=1.4),
+            curve_of("velocity", s.time, s.velocity, palette.VERMILION, width=0.9, axis=1),
         ),
         (s.position_band, s.velocity_band),
         span,
@@ -260,19 +262,22 @@ def _step_time(cost: Effort, span: Band) -> Panel:
     )
 
 
-def _time_span(run: Run) -> Band:
+def time_span(run: Run) -> Band:
+    """From the beginning to the end of the last decision's period [s]."""
     return 0.0, max(run.period, len(run.command_time) * run.period)
 
 
-def _curve(
+def curve_of(
     label: str, x: Vec, y: Vec, color: str, *, dash: str = "solid", width: float, axis: int = 0
 ) -> Curve:
+    """A line of at most so many points as can be seen."""
     x, y = decimate(x, y)
     return Curve(label=label, x=x, y=y, color=color, dash=dash, width=width, axis=axis)
 
 
-def _reference(s: PairSeries) -> Curve:
-    return _curve("reference", s.time, s.reference, palette.GREY, width=2.6)
+def reference_of(s: PairSeries | SingleSeries) -> Curve:
+    """What should be felt, broad and grey behind all others."""
+    return curve_of("reference", s.time, s.reference, palette.GREY, width=2.6)
 
 
 def _style(k: int) -> tuple[str, str]:
@@ -280,33 +285,34 @@ def _style(k: int) -> tuple[str, str]:
     return palette.CYCLE[k % n], palette.DASHES[(k + k // n) % len(palette.DASHES)]
 
 
-def _overlay(
-    names: Sequence[str], all_series: Sequence[PairSeries], pick: Callable[[PairSeries], Vec]
+def overlay(
+    names: Sequence[str], all_series: Sequence[Series], pick: Callable[[Series], Vec]
 ) -> tuple[Curve, ...]:
     """One curve per run, later ones thinner, so that equal curves still all show."""
     curves = []
     for k, (name, s) in enumerate(zip(names, all_series, strict=True)):
         color, dash = _style(k)
-        curves.append(_curve(name, s.time, pick(s), color, dash=dash, width=max(1.0, 2.0 - 0.3 * k)))
+        curves.append(curve_of(name, s.time, pick(s), color, dash=dash, width=max(1.0, 2.0 - 0.3 * k)))
     return tuple(curves)
 
 
-def _overlay_panel(
+def overlay_panel(
     key: str, title: str, label: str, curves: tuple[Curve, ...], bands: Sequence[Band], span: Band
 ) -> Panel:
+    """One quantity of several runs, with the limits that any of them has."""
     unit = _unit(label)
     bounds = tuple(_bound(band, unit, curves, palette.GREY) for band in sorted(set(bands)))
     return Panel(
         key=key,
         title=title,
-        axes=(_axis(label, curves, bounds),),
+        axes=(axis_of(label, curves, bounds),),
         curves=curves,
         bounds=bounds,
         x_span=span,
     )
 
 
-def _twin_panel(
+def twin_panel(
     key: str,
     title: str,
     axes: tuple[str, str],
@@ -341,7 +347,8 @@ def _bound(band: Band, unit: str, curves: Sequence[Curve], color: str) -> Bound:
     return Bound(label=label, values=band, color=color, axis=curves[0].axis, far=far)
 
 
-def _axis(label: str, curves: Sequence[Curve], bounds: Sequence[Bound] = ()) -> Axis:
+def axis_of(label: str, curves: Sequence[Curve], bounds: Sequence[Bound] = ()) -> Axis:
+    """An axis wide enough for its curves and for the limits that are near."""
     low, high = _shown_extent(curves, bounds)
     margin = MARGIN * (high - low) or 1.0
     return Axis(label=label, span=(low - margin, high + margin))

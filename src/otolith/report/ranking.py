@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
+from otolith.core.frames import PAIRS
 
 Summary = Mapping[str, Any]
 ByCueing = Mapping[str, Summary]  # the summaries of one scenario
 MISLEADING: Final = ("inverted", "unwanted", "missing")  # kinds of false cues; a scaled one does not mislead
+_FORCE: Final = (*PAIRS, "heave")
 _EQUAL: Final = 1e-9  # measures closer than this, relative to them, are equal
 
 
@@ -25,6 +27,13 @@ class Measure:
     words: str
     unit: str
     of: Callable[[Summary], float]
+    needs: tuple[str, ...] = ()  # degrees of freedom, of which one must be cued for it to be defined
+
+
+def tracking(summary: Summary) -> float:
+    """RMSE of the felt specific force over all axes [m/s²]; NaN where none was cued."""
+    value = summary.get("rmse")
+    return math.nan if value is None else float(value)
 
 
 def misleading(summary: Summary) -> float:
@@ -38,23 +47,36 @@ def perceived(summary: Summary) -> float:
     return math.sqrt(sum(value**2 for value in summary.get("perceived_rmse", {}).values()))
 
 
+def turning(summary: Summary) -> float:
+    """RMSE of the wanted angular rate over all axes cued for it [rad/s]."""
+    return math.sqrt(sum(value**2 for value in summary.get("rate_rmse", {}).values()))
+
+
 def largest_use(summary: Summary) -> float:
     """Largest share of the reach used along any axis; above 1 the platform would have hit its end."""
     return max((use["largest"] for use in summary.get("workspace", {}).values()), default=0.0)
 
 
 MEASURES: Final = {
-    "rmse": Measure("Tracking error (RMSE)", "m/s²", lambda summary: float(summary.get("rmse", math.nan))),
-    "perceived": Measure("Perceived error (RMSE)", "m/s²", perceived),
-    "false-cues": Measure("Time with misleading cues", "s", misleading),
+    "rmse": Measure("Tracking error (RMSE)", "m/s²", tracking, _FORCE),
+    "perceived": Measure("Perceived error (RMSE)", "m/s²", perceived, _FORCE),
+    "false-cues": Measure("Time with misleading cues", "s", misleading, _FORCE),
+    "rate": Measure("Tracking error of the yaw rate (RMSE)", "rad/s", turning, ("yaw",)),
 }
 
 
-def measure_named(name: str) -> Measure:
-    """Look one of `MEASURES` up, or say in one sentence which there are."""
-    if name not in MEASURES:
-        raise InputError("--by", repr(name), one_of(MEASURES, name))
-    return MEASURES[name]
+def measures_for(dofs: Sequence[str]) -> dict[str, Measure]:
+    """Those of `MEASURES` that are defined where these degrees of freedom are cued."""
+    return {name: measure for name, measure in MEASURES.items() if set(measure.needs) & set(dofs)}
+
+
+def measure_named(name: str, dofs: Sequence[str] = tuple(PAIRS)) -> Measure:
+    """Look one of `MEASURES` up, or say in one sentence which there are for these degrees of freedom."""
+    known = measures_for(dofs)
+    if name not in known:
+        where = "" if name not in MEASURES else f" where {','.join(dofs)} is cued"
+        raise InputError("--by", repr(name), one_of(known, name) + where)
+    return known[name]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

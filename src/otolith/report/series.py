@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Ints, Vec
-from otolith.core.frames import PAIRS, AxisPair, specific_force
+from otolith.core.frames import AXES, PAIRS, AxisPair, specific_force
 from otolith.qp import Status
 from otolith.simulate import Run
 
@@ -38,6 +38,21 @@ class PairSeries:
     tilt_rate_band_deg: Band
     position_band: Band
     velocity_band: Band
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SingleSeries:
+    """What heave or yaw did on its own; n samples at the plant's rate, in `units`."""
+
+    axis: str
+    units: tuple[str, str, str]  # of what is felt, of the place, of the speed
+    time: Vec  # (n,) [s]
+    reference: Vec  # (n,) to be felt
+    felt: Vec  # (n,)
+    place: Vec  # (n,)
+    speed: Vec  # (n,)
+    place_band: Band
+    speed_band: Band
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +96,27 @@ def pair_series(run: Run, pair: str) -> PairSeries:
         tilt_rate_band_deg=(-rate, rate),
         position_band=(float(limits.position[0]), float(limits.position[1])),
         velocity_band=(-speed, speed),
+    )
+
+
+def single_series(run: Run, axis: str) -> SingleSeries:
+    """Curves and limits of "heave", felt as a force, or of "yaw", felt as a rate."""
+    limits, i = run.platform.axis_limits(axis), AXES.index(axis)
+    heaves = axis == "heave"
+    scale = 1.0 if heaves else float(np.rad2deg(1.0))
+    wanted, felt = (run.reference_force, run.felt_force) if heaves else (run.reference_rate, run.felt_rate)
+    low, high = limits.position
+    speed = scale * limits.velocity
+    return SingleSeries(
+        axis=axis,
+        units=("m/s²", "m", "m/s") if heaves else ("deg/s", "deg", "deg/s"),
+        time=run.time,
+        reference=scale * wanted[:, 2],
+        felt=scale * felt[:, 2],
+        place=scale * run.pose[:, i],
+        speed=scale * run.twist[:, i],
+        place_band=(scale * low, scale * high),
+        speed_band=(-speed, speed),
     )
 
 

@@ -20,14 +20,15 @@ HEADLINE: Final = {  # heading -> where in a summary
     "Median step [µs]": ("step_time_us", "median"),
     "Limit violations": ("violations",),
 }
+OF_A_SOLVER: Final = frozenset({"changes", "changes_against_implicit_percent", "residual_max"})
 MANY: Final = 4  # more entries than this, and the zeros among them are only counted
 
 
 def key_figures(summary: Summary) -> str:
     """Table with one row per key figure of one run."""
     rows = [
-        _row(name_with_unit(key), [f"<td>{_cell(value)}</td>"])
-        for key, value in summary.items()
+        _row(name_with_unit(key), [f"<td>{_cell(_at(summary, (key,)))}</td>"])
+        for key in summary
         if key not in ELSEWHERE
     ]
     return f'<table class="figures"><tbody>{"".join(rows)}</tbody></table>'
@@ -119,7 +120,8 @@ def _paths(summary: Summary, before: tuple[str, ...] = ()) -> list[tuple[str, ..
 
 
 def _at(summary: Summary, path: tuple[str, ...]) -> object:
-    value: object = summary
+    """What stands there; None where nothing does, or where it tells of a solver and there was none."""
+    value: object = None if path[0] in OF_A_SOLVER and summary.get("residual_max") == 0.0 else summary
     for key in path:
         value = value.get(key) if isinstance(value, Mapping) else None
     return value
@@ -132,7 +134,7 @@ def _heading(path: tuple[str, ...]) -> str:
 def _against(names: Sequence[str], summaries: Sequence[Summary]) -> tuple[str, list[object]]:
     """Mean changes against the implicit MPC's where the summaries tell, else against the first run's [%]."""
     told = [_at(summary, ("changes_against_implicit_percent",)) for summary in summaries]
-    if None not in told:
+    if any(value is not None for value in told):
         return "Against implicit [%]", [_signed(value) for value in told]
     means = [_at(summary, ("changes", "mean")) for summary in summaries]
     return f"Against {names[0]} [%]", [_signed(_percentage(mean, means[0])) for mean in means]

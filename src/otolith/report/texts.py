@@ -21,6 +21,16 @@ PANELS: Final = {
         "reaches a limit (braking). A limit that is far beyond the curve is told in the legend and not "
         "drawn."
     ),
+    "heave": (
+        "Vertical force beside the standing 1 g, as it should be felt (grey) and is (blue). Nothing helps "
+        "heave as tilt helps surge and sway: what lasts cannot be cued, only how it begins and ends."
+    ),
+    "heave-place": "How much of the stroke is spent, and how fast; limits that are far beyond are only told.",
+    "yaw": (
+        "Rate of turn about the driver’s vertical axis, as it should be felt (grey) and is (blue). The "
+        "platform turns by some 20 deg at most, so a bend can be begun but not driven through."
+    ),
+    "yaw-place": "How far the platform has turned, and how fast; limits that are far beyond are only told.",
     "changes": (
         "How many constraints the solver had to add to or remove from its working set until it found "
         "the optimum: its iterations, counted the same on every computer. High where the reference "
@@ -39,6 +49,10 @@ PANELS: Final = {
         "dashed."
     ),
     "compare-position": "Travel that each algorithm spends, with the platform's limits dashed.",
+    "compare-heave": "Vertical force beside the standing 1 g: wanted (grey), and as each algorithm gives it.",
+    "compare-heave-place": "Stroke that each algorithm spends, with the platform’s limits dashed.",
+    "compare-yaw": "Rate of turn about the driver’s vertical axis: wanted (grey), and as each gives it.",
+    "compare-yaw-place": "How far each algorithm turns the platform, with its limits dashed.",
     "compare-false-cues": (
         "When each algorithm misled. A cue is inverted when it has the wrong sign, unwanted when nothing was "
         "to be felt, missing when something was and is not, scaled when it has the wrong size; each by at "
@@ -51,6 +65,7 @@ PANELS: Final = {
     "overview-rmse": "How far the felt force was from the wanted one, in the mean of squares.",
     "overview-perceived": "The same after the inner ear: the difference that can be sensed.",
     "overview-false-cues": "How long cues were inverted, unwanted or missing.",
+    "overview-rate": "How far the felt yaw rate was from the wanted one, in the mean of squares.",
     "overview-use": "The share of the reach that was used at most; beyond 100 % the limit was broken.",
     "compare-changes": (
         "Each curve gives the share of steps that needed at least so many working-set changes. Lower "
@@ -67,13 +82,35 @@ RULE_OVERALL: Final = (
     " Over all scenarios the mean rank decides, then the mean of the measure relative to the best."
 )
 
-PAIRS: Final = {"surge-pitch": "Surge and pitch", "sway-roll": "Sway and roll"}
+DOFS: Final = {
+    "surge-pitch": "Surge and pitch",
+    "sway-roll": "Sway and roll",
+    "heave": "Heave",
+    "yaw": "Yaw",
+}
 
 # key -> (words, unit)
 NAMES: Final = {
     "rmse": ("Tracking error of specific force (RMSE)", "m/s²"),
     "rmse_per_pair": ("Tracking error per axis pair (RMSE)", "m/s²"),
+    "rate_rmse": ("Tracking error of angular rate (RMSE)", "rad/s"),
+    "perceived_rate_rmse": ("Tracking error after the semicircular canals (RMSE)", "rad/s"),
     "travel_rms": ("Travel used (RMS)", "m, rad"),
+    "correlation": ("Correlation of felt and wanted", ""),
+    "delay_s": ("Delay", "s"),
+    "scale_ratio": ("Mean size, felt over wanted", ""),
+    "mean_absolute_difference": ("Mean absolute difference", "m/s²"),
+    "perceived_rmse": ("Tracking error after the otoliths (RMSE)", "m/s²"),
+    "false_cues": ("False cues by kind", ""),
+    "mismatch_rating": ("Predicted mismatch rating", "m/s²"),
+    "sickness_dose": ("Motion sickness dose", "m/s^1.5"),
+    "workspace": ("Share of the reach used", ""),
+    "duration_s": ("duration", "s"),
+    "peak": ("peak", "m/s²"),
+    "integral": ("integral", "m/s"),
+    "largest": ("largest", ""),
+    "near_limit": ("time beyond 90 %", ""),
+    "rms": ("RMS", ""),
     "changes": ("Working-set changes per step", ""),
     "changes_against_implicit_percent": ("Mean changes against implicit", "%"),
     "step_time_us": ("Time per step (thread CPU time)", "µs"),

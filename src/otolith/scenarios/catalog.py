@@ -91,7 +91,7 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
     Parameters
     ----------
     literal : steps end at 4 s, as the thesis prints, instead of at 5 s, as reproduces its results.
-    axis : "longitudinal" or "lateral"; a text's own ``axis=…`` goes before it.
+    axis : "longitudinal", "lateral", "vertical" or "yaw" (as a rate); a text's own ``axis=…`` goes before it.
 
     Raises
     ------

@@ -3,6 +3,9 @@
 The thesis's tables leave room for reading; these readings reproduce its results: every sine starts at
 zero phase, after one second of rest (Table 5.1's text); the "step from 1 to 4 seconds" is a pulse that
 ends at 5 s.
+
+Along "yaw" a signal of a [m/s²] is the rate a / (10 m/s): how fast a car at 36 km/h turns that feels a
+sideways. So the same line of text drives every axis, and lateral force and yaw belong to one bend.
 """
 
 import math
@@ -12,9 +15,11 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.scenario import Scenario
-from otolith.scenarios.waves import Along, Chirp, Faded, Pulse, Sine, Sum, Wave
+from otolith.scenarios.waves import Along, Chirp, Faded, Pulse, Scaled, Sine, Sum, Wave
 
-AXES: Final = {"longitudinal": 0, "lateral": 1}  # name -> index of the specific force
+FORCES: Final = {"longitudinal": 0, "lateral": 1, "vertical": 2}  # name -> index of the specific force
+AXES: Final = (*FORCES, "yaw")
+TURNING_SPEED: Final = 10.0  # [m/s] of the car that turns
 STEP_END: Final = 5.0  # [s] of the thesis's steps, as it reproduces
 STEP_END_LITERAL: Final = 4.0  # [s] as printed
 TABLE_5_1_WAVES: Final = ((1.0, 0.1), (0.8, 0.15), (0.1, 0.2), (0.6, 0.5))  # ([m/s²], [Hz])
@@ -23,6 +28,7 @@ SECTION_6_1_WAVES: Final = ((0.5, 1.0), (0.6, 0.1), (0.1, 0.2), (0.8, 0.15))  # 
 MAX_AMPLITUDE: Final = 30.0  # [m/s²]
 MAX_FREQUENCY: Final = 50.0  # [Hz]
 DURATIONS: Final = (0.1, 3600.0)  # [s]
+NOTHING: Final = Sum(())
 RISE: Final = 1.0  # [s] over which a multisine grows from nothing
 
 
@@ -176,8 +182,12 @@ def chirp(
 def _scenario(wave: Wave, duration: float, axis: str, name: str) -> Scenario:
     if axis not in AXES:
         raise InputError("axis", repr(axis), f"one of {', '.join(AXES)}")
+    if axis in FORCES:
+        force, rate = Along(FORCES[axis], wave), Along(0, NOTHING)
+    else:
+        force, rate = Along(0, NOTHING), Along(2, Scaled(wave, 1.0 / TURNING_SPEED))
     return Scenario(
-        name=name, duration=float(duration), specific_force=Along(AXES[axis], wave), origin="formula"
+        name=name, duration=float(duration), specific_force=force, angular_rate=rate, origin="formula"
     )
 
 

@@ -90,14 +90,26 @@ class Sum:
 
 
 @dataclass(frozen=True, slots=True)
-class Along:
-    """A wave as specific force along one axis: (n,) [s] -> (n, 3) [m/s²]."""
+class Scaled:
+    """A wave times a constant."""
 
-    index: int  # 0 longitudinal, 1 lateral
+    wave: Wave
+    factor: float  # [unit wanted per m/s²]
+
+    def __call__(self, t: Vec) -> Vec:
+        """Value in the unit wanted at times [s]."""
+        return self.factor * self.wave(t)
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """A wave along one of three axes: (n,) [s] -> (n, 3), a specific force [m/s²] or a rate [rad/s]."""
+
+    index: int  # force: 0 longitudinal, 1 lateral, 2 vertical; rate: 0 roll, 1 pitch, 2 yaw
     wave: Wave
 
     def __call__(self, t: Vec) -> Vec:
-        """Force (n, 3) [m/s²] at times (n,) [s]."""
+        """Values (n, 3) at times (n,) [s]."""
         force = np.zeros((len(t), 3))
         force[:, self.index] = self.wave(np.asarray(t, dtype=np.float64))
         return force

@@ -1,0 +1,92 @@
+"""The panels of one degree of freedom, be it an axis pair or an axis on its own: heave or yaw."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from otolith.core.frames import PAIRS
+from otolith.report import palette
+from otolith.report.panels import (
+    Panel,
+    axis_of,
+    comparison_panels,
+    curve_of,
+    overlay,
+    overlay_panel,
+    reference_of,
+    require_one_scenario,
+    run_panels,
+    time_span,
+    twin_panel,
+)
+from otolith.report.series import Band, SingleSeries, labels, single_series
+from otolith.simulate import Run
+
+FELT: Final = {"heave": "vertical force", "yaw": "yaw rate"}
+PLACE: Final = {"heave": "height", "yaw": "yaw angle"}
+
+
+def motion_panels(run: Run, dof: str) -> tuple[Panel, ...]:
+    """What one degree of freedom of a run did."""
+    if dof in PAIRS:
+        return run_panels(run, dof)
+    series, span = single_series(run, dof), time_span(run)
+    return (_felt(series, span), _place(series, span))
+
+
+def motion_comparison(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
+    """Several runs of one scenario along one degree of freedom.
+
+    Raises
+    ------
+    ValueError : there is no run, or the runs are not of one scenario.
+    """
+    if dof in PAIRS:
+        return comparison_panels(runs, dof)
+    require_one_scenario(runs)
+    names, every = labels(runs), [single_series(run, dof) for run in runs]
+    span = (0.0, max(time_span(run)[1] for run in runs))
+    first = every[0]
+    felt = (reference_of(first), *overlay(names, every, lambda s: s.felt))
+    return (
+        Panel(
+            key=f"compare-{dof}",
+            title=FELT[dof].capitalize(),
+            axes=(axis_of(f"{FELT[dof]} [{first.units[0]}]", felt),),
+            curves=felt,
+            x_span=span,
+        ),
+        overlay_panel(
+            f"compare-{dof}-place",
+            PLACE[dof].capitalize(),
+            f"{PLACE[dof]} [{first.units[1]}]",
+            overlay(names, every, lambda s: s.place),
+            [s.place_band for s in every],
+            span,
+        ),
+    )
+
+
+def _felt(s: SingleSeries, span: Band) -> Panel:
+    curves = (reference_of(s), curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4))
+    return Panel(
+        key=s.axis,
+        title=FELT[s.axis].capitalize(),
+        axes=(axis_of(f"{FELT[s.axis]} [{s.units[0]}]", curves),),
+        curves=curves,
+        x_span=span,
+    )
+
+
+def _place(s: SingleSeries, span: Band) -> Panel:
+    place, speed = PLACE[s.axis], "speed" if s.axis == "heave" else "rate"
+    return twin_panel(
+        f"{s.axis}-place",
+        f"{place.capitalize()} and {speed}",
+        (f"{place} [{s.units[1]}]", f"{speed} [{s.units[2]}]"),
+        (
+            curve_of(place, s.time, s.place, palette.BLUE, width=1.4),
+            curve_of(speed, s.time, s.speed, palette.VERMILION, width=0.9, axis=1),
+        ),
+        (s.place_band, s.speed_band),
+        span,
+    )
