@@ -6,30 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from otolith.core.errors import InputError
 from otolith.platforms import load
 from otolith.platforms.reach import reach
-from otolith.report.platform import (
-    frames_of,
-    platform_figure,
-    platform_page,
-    platform_summary,
-    platform_view,
-    tour,
-)
+from otolith.report.platform import platform_figure, platform_page, platform_summary, tour
 from otolith.simulate import Run
 
 DAVSI = load("davsi")
 LEGS = DAVSI.six_legs()
-
-
-def drawn(view: str) -> dict[str, list[list[float]]]:
-    found = re.search(r'<script type="application/json">(.*?)</script>', view, re.S)
-    assert found is not None
-    data: dict[str, list[list[float]]] = json.loads(found.group(1))
-    return data
 
 
 def test_the_summary_is_plain_json_in_shown_units() -> None:
@@ -46,28 +31,12 @@ def test_a_platform_without_legs_is_refused() -> None:
         platform_summary(load("benchmark"))
 
 
-def test_the_picture_shows_the_legs_where_they_are() -> None:
-    pose = np.array([0.1, -0.05, 0.1, 0.1, -0.1, 0.2])
-    data = drawn(platform_view(LEGS, np.zeros(1), pose[None]))
-    (place,) = data["places"]
-    R = Rotation.from_quat(place[3:], scalar_first=True).as_matrix()
-    ends = np.array(place[:3]) + np.array(data["joints"]) @ R.T
-    lengths = np.linalg.norm(ends - np.array(data["anchors"]), axis=1)
-    np.testing.assert_allclose(lengths, LEGS.lengths(pose), atol=5e-5)
-
-
 def test_the_tour_goes_to_every_end_and_never_beyond() -> None:
     time, poses, captions = tour(LEGS)
     assert len(time) == len(poses) == len(captions)
     assert LEGS.reaches(0.9999 * poses).all()
     for i, ends in enumerate(reach(LEGS).values()):
         np.testing.assert_allclose([poses[:, i].min(), poses[:, i].max()], ends, rtol=1e-9)
-
-
-def test_a_runs_frames_are_its_poses(handmade: Run) -> None:
-    time, poses = frames_of(handmade)
-    np.testing.assert_allclose(np.diff(time), 0.04)
-    np.testing.assert_allclose(poses[:, 0], 0.1 * time)
 
 
 def test_the_page_is_complete_in_itself(handmade: Run) -> None:

@@ -15,7 +15,10 @@ from otolith.report.panels import Panel, effort_panels
 from otolith.report.plots import height, plot_json
 from otolith.report.series import MAX_POINTS, decimated, status_counts
 from otolith.report.tables import Summary, number
+from otolith.report.view import frames_of, platform_view
 from otolith.simulate import Run
+
+LEGGED = "hexapod"  # how the names of plants with legs begin, see otolith.registry
 
 
 def render(run: Run, summary: Summary, *, date: str = "") -> str:
@@ -28,6 +31,9 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
     """
     sections = [section("Key figures", verdict(run, summary) + tables.key_figures(summary))]
     sections += [section(texts.DOFS[dof], diagrams(dof, motion_panels(run, dof))) for dof in run.dofs]
+    if run.plant.startswith(LEGGED):
+        view = platform_view(run.platform.six_legs(), *frames_of(run))
+        sections.append(section("The platform in motion", view))
     sections.append(section("The solver’s effort", diagrams("effort", effort_panels(run))))
     sections.append(section("Settings", settings_text(record(run))))
     lead = (
@@ -45,7 +51,7 @@ def page(title: str, kind: str, lead: str, facts: str, sections: Sequence[str]) 
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escape(title)} – Otolith</title>
-<style>{_asset("page.css")}</style>
+<style>{_asset("page.css")}{_asset("platform.css")}</style>
 </head>
 <body>
 <header>

@@ -1,8 +1,6 @@
 """A platform made visible: its legs, what they reach, how firmly they stand, and a run in motion."""
 
 import io
-import json
-from collections.abc import Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -16,18 +14,17 @@ from matplotlib.figure import Figure
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import AXES
-from otolith.core.motion import place_of
 from otolith.plant.dynamics import frequencies
 from otolith.platforms import Platform
 from otolith.platforms.fit import table_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
+from otolith.report.view import FRAMES_PER_SECOND, frames_of, platform_view
 from otolith.simulate import Run
 
 WIDTH: Final = 7.16  # [in] both columns of a paper
 FONT: Final = 7.0  # [pt]
-FRAMES_PER_SECOND: Final = 25.0
 SWEEP: Final = 2.4  # [s] of each axis in the tour of a platform
 
 
@@ -150,42 +147,6 @@ def tour(hexapod: Hexapod) -> tuple[Vec, Mat, list[str]]:
             poses.append(pose)
             captions.append(f"{axis} {factor * pose[i]:+.2f} {unit}")
     return np.arange(len(poses)) / FRAMES_PER_SECOND, np.array(poses), captions
-
-
-def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[str] = ()) -> str:
-    """A moving picture of a platform as a piece of HTML that needs nothing else; drag to turn it.
-
-    Parameters
-    ----------
-    time : (n,) [s]; poses : (n, 6); as many as will be shown, see `frames_of` for a run.
-    captions : one text per pose, or none.
-    """
-    places = np.empty((len(poses), 7))
-    for pose, place in zip(poses, places, strict=True):
-        place_of(pose, place)
-    data = {
-        "anchors": hexapod.anchors.round(5).tolist(),
-        "joints": hexapod.joints.round(5).tolist(),
-        "head": hexapod.head.round(5).tolist(),
-        "stroke": list(hexapod.stroke),
-        "time": np.asarray(time).round(4).tolist(),
-        "places": places.round(6).tolist(),
-        "captions": list(captions),
-    }
-    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
-    return (
-        '<figure class="platform-view"><canvas width="960" height="560" role="img" '
-        'aria-label="The platform in motion"></canvas>'
-        '<p><button type="button">Play</button> <input type="range" min="0" value="0" aria-label="time"> '
-        "<output></output></p>"
-        f'<script type="application/json">{text}</script><script>{_asset("platform.js")}</script></figure>'
-    )
-
-
-def frames_of(run: Run) -> tuple[Vec, Mat]:
-    """Time (n,) and poses (n, 6) of a run at `FRAMES_PER_SECOND`."""
-    every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)))
-    return run.time[::every], run.pose[::every]
 
 
 def platform_page(

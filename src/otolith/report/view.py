@@ -1,0 +1,59 @@
+"""A platform in motion as a piece of HTML, for the page of a platform and the report of a run."""
+
+import json
+import math
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.motion import place_of
+from otolith.platforms.hexapod import Hexapod
+from otolith.simulate import Run
+
+FRAMES_PER_SECOND: Final = 25.0
+FRAMES: Final = 6000  # at most, some 0.5 MB; a run of more than four minutes is shown more coarsely
+
+
+def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[str] = ()) -> str:
+    """A moving picture of a platform as a piece of HTML that needs nothing else; drag to turn it.
+
+    Parameters
+    ----------
+    time : (n,) [s]; poses : (n, 6); as many as will be shown, see `frames_of` for a run.
+    captions : one text per pose, or none.
+    """
+    places = np.empty((len(poses), 7))
+    for pose, place in zip(poses, places, strict=True):
+        place_of(pose, place)
+    data = {
+        "anchors": hexapod.anchors.round(5).tolist(),
+        "joints": hexapod.joints.round(5).tolist(),
+        "head": hexapod.head.round(5).tolist(),
+        "stroke": list(hexapod.stroke),
+        "time": np.asarray(time).round(4).tolist(),
+        "places": places.round(6).tolist(),
+        "captions": list(captions),
+    }
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    return (
+        '<figure class="platform-view"><canvas width="960" height="560" role="img" '
+        'aria-label="The platform in motion"></canvas>'
+        '<p><button type="button">Play</button> <input type="range" min="0" value="0" aria-label="time"> '
+        "<output></output></p>"
+        f'<script type="application/json">{text}</script><script>{_asset("platform.js")}</script></figure>'
+    )
+
+
+def frames_of(run: Run) -> tuple[Vec, Mat]:
+    """Time (n,) and poses (n, 6) of a run at `FRAMES_PER_SECOND`; fewer of a run of more than `FRAMES`."""
+    every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)), math.ceil(len(run.time) / FRAMES))
+    return run.time[::every], run.pose[::every]
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")

@@ -1,0 +1,62 @@
+"""The moving picture: what is drawn is what the legs do, and a run's report has it where legs moved."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from otolith.metrics import summarise
+from otolith.platforms import load
+from otolith.report import render, view
+from otolith.report.view import frames_of, platform_view
+from otolith.simulate import Run
+from tests.report.conftest import MakeRun
+from tests.report.test_html import Page
+
+LEGS = load("davsi").six_legs()
+
+
+def drawn(view: str) -> dict[str, list[list[float]]]:
+    found = re.search(r'<script type="application/json">(.*?)</script>', view, re.S)
+    assert found is not None
+    data: dict[str, list[list[float]]] = json.loads(found.group(1))
+    return data
+
+
+def test_the_picture_shows_the_legs_where_they_are() -> None:
+    pose = np.array([0.1, -0.05, 0.1, 0.1, -0.1, 0.2])
+    data = drawn(platform_view(LEGS, np.zeros(1), pose[None]))
+    (place,) = data["places"]
+    R = Rotation.from_quat(place[3:], scalar_first=True).as_matrix()
+    ends = np.array(place[:3]) + np.array(data["joints"]) @ R.T
+    lengths = np.linalg.norm(ends - np.array(data["anchors"]), axis=1)
+    np.testing.assert_allclose(lengths, LEGS.lengths(pose), atol=5e-5)
+
+
+def test_a_runs_frames_are_its_poses(handmade: Run) -> None:
+    time, poses = frames_of(handmade)
+    np.testing.assert_allclose(np.diff(time), 0.04)
+    np.testing.assert_allclose(poses[:, 0], 0.1 * time)
+
+
+def test_a_long_run_is_shown_with_fewer_frames(handmade: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = frames_of(handmade)[0]
+    monkeypatch.setattr(view, "FRAMES", 10)
+    time, poses = frames_of(handmade)
+    assert 5 <= len(time) == len(poses) <= 10 < len(whole)
+    np.testing.assert_allclose(poses[:, 0], 0.1 * time)
+
+
+def test_the_report_of_a_run_on_legs_shows_them_move(make_run: MakeRun) -> None:
+    run = make_run()
+    on_legs = replace(run, plant="hexapod")
+    page, plain = (render(one, summarise(one)) for one in (on_legs, run))
+    Page(page)  # well-formed
+    shown = drawn(page[page.index('class="platform-view"') :])
+    poses = np.array(shown["places"])[:, :3]
+    np.testing.assert_allclose(poses, frames_of(run)[1][:, :3], atol=1e-6)
+    assert ".platform-view" in page
+    assert 'class="platform-view"' not in plain
