@@ -5,9 +5,10 @@ A leg is a universal joint on the base, a slide with the leg's moving mass as it
 here they have little; with a hundredth of it the constraints chatter (5 m/s² in heave). Set-points,
 supervisor and servos are ours, so that two dynamics are compared and not two controllers.
 
-Settings that work: connect with solref 0.0005 1 and solimp 0.9999 0.99999 0.001. With 0.002 the felt
-forces of the two differ four times as much, and MuJoCo's defaults drift by 0.6 mm. A servo period is
-several steps of MuJoCo's with the forces held.
+Its joints are springs, and that is where the two differ: with their time constant, four steps, and the
+step itself made 4 and 32 times shorter, the largest single difference of what is felt on the hardest
+scenario (`step-2`, at its jump) falls from 8.3e-3 over 3.7e-3 to 1.1e-3 m/s². MuJoCo's defaults drift by
+0.6 mm. A servo period is several steps of MuJoCo's with the forces held.
 """
 
 from typing import Any, Final
@@ -26,18 +27,25 @@ from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.supervisor import Intervention
 
-STEPS: Final = 8  # of MuJoCo in a servo period
+STEPS: Final = 8  # of MuJoCo in a servo period; twice as many take twice the time
 LEG: Final = 0.1  # [kg], [kg m²] of each part of a leg, beside its armature
 SETTLING: Final = 100  # servo periods at rest after which the soft constraints carry the weight
-CONNECT: Final = 'solref="0.0005 1" solimp="0.9999 0.99999 0.001"'
+STIFF: Final = 4.0  # steps, the time constant of the joints' springs; shorter ones change nothing at 32 steps and more
 
 
 class MujocoHexapod:
-    """`otolith.plant.hexapod.HexapodPlant` with MuJoCo's dynamics in the place of ours."""
+    """`otolith.plant.hexapod.HexapodPlant` with MuJoCo's dynamics in the place of ours.
 
-    def __init__(self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD) -> None:
-        self.drive = Drive(hexapod, lag=lag, period=period)
-        self.model: Any = mujoco.MjModel.from_xml_string(mjcf(hexapod, period / STEPS))
+    Parameters
+    ----------
+    steps : of MuJoCo in a servo period; the more, the stiffer the joints.
+    """
+
+    def __init__(
+        self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD, steps: int = STEPS
+    ) -> None:
+        self.drive, self._steps = Drive(hexapod, lag=lag, period=period), steps
+        self.model: Any = mujoco.MjModel.from_xml_string(mjcf(hexapod, period / steps))
         self.data: Any = mujoco.MjData(self.model)
         self._hexapod = hexapod
         self._slides = [self.model.joint(f"slide{i}").qposadr[0] for i in range(6)]
@@ -73,7 +81,7 @@ class MujocoHexapod:
         self._legs[1] = data.qvel[self._rates]
         servo(self._legs, self.drive.targets, self.drive.machine)
         data.ctrl[:] = self._legs[2]
-        mujoco.mj_step(self.model, data, STEPS)
+        mujoco.mj_step(self.model, data, self._steps)
 
     def _close_the_legs(self, place: Vec) -> None:
         """Set the leg joints so that every leg ends at its platform joint."""
@@ -129,6 +137,7 @@ def mjcf(hexapod: Hexapod, timestep: float) -> str:
     def numbers(values: Vec | tuple[float, ...]) -> str:
         return " ".join(f"{value:.12g}" for value in values)
 
+    soft = f'solref="{STIFF * timestep:.12g} 1" solimp="0.9999 0.99999 0.001"'
     legs, connects, motors = [], [], []
     for i, (anchor, joint) in enumerate(zip(hexapod.anchors, hexapod.joints, strict=True)):
         frame, length = _frame(joint - anchor), float(np.linalg.norm(joint - anchor))
@@ -141,7 +150,7 @@ def mjcf(hexapod: Hexapod, timestep: float) -> str:
             f'<joint name="slide{i}" type="slide" axis="0 0 1" armature="{hexapod.leg_mass:.12g}"/>'
             f"<inertial {small}/></body></body>"
         )
-        connects.append(f'<connect body1="platform" body2="rod{i}" anchor="{numbers(joint)}" {CONNECT}/>')
+        connects.append(f'<connect body1="platform" body2="rod{i}" anchor="{numbers(joint)}" {soft}/>')
         motors.append(f'<motor joint="slide{i}"/>')
     return (
         f'<mujoco><option timestep="{timestep:.12g}" gravity="0 0 {-GRAVITY}" iterations="100" '
