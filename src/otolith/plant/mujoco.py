@@ -30,7 +30,7 @@ from otolith.platforms.supervisor import Intervention
 STEPS: Final = 8  # of MuJoCo in a servo period; twice as many take twice the time
 LEG: Final = 0.1  # [kg], [kg m²] of each part of a leg, beside its armature
 SETTLING: Final = 100  # servo periods at rest after which the soft constraints carry the weight
-STIFF: Final = 4.0  # steps, the time constant of the joints' springs; shorter ones change nothing at 32 steps and more
+STIFF: Final = 4.0  # steps, the time constant of the joints' springs; 2 change nothing from 32 steps on
 
 
 class MujocoHexapod:
