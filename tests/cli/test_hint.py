@@ -74,7 +74,7 @@ def test_a_run_takes_a_hint_and_goes_on_without_one_that_it_refuses(
     without = json.loads(out)
     assert "note: hint refused, running without it" in err
     assert "altered" in without["settings"]["hint_refused"]
-    assert without["guesses_missed"] == 200
+    assert 0 < without["guesses_missed"] < 200  # only where the remembered set did not settle
     assert without["rmse"] == pytest.approx(with_hint["rmse"], abs=1e-9)
 
 

@@ -12,8 +12,6 @@ from tests.hints.tiny import PAIRS, SETTINGS, THESIS, unseen_recording
 class Oracle:
     """Knows the answers: no working set is better."""
 
-    active = True
-
     def __init__(self, recording: Recording) -> None:
         self._answers = {x.tobytes(): rows for x, rows in zip(recording.x, recording.sets, strict=True)}
 

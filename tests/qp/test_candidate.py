@@ -65,10 +65,10 @@ def test_nothing_fails_with_the_set_of_the_answer(seed: int) -> None:
     if found.residual < 1e-6:
         assert violations(qp, found.working_set) == 0
         other = np.zeros(b + m, dtype=np.int64)
-        chosen, hinted = better(qp, other, found.working_set)
+        chosen, hinted = better(qp, other, lambda: found.working_set)
         assert hinted == (violations(qp, other) > 0)
         assert violations(qp, chosen) == 0
-        assert not better(qp, found.working_set, other)[1]
+        assert not better(qp, found.working_set, lambda: other)[1]
 
 
 @pytest.mark.parametrize("guess", ["all", "twice", "unbounded"])

@@ -105,7 +105,7 @@ def test_no_start_and_no_hint_changes_the_answer(
     engine = make(qp.problem, tolerance=1e-6, blocks=blocks)
     write(engine.memory, qp, blocks)
     start, hint = (HOSTILE[kind](rng, engine.memory.lower.shape) for kind in kinds)
-    found = engine.run(start, hint)
+    found = engine.run(start, lambda: hint)
     assert found.status is Status.OPTIMAL
     assert_allclose(found.U.ravel(), expected.z, atol=1e-6)
     assert found.factorisations < 100  # bounded time, whatever was guessed
@@ -122,11 +122,35 @@ def test_the_answer_as_a_hint_is_taken_and_leaves_nothing_to_do(
     answer = engine.run()
     assert answer.changes > 3
     engine.reset()
-    hinted = engine.run(hint=answer.working_set)
+    hinted = engine.run(hint=lambda: answer.working_set)
     assert (hinted.hinted, hinted.changes, hinted.iterations) == (True, 0, 0)
     assert_allclose(hinted.U, answer.U, atol=1e-8)
-    settled = engine.run(hint=np.zeros_like(answer.working_set))
+    settled = engine.run(hint=lambda: np.zeros_like(answer.working_set))
     assert (settled.hinted, settled.changes) == (False, 0)
     engine.reset()
-    refused = engine.run(answer.working_set, np.ones_like(answer.working_set))
+    refused = engine.run(answer.working_set, lambda: np.ones_like(answer.working_set))
     assert (refused.hinted, refused.changes) == (False, 0)
+
+
+@pytest.mark.parametrize("make", [StructuredEngine, CondensedEngine])
+@pytest.mark.parametrize("blocks", FORMS)
+def test_a_hint_is_asked_for_once_where_the_start_does_not_settle_and_never_where_it_does(
+    make: Callable[..., StageEngine], blocks: Lengths
+) -> None:
+    qp = stage_qp(np.random.default_rng(5), pull=10.0)
+    engine = make(qp.problem, tolerance=1e-6, blocks=blocks)
+    write(engine.memory, qp, blocks)
+    asked: list[StageEngine] = []
+
+    def nothing() -> None:
+        asked.append(engine)
+
+    without = engine.run()
+    engine.reset()
+    refused = engine.run(hint=nothing)  # an engine that asks in vain goes on as if it had not
+    assert len(asked) == 1
+    assert (refused.status, refused.changes) == (without.status, without.changes)
+    assert_allclose(refused.U, without.U, atol=0.0)
+    again = engine.run(hint=nothing)
+    assert len(asked) == 1
+    assert (again.hinted, again.changes) == (False, 0)

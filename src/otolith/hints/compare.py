@@ -5,7 +5,7 @@ The closed loop is recorded once with the structured engine. Every scheme then a
 - by the dense engine (`daqp`, which counts its working-set changes as the thesis's solver counts iterations),
   always from the set that was optimal a period before, with the scheme's hint beside it;
 - by the structured engine, each scheme from its own memory, timed as thread CPU time of the whole step: write
-  the problem, make the hint, solve, certify.
+  the problem, try the remembered set, make the hint where that does not settle, solve, certify.
 
 Where the recorded set did not change from one period to the next, the previous set is the answer: there is
 nothing to change and no hint is looked at. Of these decisions the dense engine solves one in ten, as a check.
@@ -23,10 +23,10 @@ from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.hints.recording import Recording
 from otolith.mpc.formulation import Formulation
 from otolith.mpc.hint.choose import Chooser
-from otolith.mpc.hybrid import Hint, NoHint
+from otolith.mpc.hybrid import Hint
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.qp import Status
-from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
+from otolith.qp.engines import CondensedEngine, StageEngine, StageMemory, StructuredEngine
 from otolith.qp.stage import StageSolution
 
 Tell = Callable[[str], None]
@@ -44,7 +44,7 @@ class Tally:
     inputs: int
     changes: Vec = field(init=False)  # of the dense engine's working set
     solves: Vec = field(init=False)  # equality solves of the structured engine
-    guess: Vec = field(init=False)  # [s] to make the hint
+    guess: Vec = field(init=False)  # [s] to make the hint, where it was asked for
     step: Vec = field(init=False)  # [s] of the whole step, structured
     hinted: Bools = field(init=False)  # the hint was taken
     first: Mat = field(init=False)  # (n, 2P) first inputs, dense
@@ -79,20 +79,39 @@ class Problems:
         self._formulation.begin(engine.memory)
         return engine
 
-    def chooser(self) -> Chooser:
-        """What judges several hints at once."""
-        return Chooser(self._formulation.problem, self._settings.blocks)
-
     def write(self, engine: StageEngine, i: int) -> None:
         """Problem i into the engine's memory."""
         of = self.recording
         wanted = np.broadcast_to(of.wanted[i], (self._settings.horizon, of.wanted.shape[1]))
         self._formulation.write(engine.memory, of.x[i], of.plan[i], wanted, None)
 
-    def hints(self, hint: Hint, i: int) -> Ints | None:
-        """What a hint says about problem i."""
-        of = self.recording
-        return hint.sets(of.x[i], of.wanted[i], of.plan[i])
+    def proposer(self, hint: Hint, memory: StageMemory) -> "Proposer":
+        """A hint as an engine asks for it, about what lies in the engine's memory."""
+        return Proposer(
+            self.recording, hint, memory, Chooser(self._formulation.problem, self._settings.blocks)
+        )
+
+
+class Proposer:
+    """A hint about problem `i`, made and chosen on request, and the time that took."""
+
+    def __init__(self, recording: Recording, hint: Hint, memory: StageMemory, chooser: Chooser) -> None:
+        self._of, self._hint, self._memory, self._chooser = recording, hint, memory, chooser
+        self.i, self.seconds = 0, np.nan  # NaN: not asked
+
+    def about(self, i: int) -> None:
+        """The next question."""
+        self.i, self.seconds = i, np.nan
+        if self._of.begins[i]:
+            self._hint.reset()
+
+    def __call__(self) -> Ints | None:
+        """The best set that the hint has."""
+        started, i = time.thread_time(), self.i
+        sets = self._hint.sets(self._of.x[i], self._of.wanted[i], self._of.plan[i])
+        best = None if sets is None else self._chooser.best(self._memory, sets)
+        self.seconds = time.thread_time() - started
+        return best
 
 
 def compare(
@@ -107,33 +126,29 @@ def compare(
     tallies = {name: Tally(len(problems), problems.inputs) for name in (COLD, PREVIOUS, *hints)}
     with threadpool_limits(limits=1):
         _count(problems, hints, tallies, tell)
-        for name, hint in {COLD: NoHint(), PREVIOUS: NoHint(), **hints}.items():
+        for name in tallies:
             tell(f"{name}: structured engine, timed")
-            _time(problems, name, hint, tallies[name])
+            _time(problems, name, hints.get(name), tallies[name])
     return tallies
 
 
 def _count(problems: Problems, hints: dict[str, Hint], tallies: dict[str, Tally], tell: Tell) -> None:
     """Dense answers from every start."""
-    engine, chooser, of = problems.engine(CondensedEngine), problems.chooser(), problems.recording
-    nothing, previous = np.zeros(of.sets.shape[1:], dtype=np.int64), [PREVIOUS, *hints]
+    engine, of = problems.engine(CondensedEngine), problems.recording
+    proposers = {name: problems.proposer(hint, engine.memory) for name, hint in hints.items()}
+    nothing = np.zeros(of.sets.shape[1:], dtype=np.int64)
     for i in range(len(problems)):
         start = nothing if of.begins[i] else of.sets[i - 1].astype(np.int64)
-        if of.begins[i]:
-            for hint in hints.values():
-                hint.reset()
-        asked = {name: problems.hints(hint, i) for name, hint in hints.items()}
+        for proposer in proposers.values():
+            proposer.about(i)
         if i % EVERY == 0 or not np.array_equal(of.sets[i], start):
             problems.write(engine, i)
             solution = engine.run(start)
             _note(tallies[PREVIOUS], i, solution)
-            for name, sets in asked.items():
-                best = solution
-                if solution.changes > 0 and sets is not None:
-                    best = engine.run(start, chooser.best(engine.memory, sets))
-                _note(tallies[name], i, best)
+            for name, proposer in proposers.items():
+                _note(tallies[name], i, engine.run(start, proposer) if solution.changes > 0 else solution)
         else:
-            for name in previous:
+            for name in (PREVIOUS, *hints):
                 tallies[name].changes[i] = 0.0
         if i % EVERY == 0:
             _note(tallies[COLD], i, engine.run(nothing))
@@ -144,23 +159,23 @@ def _note(tally: Tally, i: int, solution: StageSolution) -> None:
     tally.changes[i], tally.first[i], tally.hinted[i] = solution.changes, solution.U[0], solution.hinted
 
 
-def _time(problems: Problems, name: str, hint: Hint, tally: Tally) -> None:
+def _time(problems: Problems, name: str, hint: Hint | None, tally: Tally) -> None:
     """Structured answers, each from the scheme's own memory; of several passes the least time counts."""
-    engine, chooser, clock = problems.engine(StructuredEngine), problems.chooser(), time.thread_time
+    engine, clock = problems.engine(StructuredEngine), time.thread_time
+    proposer = None if hint is None else problems.proposer(hint, engine.memory)
     nothing = np.zeros(problems.recording.sets.shape[1:], dtype=np.int64) if name == COLD else None
     for _ in range(PASSES):
         for i in range(len(problems)):
             if problems.recording.begins[i]:
                 engine.reset()
-                hint.reset()
+            if proposer is not None:
+                proposer.about(i)
             started = clock()
             problems.write(engine, i)
-            written = clock()
-            sets = problems.hints(hint, i)
-            guessed = clock()
-            solution = engine.run(nothing, None if sets is None else chooser.best(engine.memory, sets))
+            solution = engine.run(nothing, proposer)
             tally.step[i] = np.fmin(tally.step[i], clock() - started)
-            tally.guess[i] = np.fmin(tally.guess[i], guessed - written)
+            if proposer is not None:
+                tally.guess[i] = np.fmin(tally.guess[i], proposer.seconds)
             tally.solves[i] = solution.factorisations
             solved = solution.status is Status.OPTIMAL
             tally.first_structured[i] = solution.U[0] if solved else np.nan
@@ -185,6 +200,7 @@ def _of_scheme(tally: Tally, base: Tally, recording: Recording) -> dict[str, Any
         },
         "hit_rate": float(np.nanmean(tally.changes == 0)),
         "hint_taken": float(np.mean(tally.hinted)),
+        "hint_asked": float(np.mean(np.isfinite(tally.guess))),
         "equality_solves": _spread(tally.solves),
         "guess_us": _spread(1e6 * tally.guess),
         "step_us": _spread(micro) | {"worst_percent_mean": _worst_percent(micro)},
@@ -195,6 +211,8 @@ def _of_scheme(tally: Tally, base: Tally, recording: Recording) -> dict[str, Any
 def _spread(values: Vec) -> dict[str, float]:
     """Mean, median, 99th percentile and maximum, of those that are numbers."""
     asked = values[np.isfinite(values)]
+    if not len(asked):
+        return dict.fromkeys(("mean", "median", "p99", "max"), 0.0)
     return {
         "mean": float(np.mean(asked)),
         "median": float(np.median(asked)),

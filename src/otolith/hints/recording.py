@@ -15,7 +15,7 @@ from otolith.platforms import Platform
 from otolith.qp import Status
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
-from otolith.qp.stage import StageProblem, StageSolution
+from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.scenarios import Scenario
 from otolith.simulate import simulate
 
@@ -39,7 +39,6 @@ class Recording:
 class _Witness:
     """An engine and a hint at once: it sees every question and every answer, and changes neither."""
 
-    active = False
     engine: StageEngine
 
     def __init__(self, *, plans: bool) -> None:
@@ -57,12 +56,19 @@ class _Witness:
         self.questions.append((x.copy(), wanted.copy(), plan.copy() if self._plans else plan[:0, :0]))
         return None
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
-        """Note the answer."""
-        solution = self.engine.run(start, hint)
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Note the answer, and the question whether or not the engine would ask for a hint."""
+        if hint is not None:
+            hint()
+        solution = self.engine.run(start)
         solved = solution.status is Status.OPTIMAL
         self.answers.append((solution.working_set.astype(np.int8), solution.U[0].copy(), solved))
         return solution
+
+    def forget(self) -> None:
+        """Forget what was noted."""
+        self.questions.clear()
+        self.answers.clear()
 
     def reset(self) -> None:
         """A new run, before its first decision."""
@@ -82,7 +88,7 @@ def record(
     witness = _Witness(plans=plans)
     watched = replace(settings, iterations=1, engine=witness)
     cueing = Implicit(platform, pairs, settings=watched, guess=NoGuess(), hint=witness)
-    witness.answers.clear()  # of the problem that only compiled
+    witness.forget()  # the problem that only compiled
     names = tuple(pair.name for pair in pairs)
     begins = []
     for done, scenario in enumerate(scenarios):

@@ -4,8 +4,9 @@ The thesis's four cueing models (section 3.1) differ in their guess of the contr
 control of the previous plan held over the horizon, the explicit law's first input held, or all its
 inputs in equal sections. How such a guess then enters the implicit MPC is `otolith.mpc.implicit.Entry`.
 
-A hint names the rows that will be active. The engine compares it with the working set it remembers, takes
-the one that fewer conditions contradict, and goes on from there: the answer is the same in any case.
+A hint names the rows that will be active. Where the working set that the engine remembers does not settle at
+once, it asks for the hint, takes of the two the one that fewer conditions contradict, and goes on from there:
+the answer is the same in any case.
 Hints from offline knowledge are in `otolith.mpc.hint`.
 """
 
@@ -37,11 +38,7 @@ class Guess(Protocol):
 
 
 class Hint(Protocol):
-    """Guesses which rows will be active."""
-
-    @property
-    def active(self) -> bool:
-        """False when there is no hint to make, so that a None is no miss."""
+    """Guesses which rows will be active; asked only where the remembered working set does not settle."""
 
     def reset(self) -> None:
         """Forget the past."""
@@ -53,24 +50,8 @@ class Hint(Protocol):
         """
 
 
-class NoHint:
-    """The working set that the engine remembers, alone: the baseline, and hard to beat."""
-
-    active: Final = False
-
-    def reset(self) -> None:
-        """Nothing to forget."""
-
-    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """Make none."""
-        del x, wanted, plan
-        return None
-
-
 class MissingHint:
-    """A hint that was asked for and refused: every decision says that it was missing."""
-
-    active: Final = True
+    """A hint that was refused: every decision that asks for it says that it was missing."""
 
     def reset(self) -> None:
         """Nothing to forget."""

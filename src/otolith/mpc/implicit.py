@@ -12,6 +12,7 @@ Plans are in steps of one period all the same.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -23,7 +24,7 @@ from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.mpc.formulation import Formulation, Setting
 from otolith.mpc.hint.along import Along
 from otolith.mpc.hint.choose import Chooser
-from otolith.mpc.hybrid import Guess, Hint, NoGuess, NoHint
+from otolith.mpc.hybrid import Guess, Hint, NoGuess
 from otolith.mpc.model import (
     POSITION,
     ROT,
@@ -144,7 +145,7 @@ class Implicit:
         )
         self.formulation.begin(self.engine.memory)
         self._pairs, self._guess, self._entry = tuple(pairs), guess, entry
-        self._hint = hint or NoHint()
+        self._hint, self._missed = hint, False
         if entry is Entry.WORKING_SET and guess.active:
             self._guess, self._hint = NoGuess(), Along(guess, self.formulation, self.engine.memory)
         self._chooser = Chooser(self.problem, settings.blocks)
@@ -158,6 +159,9 @@ class Implicit:
         self.formulation.write(self.engine.memory, still, self._plan, nothing, None)
         self.engine.run()
         self.engine.reset()
+        if self._hint is not None:
+            self._hint.sets(still, nothing[0], self._plan)
+            self._hint.reset()
 
     @property
     def period(self) -> float:
@@ -175,7 +179,8 @@ class Implicit:
         self._plan[:] = 0.0
         self.engine.reset()
         self._guess.reset()
-        self._hint.reset()
+        if self._hint is not None:
+            self._hint.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide by one certified QP; on failure follow the last certified plan, and say why."""
@@ -184,33 +189,39 @@ class Implicit:
         if not (plausible(x) and plausible(wanted)):
             return self._command(x, self._fallback(x), Outcome(status=Status.INVALID, residual=np.inf))
         guessed = self._guess.controls(x, wanted[0], self._plan)
-        hints = self._hint.sets(x, wanted[0], self._plan)
-        solution = self._solve(x, wanted, guessed, hints)
+        self._missed = guessed is None and self._guess.active
+        solution = self._solve(x, wanted, guessed)
         solved = solution.status is Status.OPTIMAL
         outcome = Outcome(
             status=solution.status,
             changes=solution.changes,
             residual=solution.residual,
-            guess_missed=(guessed is None and self._guess.active) or (hints is None and self._hint.active),
+            guess_missed=self._missed,
         )
         plan = self.formulation.of_steps(solution.U) if solved else self._fallback(x)
         return self._command(x, plan, outcome)
 
-    def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None, hints: Ints | None) -> StageSolution:
-        """Gauss-Newton steps until the plan stands still or their number is used up; hints: for the first."""
+    def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None) -> StageSolution:
+        """Gauss-Newton steps, the first with the hint, until the plan stands still or they are used up."""
         about = guessed if guessed is not None and self._entry is Entry.PRIMAL else self._plan
         u_ref = guessed if self._entry is Entry.REFERENCE else None
+        hint = None if self._hint is None else partial(self._best_set, self._hint, x, wanted[0])
         changes = 0
         for _ in range(self.settings.iterations):
             self.formulation.write(self.engine.memory, x, np.ascontiguousarray(about), wanted, u_ref)
-            hint = None if hints is None else self._chooser.best(self.engine.memory, hints)
             solution = self.engine.run(hint=hint)
-            changes, hints = changes + solution.changes, None
+            changes, hint = changes + solution.changes, None
             plan = self.formulation.of_steps(solution.U)
             if solution.status is not Status.OPTIMAL or np.max(np.abs(plan - about)) < _CONVERGED:
                 break
             about = plan
         return replace(solution, changes=changes)
+
+    def _best_set(self, hint: Hint, x: Vec, wanted: Vec) -> Ints | None:
+        """What the hint proposes for the problem in memory."""
+        sets = hint.sets(x, wanted, self._plan)
+        self._missed = self._missed or sets is None
+        return None if sets is None else self._chooser.best(self.engine.memory, sets)
 
     def _wanted(self, reference: Reference) -> Mat:
         """(N, P) forces over the horizon: previewed where a preview is given, held from its end on."""

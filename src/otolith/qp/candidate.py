@@ -4,6 +4,8 @@ With the guessed rows held at their sides, one linear system gives the point and
 contradicts the optimality conditions is counted. None: the guess is the answer.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
@@ -47,8 +49,11 @@ def violations(qp: Qp, working_set: Ints) -> int:
     return int(np.count_nonzero(out | wrong))
 
 
-def better(qp: Qp, start: Ints, hint: Ints) -> tuple[Ints, bool]:
-    """`start` when it is the answer or no worse than `hint`, else `hint`; and whether it was the hint."""
+def better(qp: Qp, start: Ints, hint: Callable[[], Ints | None]) -> tuple[Ints, bool]:
+    """`start` when it is the answer or no worse than the hint, else that; and whether it was the hint.
+
+    The hint is not asked for where `start` is the answer.
+    """
     of_start = violations(qp, start)
-    hinted = of_start > 0 and violations(qp, hint) < of_start
-    return (hint, True) if hinted else (start, False)
+    made = hint() if of_start > 0 else None
+    return (start, False) if made is None or violations(qp, made) >= of_start else (made, True)

@@ -16,7 +16,7 @@ from otolith.core.errors import InputError
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import CondensedEngine, empty_memory, expand
 from otolith.qp.problem import Qp, Solution, Status, kkt_residual
-from otolith.qp.stage import StageProblem, StageQp, StageSolution, rollout, stage_residual
+from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution, rollout, stage_residual
 
 
 class QpOases:
@@ -165,7 +165,7 @@ class HpipmEngine:
         self._solver = Hpipm(problem, tolerance)
         self.memory = empty_memory(problem)
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Expand and solve what lies in the memory, cold."""
         del start, hint
         return self._solver.solve(expand(self._solver.problem, self.memory))

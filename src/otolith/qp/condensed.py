@@ -4,6 +4,7 @@ It gives the thesis's online solver in kind: condensing, then a hot-started dual
 that counts its working-set changes.
 """
 
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -14,7 +15,7 @@ from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, 
 from otolith.qp.candidate import better
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Qp, Solution, Status
-from otolith.qp.stage import StageProblem, StageQp, StageSolution, by_columns, by_rows, rollout
+from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution, by_columns, by_rows, rollout
 
 
 class Dense(Protocol):
@@ -33,9 +34,7 @@ class CondensedSolver:
         The M stages of working sets and answers are then the blocks.
     """
 
-    def __init__(
-        self, problem: StageProblem, dense: Dense | None = None, *, blocks: Lengths = ()
-    ) -> None:
+    def __init__(self, problem: StageProblem, dense: Dense | None = None, *, blocks: Lengths = ()) -> None:
         self.problem, self._dense = problem, dense or DenseSolver()
         self._lengths = blocks or (1,) * problem.horizon
         self._ends, M = block_ends(self._lengths), len(self._lengths)
@@ -54,14 +53,14 @@ class CondensedSolver:
         """Forget the working set."""
         self._set = np.zeros_like(self._set)
 
-    def solve(self, qp: StageQp, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+    def solve(self, qp: StageQp, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Solve `qp` from the better one of two working sets.
 
         Parameters
         ----------
         start : (M, rows) as `StageSolution.working_set`; None: the previous answer's.
-        hint : (M, rows) taken instead when fewer optimality conditions fail with it, see
-            `otolith.qp.candidate`.
+        hint : called when optimality conditions fail with `start`; what it makes (M, rows) is taken instead
+            when fewer fail with it, see `otolith.qp.candidate`.
         """
         problem = self.problem
         if not qp.well_posed():
@@ -69,7 +68,7 @@ class CondensedSolver:
         dense = self.condense(qp)
         chosen, hinted = by_columns(self._set if start is None else start, problem), False
         if hint is not None:
-            chosen, hinted = better(dense, chosen, by_columns(hint, problem))
+            chosen, hinted = better(dense, chosen, partial(_columns, hint, problem))
         found = self._dense.solve(dense, chosen)
         if found.status is not Status.OPTIMAL:
             self.reset()
@@ -105,3 +104,8 @@ class CondensedSolver:
         U, y = np.zeros((len(self._ends), self.problem.inputs)), np.zeros(self._set.shape)
         X = rollout(qp, np.zeros_like(qp.input_linear))[self._ends]
         return StageSolution(status, U, X, y, changes, 0, 0, np.inf)
+
+
+def _columns(hint: OnRequest, problem: StageProblem) -> Ints | None:
+    made = hint()
+    return None if made is None else by_columns(made, problem)

@@ -15,7 +15,7 @@ from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.condensed import CondensedSolver, Dense
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Status
-from otolith.qp.stage import StageProblem, StageQp, StageSolution
+from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution
 from otolith.qp.structured import StructuredSettings, StructuredSolver
 
 
@@ -42,15 +42,15 @@ class StageEngine(Protocol):
 
     memory: StageMemory
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Solve what lies in the memory; neither argument changes the minimiser.
 
         Parameters
         ----------
         start : (M, rows) as `StageSolution.working_set`; replaces the remembered working set.
-        hint : (M, rows) a second guess: when the first does not settle at once, the one with which fewer
-            optimality conditions fail is taken, `StageSolution.hinted` says which, and `changes` counts
-            from there.
+        hint : makes a second guess (M, rows). It is called only when the first does not settle at once; then
+            the one with which fewer optimality conditions fail is taken, `StageSolution.hinted` says which,
+            and `changes` counts from there.
         """
 
     def reset(self) -> None:
@@ -126,11 +126,9 @@ class StructuredEngine:
             upper=rows("UPPER"),
         )
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
-        """Solve what lies in the memory with one compiled call."""
-        self._solver.guess(start, hint)
-        self._solver.kernels.solve(self._solver.vector)
-        solution = self._solver.solution()
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Solve what lies in the memory with one compiled call, two where a hint is asked for."""
+        solution = self._solver.run(start, hint)
         return self._decide(solution) if solution.status is Status.LIMIT else solution
 
     def reset(self) -> None:
@@ -167,7 +165,7 @@ class CondensedEngine:
         self._blocks = blocks
         self.memory = empty_memory(problem, blocks)
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Expand, condense and solve what lies in the memory."""
         return self._solver.solve(expand(self._solver.problem, self.memory, self._blocks), start, hint)
 

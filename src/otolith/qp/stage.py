@@ -11,6 +11,7 @@ finite penalty w is soft: it may be violated by σ ≥ 0 at the cost w σ (exact
 multiplier y per row, as in `otolith.qp.problem`; |y| ≤ w on a soft row.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -20,6 +21,8 @@ from numpy.typing import NDArray
 from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
 from otolith.core.lti import condense as predict
 from otolith.qp.problem import Qp, Status, row_residual, worst_of
+
+OnRequest = Callable[[], Ints | None]  # makes a hint, as `StageSolution.working_set`, or has none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
 from otolith.qp.engines import CondensedEngine, StageMemory, expand
 from otolith.qp.problem import Qp, Solution, Status, kkt_residual
-from otolith.qp.stage import StageProblem, StageSolution
+from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
 QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)
 
@@ -44,7 +44,7 @@ class StartedEngine:
         self.memory = self._engine.memory
         self._set = np.zeros(self.memory.lower.shape, dtype=np.int64)
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Solve what lies in the memory."""
         del start, hint
         begin = self._set if self._start is Start.SHIFTED else np.zeros_like(self._set)
@@ -101,7 +101,7 @@ class QpOasesEngine:
         self.memory = CondensedEngine(problem, tolerance=tolerance, blocks=blocks).memory
         self.reset()
 
-    def run(self, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Solve what lies in the memory."""
         del start, hint
         return self._solver.solve(expand(self._problem, self.memory))

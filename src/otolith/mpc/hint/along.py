@@ -18,8 +18,6 @@ CLOSE: Final = 1e-3  # of a bound: as near as that counts as being at it
 class Along:
     """Turns a guess of controls into a hint."""
 
-    active: Final = True
-
     def __init__(self, guess: Guess, formulation: Formulation, memory: StageMemory) -> None:
         self._guess, self._formulation, self._memory = guess, formulation, memory
         self._starts, self._ends = block_starts(formulation.lengths), block_ends(formulation.lengths)

@@ -164,8 +164,6 @@ def _box(platform: Platform, pair: AxisPair) -> tuple[Vec, Vec]:
 class Coarse:
     """The laws at work: the active rows at the nearest times of the fine grid."""
 
-    active: Final = True
-
     def __init__(
         self,
         laws: CoarseLaws,

@@ -74,8 +74,6 @@ class Network:
 class Learned:
     """The network at work: the active rows of the problem that is about to be solved."""
 
-    active: Final = True
-
     def __init__(self, network: Network, braking: Mat, shape: tuple[int, int]) -> None:
         features = np.empty(FEATURES * len(braking))
         layers = np.empty(2 * int(network.sizes.max()), dtype=np.float32)

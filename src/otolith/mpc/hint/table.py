@@ -5,7 +5,7 @@ problem is symmetric, a question is turned so that the first force wanted is not
 """
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +46,6 @@ class Table:
 
 class Tabled:
     """The table at work: the distinct sets among the entries nearest to the question."""
-
-    active: Final = True
 
     def __init__(self, table: Table, *, nearest: int = 3) -> None:
         self._table, self._nearest = table, min(nearest, len(table.parameters))

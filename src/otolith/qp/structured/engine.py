@@ -9,12 +9,14 @@ from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.lti import condense
 from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, hold
 from otolith.qp.problem import Status
-from otolith.qp.stage import StageProblem, StageQp, StageSolution
-from otolith.qp.structured.generate import CODES, SETTINGS, module_of
+from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution
+from otolith.qp.structured.generate import CODES, OFFERS, PENDING, SETTINGS, module_of
 from otolith.qp.structured.layout import Structure, Workspace, powers, values
 
 _STATUS: Final = tuple(Status[name] for name in CODES)
 _OPTIMAL: Final = CODES.index("OPTIMAL")
+_ASKING: Final = (CODES + PENDING).index("ASKING")
+_ON_REQUEST, _REFUSED, _GIVEN = (OFFERS.index(name) for name in ("ON_REQUEST", "REFUSED", "GIVEN"))
 _HARD: Final = 1e10  # stands for an infinite penalty
 _STIFFNESS: Final = 2e8  # ρ c of an active row, c its compliance
 
@@ -58,6 +60,7 @@ class StructuredSolver:
         self.structure = Structure.of(problem, blocks)
         self.kernels: Any = module_of(self.structure, extension)
         self._workspace = Workspace(self.structure)
+        self._offered = self.part("OFFERED")
         self._answer = (self.part("INFO"), self.part("PLAN"), self.part("X"), self.rows("MULTIPLIER"))
         self._write_constants()
 
@@ -91,26 +94,31 @@ class StructuredSolver:
         self.part("VARYING")[:] = values(s.V, qp.varying)[block_ends(lengths)]
         self.rows("LOWER")[:], self.rows("UPPER")[:] = block_bounds(qp, lengths)
 
-    def guess(self, start: Ints | None, hint: Ints | None) -> None:
-        """Give the next solve a working set instead of the remembered one, and a second to choose from."""
+    def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
+        """Solve `qp`; `start` (N, rows) as `StageSolution.working_set`, None: the previous answer's."""
+        self.load(qp)
+        return self.run(start)
+
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Solve what lies in the workspace; arguments as of `otolith.qp.engines.StageEngine.run`."""
         if start is not None:
             self.rows("SET")[:] = start
-        if hint is not None:
-            self.rows("HINT")[:] = hint
-            self.part("OFFERED")[:] = 1.0
-
-    def solve(self, qp: StageQp, start: Ints | None = None, hint: Ints | None = None) -> StageSolution:
-        """Solve `qp`.
-
-        Parameters
-        ----------
-        start : (N, rows) as `StageSolution.working_set`; None starts from the previous answer's.
-        hint : (N, rows) a second guess, see `otolith.qp.engines.StageEngine`.
-        """
-        self.load(qp)
-        self.guess(start, hint)
-        self.kernels.solve(self.vector)
+        if hint is None:
+            self.kernels.solve(self.vector)
+        else:
+            self._solve_with(hint)
         return self.solution()
+
+    def _solve_with(self, hint: OnRequest) -> None:
+        """Ask for the hint when the kernel does, and only then."""
+        self._offered[0] = _ON_REQUEST
+        if self.kernels.solve(self.vector) != _ASKING:
+            return
+        asked = hint()
+        if asked is not None:
+            self.rows("HINT")[:] = asked
+        self._offered[0] = _REFUSED if asked is None else _GIVEN
+        self.kernels.solve(self.vector)
 
     def solution(self) -> StageSolution:
         """What the last solve left in the workspace: when it failed, U is still the last certified plan."""

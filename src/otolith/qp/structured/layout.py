@@ -161,7 +161,8 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "COST_TO_GO": (N, nx * (nx + 1) // 2),  # P of the stage after
         "COSTATE": (nx,),
         "ACCUMULATOR": (2 * LANES,),
-        "OFFERED": (1,),  # 1 when there is a hint
+        "OFFERED": (1,),  # what is known of a hint: `OFFERS` of `generate`
+        "NEEDED": (1,),  # changes that the set at hand needs
         "SETTING": (8,),
         "INFO": (7,),  # `INFO` of `generate`
     }

@@ -1,6 +1,8 @@
 """One call per problem: check, try the working set at hand, exchange, fall back, certify.
 
-The minimiser never depends on the working set that is tried first; the time does.
+The minimiser never depends on the working set that is tried first; the time does. Where a hint can be had
+on request, `solve` returns ASKING when the set at hand does not settle at once, and is called again with
+the answer (reverse communication): a hint that is not needed is never made.
 """
 
 from otolith.core.arrays import Vec
@@ -9,6 +11,7 @@ from otolith.qp.structured.template.given import (
     INFO,
     INPUTS,
     MULTIPLIER,
+    NEEDED,
     OFFERED,
     PLAN,
     ROWS,
@@ -23,11 +26,12 @@ from otolith.qp.structured.template.given import (
     woven,
 )
 from otolith.qp.structured.template.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
-from otolith.qp.structured.template.working import settle
+from otolith.qp.structured.template.working import STUCK, attempt, consider_hint, settle
 
 STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = HINTED = 0
 TOLERANCE = EXCHANGES = POLISH = ITERATION_LIMIT = 0
-OPTIMAL = INFEASIBLE = LIMIT = INVALID = 0
+OPTIMAL = INFEASIBLE = LIMIT = INVALID = ASKING = UNDECIDED = 0
+ON_REQUEST = REFUSED = GIVEN = 0
 
 # --- template ---
 
@@ -67,22 +71,34 @@ def search_inside(W: Vec) -> int:
         if proved:
             return INFEASIBLE
         guess_from_sides(W)
-        if settle(W, polish) and accept(W):
+        if settle(W, attempt(W, N - 1, False), polish) and accept(W):
             return OPTIMAL
         close *= CLOSER
     return LIMIT
 
 
 @woven
-def search(W: Vec) -> int:
-    """Status of a well-posed problem."""
+def begin(W: Vec) -> int:
+    """Check a problem and try the set at hand, which leaves in NEEDED how many changes it needs."""
+    W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
+    W[INFO + HINTED] = 0.0
+    if not well_posed(W):
+        return INVALID
     condense_blocks(W)
+    W[NEEDED] = attempt(W, N - 1, False) if W[SETTING + EXCHANGES] > 0.0 else STUCK
+    return ASKING if W[OFFERED] == ON_REQUEST and W[NEEDED] > 0.0 else UNDECIDED
+
+
+@woven
+def search(W: Vec) -> int:
+    """Status of a well-posed problem whose set at hand has been tried."""
     exchanges = int(W[SETTING + EXCHANGES])
-    if exchanges > 0:
-        if settle(W, exchanges) and accept(W):
-            return OPTIMAL
-        if impossible(W):
-            return INFEASIBLE
+    if W[OFFERED] == GIVEN:
+        W[NEEDED] = consider_hint(W, W[NEEDED])
+    if settle(W, W[NEEDED], exchanges) and accept(W):
+        return OPTIMAL
+    if exchanges > 0 and impossible(W):
+        return INFEASIBLE
     return search_inside(W)
 
 
@@ -99,11 +115,14 @@ def predict_plan(W: Vec) -> None:
 def solve(W: Vec) -> int:
     """Solve the problem in the workspace; the answer is U, X, MULTIPLIER, and INFO says what it cost.
 
+    Where it returns ASKING, the caller writes HINT and GIVEN, or REFUSED, and calls again.
     Without an answer the working set is forgotten and the plan stays, with its states in X.
     """
-    W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
-    W[INFO + HINTED] = 0.0
-    status = search(W) if well_posed(W) else INVALID
+    status = UNDECIDED if W[OFFERED] == GIVEN or W[OFFERED] == REFUSED else begin(W)
+    if status == ASKING:
+        return status
+    if status == UNDECIDED:
+        status = search(W)
     W[INFO + STATUS] = status
     W[OFFERED] = 0.0
     if status != OPTIMAL:

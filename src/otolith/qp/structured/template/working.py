@@ -30,7 +30,6 @@ from otolith.qp.structured.template.given import (
     LO,
     MARK,
     MULTIPLIER,
-    OFFERED,
     OTHER_MULTIPLIER,
     OTHER_SET,
     RHO,
@@ -57,6 +56,7 @@ PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
 DUAL = 1e-9  # a multiplier has the wrong sign beyond this
 GREAT = 500.0  # multipliers above this ask for smaller distances, so that y (r − b) is small too
 STEPS = 20  # multiplier steps at most for one working set
+STUCK = 1e9  # stands for the changes of a set that neither asks for any nor converges
 
 
 @pure
@@ -181,14 +181,20 @@ def refine(W: Vec) -> float:
 
 
 @woven
-def attempt(W: Vec, last: int, stalled: bool) -> tuple[float, float]:
-    """Solve for the set at hand with the factors of the stages after `last`; largest |r − b|, and changes."""
+def attempt(W: Vec, last: int, stalled: bool) -> float:
+    """Solve for the set at hand with the factors of the stages after `last`, and exchange its rows.
+
+    The number of changes: none when the set has settled, STUCK when its multipliers do not converge.
+    """
     impose(W)
     factor(W, last)
     forward(W)
     W[INFO + FACTORISATIONS] += 1.0
-    off = step_multipliers(W)
-    return off, review(W, stalled)
+    off, steps = step_multipliers(W), 0
+    changes = review(W, stalled)
+    while changes == 0.0 and not off < PRIMAL and steps < STEPS:
+        off, changes, steps = refine(W), review(W, stalled), steps + 1
+    return changes if changes > 0.0 or off < PRIMAL else STUCK
 
 
 @pure
@@ -212,33 +218,27 @@ def give_hint_up(W: Vec) -> None:
 
 
 @woven
-def consider_hint(W: Vec, changes: float) -> tuple[float, float]:
-    """Try the hint against a set that needs `changes`; what `attempt` says of the one that stays."""
+def consider_hint(W: Vec, changes: float) -> float:
+    """Try the hint against a set that needed `changes`; what the one that stays needs, as `attempt`."""
     try_hint(W)
-    W[OFFERED] = 0.0
-    off, of_hint = attempt(W, N - 1, False)
+    of_hint = attempt(W, N - 1, False)
     if of_hint < changes:
         W[INFO + HINTED] = 1.0
-        return off, of_hint
+        return of_hint
     give_hint_up(W)
-    return FAR, changes
+    return changes
 
 
 @woven
-def settle(W: Vec, limit: int) -> bool:
-    """Exchange from the working set in SET; True when it has settled on a stationary feasible point."""
-    last, fewest, stalled = N - 1, 1e9, False
-    for _ in range(limit):
-        off, changes = attempt(W, last, stalled)
-        if W[OFFERED] > 0.0 and changes > 0.0:
-            off, changes = consider_hint(W, changes)
-        steps = 0
-        while changes == 0.0 and not off < PRIMAL and steps < STEPS:
-            off, changes, steps = refine(W), review(W, stalled), steps + 1
-        if changes == 0.0:
-            return off < PRIMAL
+def settle(W: Vec, changes: float, limit: int) -> bool:
+    """Go on from a set that needed `changes`; True when one of `limit` sets, the first included, has settled.
+
+    It is then stationary and feasible.
+    """
+    fewest, stalled = changes, False
+    while 0.0 < changes < STUCK and limit > 1:
         W[INFO + CHANGES] += changes
-        last = last_changed_stage(W)
+        changes, limit = attempt(W, last_changed_stage(W), stalled), limit - 1
         stalled = stalled or changes >= fewest
         fewest = changes
-    return False
+    return changes == 0.0
