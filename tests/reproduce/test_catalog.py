@@ -30,6 +30,24 @@ def test_explicit_numbers_have_not_drifted(quick: dict[str, Outcome]) -> None:
     assert quick["table-c.2"].counts() == {"agrees": 7, "within 10 %": 5, "same order": 2, "differs": 0}
 
 
+def test_implicit_numbers_have_not_drifted(quick: dict[str, Outcome]) -> None:
+    """Errors to four digits; changes of the working set to 5 %, since a tie may fall otherwise elsewhere.
+
+    Both are the cells of Tables 5.5, 5.7 (implicit) and 5.9, 5.11, 5.12 (hybrid-all) for these signals.
+    """
+    expected = {
+        ("figure-c.7", "longitudinal"): (0.1190, 0.0994, 1.076),  # sine-1
+        ("figure-c.6", "longitudinal"): (0.3139, 0.1107, 2.109),  # step-1
+        ("figure-5.11", "longitudinal"): (0.0057, 0.0161, 0.622),  # sine-0.5, hybrid-all
+        ("figure-5.11", "lateral"): (0.0057, 0.0170, 0.622),
+    }
+    for (name, direction), (rmse, travel, changes) in expected.items():
+        (run,) = (row for row in quick[name].grids[0].rows if row[0] == direction)
+        assert run[1:3] == pytest.approx((rmse, travel), abs=1e-4), name
+        assert run[3] == pytest.approx(changes, rel=0.05), name
+        assert run[6] == 0, name
+
+
 def test_perception_agrees_digit_for_digit_where_nothing_is_exchanged(quick: dict[str, Outcome]) -> None:
     assert quick["table-b.4"].counts()["agrees"] == 12
     assert quick["study-table-b.2"].claims[0].holds is False

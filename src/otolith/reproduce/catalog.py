@@ -144,12 +144,15 @@ ITEMS: Final[dict[str, Item]] = dict(
     )
 )
 CHAPTERS: Final = tuple(dict.fromkeys(item.chapter for item in ITEMS.values()))
-# What takes a minute on one core, and moves whenever a controller, a solver or a law does.
+# What takes half a minute on one core, and moves whenever a controller, a solver or a law does.
 QUICK: Final = (
     "table-5.8",
+    "figure-5.11",
     "table-c.2",
     "table-b.2",
     "table-b.4",
+    "figure-c.6",
+    "figure-c.7",
     "study-filters",
     "study-braking-rows",
     "study-braking-bound",

@@ -45,8 +45,18 @@ class Drawn:
             title=self.title,
             section=self.section,
             text=f"RMSE {errors} m/s²; false cues: {cues}.",
+            grids=(_run_grid(closed),),
             panels=tuple(panels),
         )
+
+
+def _run_grid(closed: Closed) -> Grid:
+    """What a closed loop gave, in figures; the effort is the whole controller's."""
+    spread = closed.spread()
+    effort = (spread["mean"], spread["p99"], spread["max"], closed.unsolved)
+    rows = [(SAY[pair], error, closed.travel[pair], *effort) for pair, error in closed.rmse.items()]
+    header = ("direction", "RMSE [m/s²]", "travel RMS [m]", "changes, mean", "p99", "max", "unsolved")
+    return Grid(title="The run in figures", header=header, rows=tuple(rows))
 
 
 _EXPLICIT_4: Final = ExplicitSettings(horizon=2, period=0.25, block_from=None)

@@ -28,7 +28,7 @@ class Hinted:
     dofs: tuple[str, ...]
     washout: tuple[WashoutWeight, ...]
     scenarios: tuple[str, ...]
-    every: int = 5  # of the training manoeuvres one in so many: about four minutes of driving
+    every: int = 5  # one training manoeuvre in so many: at 5 about four minutes of driving
     effort: Effort = DEFAULT
 
     @property
