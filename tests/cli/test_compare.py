@@ -59,6 +59,13 @@ def test_a_tuning_of_the_users_is_taken_and_recorded(
     ("arguments", "sentence"),
     [
         (["--by", "beauty"], "--by is 'beauty', must be one of rmse, perceived, false-cues"),
+        (["--by", "rate"], "must be one of rmse, perceived, false-cues where surge-pitch is cued"),
+        (["--dofs", "heave"], "heave of platform thesis is missing, must be in its file for it to be cued"),
+        (["--dofs", "pitch"], "one of surge-pitch, sway-roll, heave, yaw, or several with commas"),
+        (
+            ["--dofs", "yaw", "--platform", "davsi", "--cueing", "explicit"],
+            "must be axis pairs: explicit does not cue yaw",
+        ),
         (["--tuning", "rig"], "tuning is 'rig', must be one of davsi, thesis, or a file (.toml)"),
         (["--tuning", "absent.toml"], "tuning absent.toml is not readable"),
     ],
@@ -67,3 +74,54 @@ def test_bad_choices_are_one_sentence(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert sentence in refused(["compare", *SCENARIOS, *WASHOUTS, *arguments], capsys)
+
+
+def test_six_degrees_of_freedom_are_run_judged_and_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small = ["--solver", "dense", "--horizon", "20", "--platform", "davsi"]
+    dofs = ["--dofs", "yaw,heave,sway-roll,surge-pitch"]  # in any order
+    cueing = ["--cueing", "classical", "--cueing", "implicit"]
+    done(["compare", SCENARIOS[0], *small, *dofs, *cueing, "--out", str(tmp_path), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert told["implicit"]["dofs"] == "surge-pitch,sway-roll,heave,yaw"
+    assert told["implicit"]["violations"] == 0
+    assert set(told["implicit"]["status"]) == {"optimal"}
+    assert 0.0 < told["implicit"]["rate_rmse"]["yaw"] < told["classical"]["rate_rmse"]["yaw"]
+    run = files.read_run(tmp_path / "implicit.h5")
+    assert run.singles == ("heave", "yaw")
+    assert abs(run.command).max(axis=0).min() > 0.0
+    page = (tmp_path / "report.html").read_text()
+    assert "6 (surge-pitch, sway-roll, heave, yaw)" in page
+    for name in ("heave-compare-heave", "yaw-compare-yaw-place", "sway-roll-compare-tilt"):
+        assert f'id="{name}"' in page
+    assert {f"figure-{dof}.png" for dof in run.dofs} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_yaw_alone_is_ranked_by_its_rate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    yaw = ["--dofs", "yaw", "--platform", "davsi"]
+    done(["compare", *SCENARIOS, *WASHOUTS, *yaw, "--out", str(tmp_path), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert told["ranked_by"] == "rate"
+    for summaries in told["scenarios"].values():
+        assert all(summary["rmse"] is None for summary in summaries.values())
+    page = (tmp_path / "report.html").read_text()
+    assert "all-overview-rate" in page
+    assert "all-overview-rmse" not in page
+
+
+def test_a_drive_brings_its_own_heave_and_yaw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = ["time,ax,az,yaw_rate"] + [
+        f"{0.01 * k:.2f},0.1,{0.3 * (k > 100)},{0.2 * (k > 50)}" for k in range(201)
+    ]
+    log = tmp_path / "drive.csv"
+    log.write_text("\n".join(rows) + "\n")
+    options = ["--dofs", "heave,yaw", "--platform", "davsi", "--cueing", "classical"]
+    done(["run", "--log", str(log), *options, "--out", str(tmp_path / "o")])
+    run = files.read_run(tmp_path / "o" / "run.h5")
+    assert run.pairs == ()
+    assert run.reference_force[-2, 2] == pytest.approx(0.3)
+    assert run.reference_rate[700, 2] == pytest.approx(0.2)
+    assert abs(run.twist[:, 5]).max() > 0.01
+    assert not run.pose[:, [0, 1, 3, 4]].any()
+    capsys.readouterr()

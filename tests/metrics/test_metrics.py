@@ -5,8 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from otolith import metrics
+from otolith.perception import canals
+from otolith.platforms import load
 from otolith.simulate import Run
 
 
@@ -96,3 +99,66 @@ def test_the_summary_says_beyond_rmse_how_the_motion_feels(handmade: Run) -> Non
     assert summary["mismatch_rating"]["max"] > summary["mismatch_rating"]["mean"] > 0.0
     assert summary["sickness_dose"] == {"surge-pitch": 0.0}
     assert 0.0 < summary["perceived_rmse"]["surge-pitch"] < 0.2
+
+
+@pytest.fixture
+def six(handmade: Run) -> Run:
+    """The run by hand on a platform that heaves and yaws, which it was asked to do as well."""
+    return replace(handmade, platform=load("davsi"), singles=("heave", "yaw"))
+
+
+@pytest.mark.parametrize(
+    ("series", "axis", "value", "quantity", "excess"),
+    [
+        ("pose", 2, 0.5, "heave position", 0.08),
+        ("pose", 5, np.deg2rad(-27.0), "yaw position", np.deg2rad(2.0)),
+        ("twist", 2, -0.71, "heave velocity", 0.1),
+        ("twist", 5, np.deg2rad(43.0), "yaw velocity", np.deg2rad(2.0)),
+        ("acceleration", 2, 10.5, "heave acceleration", 0.5),
+        ("acceleration", 5, np.nan, "yaw acceleration", np.inf),
+        ("command", 5, np.deg2rad(-511.0), "yaw command", np.deg2rad(1.0)),
+    ],
+)
+def test_heave_and_yaw_are_judged_by_the_platform_file(
+    six: Run, series: str, axis: int, value: float, quantity: str, excess: float
+) -> None:
+    values = getattr(six, series).copy()
+    values[-1, axis] = value
+    found = {e.quantity: e for e in metrics.excesses(replace(six, **{series: values}))}
+    assert found[quantity].at_nodes == pytest.approx(excess, abs=1e-12)
+    assert found[quantity].violations == 1
+    assert sum(e.violations for e in found.values()) == 1
+
+
+def test_a_rate_is_judged_where_yaw_is_cued_and_only_there(handmade: Run, six: Run) -> None:
+    turning = np.zeros((100, 3))
+    turning[:, 2] = 0.3
+    wanted = replace(six, reference_rate=turning)
+    summary = metrics.summarise(wanted)
+    assert summary["dofs"] == "surge-pitch,heave,yaw"
+    assert summary["rate_rmse"] == {"yaw": pytest.approx(0.3)}  # it stands still
+    assert 0.0 < summary["perceived_rate_rmse"]["yaw"] < 0.3
+    assert set(summary["rmse_per_pair"]) == {"surge-pitch", "heave"}
+    assert set(summary["travel_rms"]) == {"surge", "pitch", "heave", "yaw"}
+    assert summary["scale_ratio"]["yaw"] == 0.0
+    assert json.dumps(summary, allow_nan=False)
+    assert not {"rate_rmse", "perceived_rate_rmse"} & set(metrics.summarise(handmade))
+
+
+def test_yaw_alone_has_no_error_of_force(six: Run) -> None:
+    summary = metrics.summarise(replace(six, pairs=(), singles=("yaw",)))
+    assert summary["rmse"] is None
+    assert summary["rmse_per_pair"] == {}
+    assert summary["mismatch_rating"] == {"mean": 0.0, "max": 0.0}
+
+
+def test_a_constant_rate_is_sensed_as_the_canals_step_response(six: Run) -> None:
+    """Against scipy's step response of Telban's canals, which begin at rest."""
+    organ = canals.telban()
+    wanted = np.zeros((100, 3))
+    wanted[:, 2] = -0.2
+    _, step = signal.step((organ.A, organ.B, organ.C, organ.D), T=six.time)
+    expected = 0.2 * np.sqrt(np.mean(step**2))
+    told = metrics.perceived_rate_rmse(replace(six, reference_rate=wanted))
+    assert told[2] == pytest.approx(expected, rel=0.02)
+    assert told[0] == 0.0

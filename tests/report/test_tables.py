@@ -69,3 +69,27 @@ def test_side_by_side_shows_the_union_of_all_figures() -> None:
     table = tables.side_by_side(["a", "b"], [{"x": {"y_m": 1}}, {"z": -2.5}])
     assert "x: y <small>[m]</small></th><td>1</td><td>–</td>" in table
     assert "z</th><td>–</td><td>−2.5</td>" in table
+
+
+def test_who_solves_no_problem_has_a_dash_where_a_solver_would_have_changes() -> None:
+    none = {"mean": 0.0, "p99": 0.0, "max": 0.0}
+    washout = {"changes": none, "changes_against_implicit_percent": -100.0, "residual_max": 0.0}
+    for table in (
+        tables.headline(
+            ["implicit", "washout"], [SUMMARY | {"changes_against_implicit_percent": 0.0}, washout]
+        ),
+        tables.side_by_side(["washout"], [washout]),
+        tables.key_figures(washout),
+    ):
+        assert "100" not in table
+        assert "–" in table
+    assert "<td>+0.0</td><td>9</td>" not in table
+
+
+def test_measures_of_many_kinds_are_a_small_table_without_those_that_never_were() -> None:
+    never, once = {"count": 0, "peak": 0.0}, {"count": 1, "peak": 0.25}
+    table = tables.key_figures({"false_cues": {"heave": {"missing": once, "scaled": never}}})
+    assert '<th scope="col">peak <small>[m/s²]</small></th>' in table
+    assert '<tr><th scope="row">missing</th><td>1</td><td>0.25</td></tr>' in table
+    assert "scaled" not in table
+    assert "<dd>none</dd>" in tables.key_figures({"false_cues": {"heave": {"missing": never}}})

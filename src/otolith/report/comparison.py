@@ -83,7 +83,10 @@ def render_contest(
     for number, (scenario, (runs, of_one)) in enumerate(contest.items()):
         ordered = [of_one[run.cueing] for run in runs]
         body = tables.headline(list(of_one), ordered) + _verdicts(runs, ordered)
-        body += "".join(diagrams(f"s{number}-{key}", panels) for key, _, panels in _diagrams_of(runs))
+        body += "".join(
+            f'<h3 class="dof">{escape(title)}</h3>{diagrams(f"s{number}-{key}", panels)}'
+            for key, title, panels in _diagrams_of(runs)
+        )
         sections.append(section(scenario, body))
     for scenario, (_, of_one) in contest.items():
         title = f"All key figures: {scenario}"

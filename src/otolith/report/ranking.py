@@ -61,7 +61,7 @@ MEASURES: Final = {
     "rmse": Measure("Tracking error (RMSE)", "m/s²", tracking, _FORCE),
     "perceived": Measure("Perceived error (RMSE)", "m/s²", perceived, _FORCE),
     "false-cues": Measure("Time with misleading cues", "s", misleading, _FORCE),
-    "rate": Measure("Tracking error of the yaw rate (RMSE)", "rad/s", turning, ("yaw",)),
+    "rate": Measure("Yaw rate error (RMSE)", "rad/s", turning, ("yaw",)),
 }
 
 

@@ -78,6 +78,8 @@ def number(value: object) -> str:
 
 
 def _cell(value: object) -> str:
+    if isinstance(value, Mapping) and _alike(value):
+        return _grid(value)
     if isinstance(value, Mapping):
         shown = {k: v for k, v in value.items() if v != 0} if len(value) > MANY else value
         zeros = len(value) - len(shown)
@@ -89,6 +91,30 @@ def _cell(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(_cell(entry) for entry in value) or "–"
     return number(value)
+
+
+def _alike(value: Summary) -> bool:
+    """Whether the entries are mappings of numbers under the same names."""
+    rows = list(value.values())
+    return bool(rows) and all(
+        isinstance(row, Mapping)
+        and list(row) == list(rows[0])
+        and not any(isinstance(cell, Mapping) for cell in row.values())
+        for row in rows
+    )
+
+
+def _grid(rows: Mapping[str, Mapping[str, object]]) -> str:
+    """A small table with one row per entry; entries that are zero throughout are left out."""
+    shown = {name: row for name, row in rows.items() if any(value != 0 for value in row.values())}
+    if not shown:
+        return "none"
+    heads = "".join(f'<th scope="col">{name_with_unit(str(k))}</th>' for k in next(iter(shown.values())))
+    body = "".join(
+        _row(name_with_unit(str(name)), [f"<td>{_cell(value)}</td>" for value in row.values()])
+        for name, row in shown.items()
+    )
+    return f'<table class="grid"><thead><tr><td></td>{heads}</tr></thead><tbody>{body}</tbody></table>'
 
 
 def _models(corner: str, heads: Sequence[str], body: str) -> str:
