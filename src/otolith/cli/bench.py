@@ -9,15 +9,19 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from otolith import __version__, files
+from otolith import __version__, files, registry
 from otolith.bench import SCENARIOS, bench, installed_peers
 from otolith.cli.output import print_json, wide_console
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
-from otolith.mpc.design import Design, hybrid_all
+from otolith.mpc.design import Design
+from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.platforms import load
 from otolith.report import save_figure, step_time_figure
 
 _SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
+_USUAL = [(("hybrid-all",), pairs, ()) for pairs in _SETS]
+_SENSED = ("linear-mpc", "implicit-sensed")
+_OTHERS = [(("implicit",), (), SINGLE_AXES), (_SENSED, _SETS[0], ()), (_SENSED, _SETS[1], SINGLE_AXES)]
 _COLUMNS = (
     "dofs",
     "form",
@@ -71,13 +75,21 @@ def bench_(
     console.print(f"written to {out}: bench.json, bench.pdf", highlight=False, soft_wrap=True)
 
 
-def warmup() -> None:
-    """Compile and cache every kernel now: explicit engine, structured solver in 2 and 4 DOF."""
+def warmup(
+    every: Annotated[
+        bool,
+        typer.Option(
+            "--all", help="Also heave and yaw, and the MPCs of what is sensed: linear-mpc, implicit-sensed."
+        ),
+    ] = False,
+) -> None:
+    """Compile and cache now what the implicit MPC and the hybrids need in 2 and 4 DOF; --all: the rest."""
     console = Console(stderr=True)
-    thesis = load("thesis")
-    for pairs in _SETS:
+    for names, pairs, singles in [*_USUAL, *(_OTHERS if every else [])]:
+        what = f"{', '.join(names)} in {2 * len(pairs) + len(singles)} DOF"
+        design = Design(platform=load("davsi" if singles else "thesis"), pairs=pairs, singles=singles)
         started = time.perf_counter()
-        with console.status(f"{2 * len(pairs)} DOF: compiling what is not cached, up to half a minute"):
-            hybrid_all(Design(platform=thesis, pairs=pairs))
-        seconds = time.perf_counter() - started
-        console.print(f"{2 * len(pairs)} DOF ready after {seconds:.1f} s", highlight=False)
+        with console.status(f"{what}: compiling what is not cached, up to half a minute each"):
+            for name in names:
+                registry.make_cueing(name, design)
+        console.print(f"{what}: ready after {time.perf_counter() - started:.1f} s", highlight=False)

@@ -1,4 +1,4 @@
-"""The classical washout (thesis, section 2.2.1; Reid & Nahon, UTIAS 307, 1985).
+"""The classical washout (thesis, section 2.2.1, after Reid & Nahon, 1985).
 
 Notation as in `otolith.washout.filters` and `drive`; K the scaling's slope. For small signals along an
 axis pair with tilt θ, translation and tilt obey
