@@ -5,9 +5,9 @@ platform turned by R, the driver feels f exactly when the head accelerates by
 
     a_world = R (f + g ẑ) − g ẑ,
 
-so what the tilt gives already is not asked of the travel (derived here from the definition of f; washouts
-of the Reid & Nahon family transform the force alike, but their reports were not at hand). Angular rates become derivatives of roll, pitch and
-yaw.
+so what the tilt gives already is not asked of the travel. (Derived here from the definition of f; washouts
+of the Reid & Nahon family transform the force alike, but their reports were not at hand.) Angular rates
+become derivatives of roll, pitch and yaw.
 
 A filter says how fast each axis should move at the period's end. The command is the held acceleration
 that gets it there, so velocities are met exactly at every period's end and travel follows by
