@@ -1,7 +1,9 @@
 """The laboratory of section 6.2, on its shortest signal."""
 
 import pytest
+from numpy.testing import assert_array_equal
 
+from otolith.mpc.washout import PRESETS
 from otolith.report import comparison_figure
 from otolith.reproduce import emulator
 from otolith.reproduce.published import published
@@ -33,3 +35,47 @@ def test_a_figure_has_both_runs_under_their_names(monkeypatch: pytest.MonkeyPatc
     runs = emulator.figure_runs("figure-c.8")
     assert [run.cueing for run in runs] == ["offline", "emulator"]
     assert comparison_figure(runs, "surge-pitch").axes
+
+
+def test_recorded_commands_move_a_platform_as_they_did(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the plant they were made on, bit for bit; on the servos, worse."""
+    run = emulator.Case(scenario="step-0.1", where="offline", cueing="implicit", solver="structured").run()
+    on_legs = emulator.in_open_loop(run)
+    monkeypatch.setitem(emulator.PLANT_OF, "emulator", "ideal")
+    again = emulator.in_open_loop(run)
+    assert_array_equal(again.felt_force, run.felt_force)
+    assert emulator.tracking_rmse(on_legs)[0] > emulator.tracking_rmse(run)[0]
+
+
+def test_the_servos_and_the_feedback_each_take_their_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(emulator.SCENARIOS, "Combined sine wave", "combined:start=0.1,duration=2")
+    errors = emulator.servo_errors()
+    assert errors["offline"] < errors["servos"] < errors["emulator"]
+
+
+def test_weights_are_compared_on_every_signal_and_plant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Softer weights pull the platform home less and track better."""
+    monkeypatch.setattr(emulator, "SCENARIOS", {"Step signal": "step-0.1"})
+    names = ("thesis-fit", "thesis-fit times 0.2")
+    monkeypatch.setattr(emulator, "WEIGHTS", {name: emulator.WEIGHTS[name] for name in names})
+    full, fifth = emulator.weight_rows()
+    assert (full["weights"], fifth["weights"]) == names
+    for where in emulator.PLANT_OF:
+        assert fifth["step-0.1"][where] < full["step-0.1"][where]
+
+
+def test_weights_times_one_are_the_weights() -> None:
+    assert emulator.scaled(1.0) == PRESETS["thesis-fit"]
+    (on_velocity, _), (half, _) = emulator.scaled(1.0), emulator.scaled(0.5)
+    assert half.at([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) == 0.5 * on_velocity.at([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_a_guess_that_only_starts_hardly_changes_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    short = "step:amplitude=0.1,start=0.1,end=0.4,duration=0.6"
+    monkeypatch.setitem(emulator.SCENARIOS, "Combined sine wave", short)
+    monkeypatch.setattr(emulator, "MODELS", ("implicit", "implicit-trajectory"))
+    apart = {}
+    for row in emulator.entry_rows():
+        apart[row["plant"], row["entry"]] = abs(row["implicit-trajectory"]["rmse"] - row["implicit"]["rmse"])
+    for where in emulator.PLANT_OF:
+        assert apart[where, "primal"] < 0.1 * apart[where, "reference"]

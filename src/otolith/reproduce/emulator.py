@@ -9,11 +9,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+import numpy as np
+
 from otolith.core.frames import SURGE_PITCH
+from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.metrics import distribution, tracking_rmse
 from otolith.mpc.design import Design
-from otolith.mpc.implicit import ImplicitSettings
+from otolith.mpc.implicit import Entry, ImplicitSettings
+from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import load
+from otolith.qp import Status
 from otolith.registry import CUEING, PLANTS, SOLVERS
 from otolith.scenarios import scenario
 from otolith.simulate import Run, simulate
@@ -39,13 +44,15 @@ class Case:
     cueing: str = "hybrid-all"
     solver: str = "dense"
     soft: bool = True  # the tilt rate's rows (eq. 6.2)
+    washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
+    entry: Entry = Entry.REFERENCE
 
     def run(self) -> Run:
         """Close the loop."""
         platform = load("thesis")
         soft = {"tilt_rate": PENALTY} if self.soft else {}
-        settings = ImplicitSettings(soft=soft, engine=SOLVERS[self.solver].load())
-        design = Design(platform=platform, implicit=settings)
+        settings = ImplicitSettings(soft=soft, washout=self.washout, engine=SOLVERS[self.solver].load())
+        design = Design(platform=platform, implicit=settings, entry=self.entry)
         plant = PLANT_OF[self.where]
         return simulate(
             CUEING[self.cueing].load()(design),
@@ -89,3 +96,103 @@ def figure_runs(figure: str) -> tuple[Run, Run]:
         for where in ("offline", "emulator")
     )
     return offline, emulated
+
+
+def scaled(factor: float) -> tuple[WashoutWeight, ...]:
+    """The adaptive weights that come closest to chapter 5, times a factor."""
+
+    def times(w1: float, w2: float, w3: float, w4: float) -> tuple[float, float, float, float]:
+        return factor * w1, factor * w2, factor * w3, factor * w4
+
+    return tuple(
+        replace(weight, coefficients=times(*weight.coefficients)) for weight in PRESETS["thesis-fit"]
+    )
+
+
+class _Recorded:
+    """The commands of a run once more, with nobody watching what becomes of them."""
+
+    def __init__(self, run: Run) -> None:
+        self._commands, self.period, self._next = run.command, run.period, 0
+
+    def reset(self, state: PlatformState) -> None:
+        """Begin again."""
+        del state
+        self._next = 0
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        """The next one."""
+        del state, reference
+        self._next += 1
+        return Command(
+            acceleration=self._commands[self._next - 1],
+            pose=np.zeros(6),
+            twist=np.zeros(6),
+            plan=np.zeros((0, 6)),
+            outcome=Outcome(status=Status.OPTIMAL),
+        )
+
+
+def in_open_loop(run: Run) -> Run:
+    """The commands of a run of section 6.1, given to the emulator."""
+    plant = PLANT_OF["emulator"]
+    return simulate(
+        _Recorded(run),
+        PLANTS[plant].load()(run.platform),
+        scenario(run.scenario),
+        platform=run.platform,
+        pairs=run.pairs,
+        names=("recorded", plant),
+    )
+
+
+def _rmse(case: Case) -> float:
+    return float(tracking_rmse(case.run())[0])
+
+
+WEIGHTS: Final = {  # readings of the washout weights, by the names of docs/hexapod.md
+    **{name: PRESETS[name] for name in ("printed", "thesis-fit", "constant-fit", "none")},
+    **{f"thesis-fit times {factor:g}": scaled(factor) for factor in (0.5, 0.3, 0.2)},
+}
+
+
+def weight_rows() -> Iterator[dict[str, Any]]:
+    """Table 6.3's implicit MPC with each of `WEIGHTS`: RMSE [m/s²] by scenario and place."""
+    for name, weights in WEIGHTS.items():
+        row: dict[str, Any] = {"weights": name}
+        for signal in SCENARIOS.values():
+            case = Case(
+                scenario=signal, where="offline", cueing="implicit", solver="structured", washout=weights
+            )
+            row[signal] = {where: _rmse(replace(case, where=where)) for where in PLANT_OF}
+        yield row
+
+
+def servo_errors(washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]) -> dict[str, float]:
+    """Where the emulator's error on the combined signal comes from: RMSE [m/s²] of the implicit MPC.
+
+    "offline" on the ideal platform; "servos" of the same commands, given to the hexapod; "emulator" with
+    the loop closed. The first step is what servos do to a command, the second what feeding it back does.
+    """
+    offline = Case(
+        scenario=SCENARIOS["Combined sine wave"],
+        where="offline",
+        cueing="implicit",
+        solver="structured",
+        washout=washout,
+    )
+    run = offline.run()
+    return {
+        "offline": float(tracking_rmse(run)[0]),
+        "servos": float(tracking_rmse(in_open_loop(run))[0]),
+        "emulator": _rmse(replace(offline, where="emulator")),
+    }
+
+
+def entry_rows() -> Iterator[dict[str, Any]]:
+    """The combined signal on both plants, its guesses entering as eq. 3.1 prints and as a mere start."""
+    for where in ("emulator", "offline"):
+        for entry in (Entry.REFERENCE, Entry.PRIMAL):
+            case = Case(scenario=SCENARIOS["Combined sine wave"], where=where, entry=entry)
+            row: dict[str, Any] = {"plant": where, "entry": entry.value}
+            yield row | {model: figures_of(replace(case, cueing=model).run()) for model in MODELS}
