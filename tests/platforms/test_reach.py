@@ -1,11 +1,17 @@
 """Ranges against the legs themselves, and against the published table."""
 
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from otolith.core.frames import AXES
 from otolith.platforms import load
+from otolith.platforms.geometry import Circles
 from otolith.platforms.reach import axis_speeds, box_share, cut, reach
 
 DAVSI = load("davsi").six_legs()
@@ -61,3 +67,35 @@ def test_a_cut_shows_what_the_legs_reach_and_how_firmly() -> None:
     pose[0], pose[4] = one.first[at[1]], one.second[at[0]]
     assert one.condition[tuple(at)] == pytest.approx(DAVSI.condition(pose), rel=1e-12)
     assert np.isnan(one.condition[~one.inside]).all()
+
+
+@given(
+    base=st.floats(1.0, 1.8),
+    platform=st.floats(0.7, 1.2),
+    halves=st.tuples(st.floats(2.0, 25.0), st.floats(2.0, 25.0)),
+    point=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
+    forward=st.sampled_from(["platform", "base"]),
+)
+@settings(max_examples=30, derandomize=True, deadline=None)
+def test_a_machine_alike_on_both_sides_sways_rolls_and_yaws_alike_to_both(
+    base: float,
+    platform: float,
+    halves: tuple[float, float],
+    point: tuple[float, float],
+    forward: Literal["platform", "base"],
+) -> None:
+    """So a row of −25.4 … 28.4 deg cannot be such a machine's roll."""
+    circles = Circles(
+        base_radius_m=base,
+        base_half_angle_deg=halves[0],
+        platform_radius_m=platform,
+        platform_half_angle_deg=halves[1],
+        forward=forward,
+    )
+    below, above = circles.points()
+    reference = np.array([point[0], 0.0, point[1]])
+    machine = replace(DAVSI, joints=above - reference, anchors=below - reference - [0.0, 0.0, 1.25])
+    assume(machine.reaches(np.zeros((1, 6)))[0])
+    ranges = reach(machine)
+    for axis in ("sway", "roll", "yaw"):
+        assert -ranges[axis][0] == pytest.approx(ranges[axis][1], rel=1e-9, abs=1e-12)
