@@ -19,6 +19,9 @@ from otolith.report.view import frames_of, platform_view
 from otolith.simulate import Run
 
 LEGGED = "hexapod"  # how the names of plants with legs begin, see otolith.registry
+MOVING = (
+    "Drag the picture to turn it. Legs turn from blue, short, over green to red, long; the dot is the head."
+)
 
 
 def render(run: Run, summary: Summary, *, date: str = "") -> str:
@@ -33,7 +36,7 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
     sections += [section(texts.DOFS[dof], diagrams(dof, motion_panels(run, dof))) for dof in run.dofs]
     if run.plant.startswith(LEGGED):
         view = platform_view(run.platform.six_legs(), *frames_of(run))
-        sections.append(section("The platform in motion", view))
+        sections.append(section("The platform in motion", f'<p class="note">{MOVING}</p>{view}'))
     sections.append(section("The solver’s effort", diagrams("effort", effort_panels(run))))
     sections.append(section("Settings", settings_text(record(run))))
     lead = (
