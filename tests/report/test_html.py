@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Vec
 from otolith.metrics import compare, summarise
-from otolith.report import html, render, render_comparison
+from otolith.platforms import load
+from otolith.report import html, render, render_comparison, render_contest
 from otolith.report.series import MAX_POINTS
 
 EVIL = '</script><script>alert("1")</script><b>&amp;$x$'
@@ -176,3 +177,46 @@ def test_summaries_of_a_comparison_may_come_by_name(make_run) -> None:
 def test_a_comparison_needs_a_summary_for_each_run(make_run) -> None:
     with pytest.raises(ValueError, match="2 runs need as many summaries, got 1"):
         render_comparison([make_run(2), make_run(2)], [{}])
+
+
+@pytest.mark.usefixtures("light")
+def test_a_page_of_six_degrees_of_freedom_draws_what_each_axis_did(make_run) -> None:
+    """Every diagram holds its run's numbers in the units of its axis, and the limits of the file."""
+    t = 1e-3 * np.arange(1, 601)
+    rate, pose, twist = np.zeros((600, 3)), np.zeros((600, 6)), np.zeros((600, 6))
+    rate[:, 2] = 0.1 * np.sin(t)
+    pose[:, 2], pose[:, 5], twist[:, 5] = 0.2 * t, 0.1 * t, 0.1
+    run = make_run(
+        60,
+        singles=("heave", "yaw"),
+        platform=load("davsi"),
+        reference_rate=rate,
+        pose=pose,
+        twist=twist,
+        felt_force=np.tile([0.0, 0.0, 0.3], (600, 1)),
+    )
+    text = render(run, summarise(run))
+    page = Page(text)
+    drawn = {name: {c["name"]: c for c in plot["data"]} for name, plot in page.plots.items()}
+    axes = {name: plot["layout"]["yaxis"]["title"]["text"] for name, plot in page.plots.items()}
+    assert_allclose(_values(drawn["yaw-yaw"]["reference"]["y"]), np.rad2deg(rate[:, 2]), rtol=1e-6)
+    assert_allclose(_values(drawn["yaw-yaw"]["felt"]["y"]), np.rad2deg(0.1), rtol=1e-6)
+    assert_allclose(_values(drawn["yaw-yaw-place"]["yaw angle"]["y"]), np.rad2deg(0.1 * t), rtol=1e-6)
+    assert_allclose(_values(drawn["heave-heave"]["felt"]["y"]), 0.3, rtol=1e-6)
+    assert_allclose(_values(drawn["heave-heave-place"]["height"]["y"]), 0.2 * t, rtol=1e-6)
+    assert axes["yaw-yaw"] == "yaw rate [deg/s]"
+    assert axes["heave-heave-place"] == "height [m]"
+    assert "limit ±0.42 m" in {name.replace(" (off scale)", "") for name in drawn["heave-heave-place"]}
+    assert "limit ±25 deg" in {name.replace(" (off scale)", "") for name in drawn["yaw-yaw-place"]}
+    assert "4 (surge-pitch, heave, yaw)" in page.text
+    assert [text.index(f"<h2>{title}</h2>") for title in ("Surge and pitch", "Heave", "Yaw")] == sorted(
+        text.index(f"<h2>{title}</h2>") for title in ("Surge and pitch", "Heave", "Yaw")
+    )
+
+
+@pytest.mark.usefixtures("light")
+def test_a_contest_names_the_axis_of_every_group_of_diagrams(make_run) -> None:
+    runs = {name: [make_run(20, scenario=name, pairs=("surge-pitch", "sway-roll"))] for name in ("a", "b")}
+    page = render_contest({name: (of_one, compare(of_one)) for name, of_one in runs.items()})
+    for title in ("Surge and pitch", "Sway and roll", "The platform’s reach"):
+        assert page.count(f'<h3 class="dof">{title}</h3>') == 2
