@@ -8,7 +8,7 @@ import pytest
 
 from otolith import metrics, registry
 from otolith.core.frames import SURGE_PITCH
-from otolith.interfaces import PlatformState, Reference
+from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.mpc.design import Design
 from otolith.plant import Ideal
 from otolith.platforms import load
@@ -28,22 +28,28 @@ def design() -> Design:
     return Design(platform=THESIS, hint=tiny_hint())
 
 
-def close_the_loop(name: str, wanted: Scenario, plant_period: float = 1e-3) -> Run:
+@cache
+def algorithm(name: str) -> Cueing:
+    """Made once; every run resets it, and that this leaves nothing of the past has a test of its own."""
+    return registry.make_cueing(name, design())
+
+
+def close_the_loop(name: str, wanted: Scenario) -> Run:
+    """Sampled at 100 Hz: the ideal plants are solved exactly, so that nodes do not depend on it."""
     plant = registry.PLANTS[registry.CUEING[name].plant].load()(THESIS)
-    cueing = registry.CUEING[name].load()(design())
     return simulate(
-        cueing,
+        algorithm(name),
         plant,
         wanted,
         platform=THESIS,
         pairs=("surge-pitch",),
-        plant_period=plant_period,
+        plant_period=0.01,
     )
 
 
 @EVERY
 def test_after_reset_the_same_run_comes_out_bit_for_bit(name: str) -> None:
-    cueing = registry.CUEING[name].load()(design())
+    cueing = algorithm(name)
     runs = [
         simulate(
             cueing,
@@ -61,7 +67,7 @@ def test_after_reset_the_same_run_comes_out_bit_for_bit(name: str) -> None:
 @EVERY
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e300])
 def test_step_never_raises_and_never_commands_what_is_not_finite(name: str, bad: float) -> None:
-    cueing = registry.CUEING[name].load()(design())
+    cueing = algorithm(name)
     for state in (
         PlatformState(),
         PlatformState(pose=np.full(6, bad)),
@@ -94,7 +100,7 @@ def test_a_washout_keeps_the_tilt_threshold_and_comes_home_after_every_scenario(
         duration=drive.duration + 40.0,
         specific_force=lambda t: drive.specific_force(t) * (t < drive.duration)[:, None],
     )
-    result = close_the_loop(name, then_still, plant_period=0.01)
+    result = close_the_loop(name, then_still)
     assert set(result.status) == {"optimal"}
     for excess in metrics.excesses(result):
         if "tilt" in excess.quantity:
