@@ -9,7 +9,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any, Final
 
-from otolith.report.thesis_figures import draw, svg
+from otolith.report.thesis_figures import columns, draw, svg
 
 Values = Mapping[str, Any]
 CHAPTERS: Final = {  # what an item's name and kind say -> heading
@@ -20,6 +20,7 @@ CHAPTERS: Final = {  # what an item's name and kind say -> heading
 }
 MARKS: Final = {"agrees": "●", "within 10 %": "◐", "same order": "○", "differs": "×"}
 CLASSES: Final = {"agrees": "v1", "within 10 %": "v2", "same order": "v3", "differs": "v4"}
+PANEL_WIDTH: Final = 22  # [rem] on screen
 RULE: Final = (
     ("agrees", "within 2 %, or within half a unit of the last printed digit"),
     ("within 10 %", "within 10 %"),
@@ -176,10 +177,16 @@ def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
         parts.append(f"<p>{escape(item['text'])}</p>")
     parts += [_claims(item), _numbers(item["numbers"])]
     if item["panels"]:
-        parts.append(f'<figure class="drawn">{svg(draw(item["panels"]))}</figure>')
+        parts.append(_figure(item["panels"]))
     parts += [_grid(grid) for grid in item["grids"]]
     parts.append(_reasons(item, items))
     return "".join(parts) + "</section>"
+
+
+def _figure(panels: Sequence[Values]) -> str:
+    """Panels at one size, however many stand side by side."""
+    width = PANEL_WIDTH * columns(len(panels))
+    return f'<figure class="drawn" style="max-width: {width}rem">{svg(draw(panels))}</figure>'
 
 
 def _claims(item: Values) -> str:

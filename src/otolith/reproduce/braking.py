@@ -52,7 +52,7 @@ class Attack:
     @property
     def cost(self) -> float:
         """Seconds, roughly."""
-        return 1.5
+        return 0.5
 
     @property
     def ratio(self) -> float:

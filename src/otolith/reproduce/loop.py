@@ -39,8 +39,10 @@ TWO_DOF: Final = ("surge-pitch",)
 FOUR_DOF: Final = ("surge-pitch", "sway-roll")
 _AXIS: Final = {0: "longitudinal", 1: "lateral"}
 _SECONDS: Final = {
-    ("dense", 1): 1.4,
-    ("dense", 2): 6.0,
+    ("explicit", 1): 0.3,
+    ("explicit", 2): 0.3,
+    ("dense", 1): 1.1,
+    ("dense", 2): 4.5,
     ("structured", 1): 0.3,
     ("structured", 2): 0.4,
     (QPOASES, 1): 9.0,
@@ -80,7 +82,8 @@ class Loop:
     @property
     def cost(self) -> float:
         """Seconds, roughly."""
-        return _SECONDS[self.solver, len(self.dofs)] * self.reference.duration / 10.0
+        kind = "explicit" if self.cueing == "explicit" else self.solver
+        return _SECONDS[kind, len(self.dofs)] * self.reference.duration / 10.0
 
     @property
     def pairs(self) -> tuple[AxisPair, ...]:
