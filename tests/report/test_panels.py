@@ -128,3 +128,11 @@ def test_every_panel_is_explained(make_run) -> None:
         *overview_panels({"one": {"only": {}}}),
     )
     assert {panel.key for panel in panels} == set(texts.PANELS)
+
+
+def test_who_has_no_solver_has_no_curve_of_changes(make_run) -> None:
+    washout = make_run(30, cueing="classical", residual=np.zeros(30), changes=np.zeros(30, dtype=np.int64))
+    none, some = changes_panel([washout, make_run(30, cueing="implicit")]).curves
+    assert none.label == "classical: no solver"
+    assert len(none.x) == 0
+    assert some.label.startswith("implicit: mean")

@@ -64,7 +64,7 @@ def use_panel(runs: Sequence[Run]) -> Panel:
         shares = [(row, of_run[axis].largest) for row, of_run in enumerate(used) if axis in of_run]
         bars = [(0.0, 100.0 * share, row + offset) for row, share in shares]
         largest = max(largest, *(share for _, share in shares))
-        color = palette.CYCLE[k % len(palette.CYCLE)]
+        color = palette.GREY if axis == "circle" else palette.CYCLE[k % len(palette.CYCLE)]
         curves.append(_bars(axis, bars, color, width=9.0 / len(axes)))
     limit = Curve(
         label="limit",

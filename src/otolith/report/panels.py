@@ -149,10 +149,11 @@ def changes_panel(runs: Sequence[Run]) -> Panel:
     """How often each run needed at least k working-set changes in one step; the tail decides."""
     curves = []
     for k, (name, run) in enumerate(zip(labels(runs), runs, strict=True)):
-        changes = effort(run).changes
+        solves = not len(run.residual) or bool(run.residual.any())  # what has no certificate solved nothing
+        changes = effort(run).changes if solves else np.zeros(0)
         x, y = survival(changes)
         color, dash = _style(k)
-        label = f"{name}: {_spread(changes)}"
+        label = f"{name}: {_spread(changes) if solves else 'no solver'}"
         curves.append(Curve(label=label, x=x, y=y, color=color, kind="points", dash=dash, width=1.0))
     smallest = min((float(c.y.min()) for c in curves if len(c.y)), default=0.1)
     highest = max((float(c.x.max()) for c in curves if len(c.x)), default=1.0)
