@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -68,6 +68,7 @@ def built(form: str, platform: str, pairs: tuple[AxisPair, ...]) -> Implicit:
     return controller(pairs, platform, **FORMS[form])
 
 
+@example(seed=37, which=("blocked", "thesis", (SURGE_PITCH,)))  # once "proved" infeasible by rounding
 @given(seed=st.integers(0, 10_000), which=st.sampled_from(CASES))
 @settings(max_examples=80, deadline=None)
 def test_no_limit_is_violated_whatever_is_wanted(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -152,6 +152,22 @@ def test_infeasibility_is_proved_only_where_a_linear_program_finds_it(
             assert (
                 found.status is Status.OPTIMAL or abs(least_violation(case)) < 1e-4
             )  # left open at the edge
+
+
+@given(seed=seeds, scale=st.sampled_from([1e-9, 1.0, 1e6]))
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_no_multipliers_prove_a_feasible_problem_infeasible(seed: int, scale: float) -> None:
+    """Unbounded inputs cancel those on pivot rows; what rounding leaves of them proves nothing."""
+    rng = np.random.default_rng(seed)
+    qp = stage_qp(rng).changed(x0=rng.standard_normal(NX))  # at once outside, where inputs do nothing
+    qp.lower[:, -NU:], qp.upper[:, -NU:] = -np.inf, np.inf
+    solver = StructuredSolver(qp.problem)
+    assume(solver.solve(qp).status is Status.OPTIMAL)
+    rows = solver.rows("MULTIPLIER")
+    rows[:] = 0.0
+    of_pivots = list(solver.structure.pivots.values())
+    rows[: rng.integers(1, 3), of_pivots] = scale * rng.standard_normal(len(of_pivots))
+    assert not solver.kernels.impossible(solver.vector)
 
 
 def test_most_infeasible_problems_are_proved_so_without_bounds_on_an_input() -> None:

@@ -16,9 +16,11 @@ from otolith.qp.structured.template.given import (
     LOWER,
     MULTIPLIER,
     NUMBERS,
+    NX,
     ROWS,
     SOFT,
     STAGE_ROWS,
+    START,
     UPPER,
     VALUE,
     kernel,
@@ -90,19 +92,28 @@ def impossible(W: Vec) -> bool:
 
     For any y, Σ y r ≤ Σ y⁺ u − y⁻ l at a feasible point; so when already the least value of Σ y r over
     the inputs' box exceeds that, there is none. y is tried with the soft rows' and inputs' part removed, and
-    with what points to sides without bound; pivot rows take the part of inputs without bounds.
+    with what points to sides without bound; pivot rows take the part of inputs without bounds. The proof
+    must exceed PROOF times the sizes of all that was added and taken away, or it is rounding.
     """
+    weight = 0.0  # of all y, also of those that pivots cancel: what is left of them is rounding
+    size = 0.0
     for i in range(ROWS):
         y = W[MULTIPLIER + i]
         of_input = i % STAGE_ROWS >= STAGE_ROWS - INPUTS
         b = W[UPPER + i] if y > 0.0 else W[LOWER + i]
-        W[GRADIENT + i] = 0.0 if of_input or W[SOFT + i] < HARD or not abs(b) < FAR else y
-    least, size = least_of_rows(W)
+        y = 0.0 if of_input or W[SOFT + i] < HARD or not abs(b) < FAR else y
+        W[GRADIENT + i] = y
+        weight += abs(y)
+        size += abs(y) * largest(1.0, abs(b)) if y != 0.0 else 0.0
+    least, size_of_inputs = least_of_rows(W)
     most = 0.0
     for i in range(ROWS):
         y = W[GRADIENT + i]
         b = W[UPPER + i] if y > 0.0 else W[LOWER + i]
         if y != 0.0:
             most += y * b if W[SOFT + i] >= HARD else INFINITY
+            weight += abs(y)
             size += abs(y) * largest(1.0, abs(b))
-    return least > most + PROOF * size
+    for i in range(NX):
+        size += weight * abs(W[START + i])
+    return least > most + PROOF * (size + size_of_inputs)

@@ -9,13 +9,14 @@ from otolith.qp.structured.jit import pure, woven
 
 __all__ = ["kernel", "pure", "woven"]
 
-N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = 0
+N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = NX = START = 0
 LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = EXCESS = 0
-HINT = OTHER_SET = OTHER_MULTIPLIER = OFFERED = NEEDED = 0
+HINT = OTHER_SET = OTHER_MULTIPLIER = OFFERED = NEEDED = DOUBTED = 0
 DISTANCE = T = LAMBDA = SIGMA = NU = INV_LAMBDA = INV_NU = DELTA = E1 = E2 = SCRATCH = 0
 STEP_STATE = ALL_STEPS = 0
 U = PLAN = ACCUMULATOR = SETTING = INFO = 0
 HUGE = INFINITY = 0.0
+GROUPS: tuple[int, ...] = ()
 
 
 def factor(W: Vec, last: int) -> None:
