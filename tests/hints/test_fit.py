@@ -1,16 +1,19 @@
 """What is fitted knows more than nothing of an unseen drive; without its library it says so."""
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from otolith.core.errors import MissingExtra
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.hints.build import build
-from otolith.hints.fit import QUICK, is_symmetric
-from otolith.hints.manoeuvres import along
+from otolith.hints.fit import QUICK, _pair_of, is_symmetric
+from otolith.hints.manoeuvres import Manoeuvre, along
 from otolith.hints.recording import Recording, record
 from otolith.mpc.hint.stored import Kind
+from otolith.scenarios.waves import Pulse
 from tests.hints.tiny import PAIRS, SEEN, SETTINGS, THESIS, tiny_hint, unseen_recording
 
 
@@ -53,6 +56,22 @@ def test_a_reach_that_differs_between_the_sides_is_not_symmetric() -> None:
         update={"surge": THESIS.surge.model_copy(update={"position_m": (-0.4, 0.5)})}
     )
     assert not is_symmetric(lopsided, PAIRS)
+
+
+def test_a_motion_that_one_pair_mirrors_has_the_rows_of_that_pair_mirrored() -> None:
+    pairs = (SURGE_PITCH, SWAY_ROLL)
+    steps, other = (Manoeuvre(name, 1.2, Pulse(a, 0.1, 0.9)) for name, a in (("one", 1.4), ("other", 1.1)))
+    made = []
+    for a in (1.1, -1.1):
+        mirrored = replace(other, wave=Pulse(a, 0.1, 0.9))
+        drive = along([steps], PAIRS)[0].beside(along([mirrored], (SWAY_ROLL,))[0])
+        made.append(record(THESIS, pairs, SETTINGS, [drive]))
+    plain, turned = (one.sets.reshape(len(one), -1) for one in made)
+    rows = np.arange(plain.shape[1])
+    pair = _pair_of(SETTINGS.formulation(THESIS, pairs).problem, rows)
+    assert set(pair) == {0, 1, 2}
+    assert (plain[:, pair == 1] != 0).any()
+    np.testing.assert_array_equal(turned, plain * np.where(pair == 1, -1, 1))
 
 
 def test_without_scikit_learn_building_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

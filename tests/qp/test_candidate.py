@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 
 from otolith.core.arrays import Ints
 from otolith.qp import DenseSolver, Qp
@@ -65,10 +66,37 @@ def test_nothing_fails_with_the_set_of_the_answer(seed: int) -> None:
     if found.residual < 1e-6:
         assert violations(qp, found.working_set) == 0
         other = np.zeros(b + m, dtype=np.int64)
-        chosen, hinted = better(qp, other, lambda: found.working_set)
+        chosen, hinted = better(qp, other, lambda: found.working_set, 0 * other)
         assert hinted == (violations(qp, other) > 0)
         assert violations(qp, chosen) == 0
-        assert not better(qp, found.working_set, lambda: other)[1]
+        assert not better(qp, found.working_set, lambda: other, 0 * other)[1]
+
+
+def test_a_hint_is_heard_only_on_the_groups_where_the_start_fails() -> None:
+    rng = np.random.default_rng(3)
+    one, two = random_qp(rng), random_qp(rng)
+    answers = [DenseSolver().solve(qp).or_raise().working_set for qp in (one, two)]
+    side_by_side = Qp(
+        block_diag(one.H, two.H),
+        np.concatenate([one.g, two.g]),
+        np.vstack(
+            [
+                np.eye(b, 2 * n),
+                np.hstack([one.A, 0 * one.A]),
+                np.eye(b, 2 * n, n),
+                np.hstack([0 * two.A, two.A]),
+            ]
+        ),
+        np.concatenate([one.lower, two.lower]),
+        np.concatenate([one.upper, two.upper]),
+    )
+    groups = np.repeat([0, 1], b + m)
+    start, absurd = np.concatenate([answers[0], 0 * answers[1]]), np.ones(b + m, dtype=np.int64)
+    made = np.concatenate([absurd, answers[1]])
+    chosen, hinted = better(side_by_side, start, lambda: made, groups)
+    assert hinted
+    np.testing.assert_array_equal(chosen, np.concatenate(answers))
+    assert not better(side_by_side, start, lambda: made, 0 * groups)[1]
 
 
 @pytest.mark.parametrize("guess", ["all", "twice", "unbounded"])

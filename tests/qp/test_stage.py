@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 
 from otolith.qp import DenseSolver, kkt_residual
 from otolith.qp.stage import (
@@ -33,6 +34,33 @@ def test_the_condensed_problem_is_the_rolled_out_one(seed: int) -> None:
     assert quadratic == pytest.approx(cost(qp, U, X) - cost(qp, zero, rollout(qp, zero)), rel=1e-9, abs=1e-9)
     slack = by_rows(dense.upper - dense.rows(U.ravel()), qp.problem)
     np.testing.assert_allclose(slack, qp.upper - row_values(qp, U, X), atol=1e-10)
+
+
+def test_inputs_of_one_group_move_no_constant_row_of_another() -> None:
+    one = stage_problem(np.random.default_rng(4))
+    double = StageProblem(
+        horizon=N,
+        A=block_diag(one.A, one.A),
+        B=block_diag(one.B, one.B),
+        C=block_diag(one.C, one.C),
+        output=np.ones((1, 8), dtype=np.bool_),
+        varying=np.ones((1, 8), dtype=np.bool_),
+        weighted=(0, 7),
+        control_weight=np.ones(2 * NU),
+        penalty=np.full(6 + 1 + 2 * NU, np.inf),
+    )
+    np.testing.assert_array_equal(double.groups, [0, 0, 0, 1, 1, 1, 2, 0, 0, 1, 1])
+    rng = np.random.default_rng(5)
+    moved = np.zeros((2, double.rows), dtype=np.bool_)
+    for g in range(2):
+        U = rng.standard_normal((N, 2 * NU)) * (double.groups[-2 * NU :] == g)
+        X, x = [], np.zeros(8)
+        for u in U:
+            x = double.A @ x + double.B @ u
+            X.append(x)
+        moved[g, :6] = (np.abs(np.array(X) @ double.C.T) > 1e-12).any(axis=0)
+    np.testing.assert_array_equal(moved[0, :6], double.groups[:6] == 0)
+    np.testing.assert_array_equal(moved[1, :6], double.groups[:6] == 1)
 
 
 @given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]))

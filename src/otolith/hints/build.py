@@ -35,7 +35,7 @@ def build(
         platform, pairs, settings, scenarios, progress=lambda done: tell(f"simulating: {100 * done:.0f} %")
     )
     clock.lap("simulate")
-    network, loss = fit_network(platform, pairs, recording, effort, tell)
+    network, loss = fit_network(platform, pairs, settings, recording=recording, effort=effort, tell=tell)
     clock.lap("learn")
     tell("table of visited sets")
     table = fit_table(platform, pairs, recording, effort)

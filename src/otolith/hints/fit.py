@@ -1,7 +1,9 @@
 """Fit the three kinds of hints to a recording.
 
-Where the platform's reach is symmetric, a mirrored motion has mirrored rows: the network sees every decision
-as it was or mirrored, at random in every pass, and the table keeps one of the two.
+Where the platform's reach is symmetric, a mirrored motion has mirrored rows, in each pair on its own: the
+network sees every decision with each pair as it was or mirrored, at random in every pass. The table keeps
+one of both, of all pairs together. The network learns from the decisions that changed the working set, for
+in the others it will not be asked.
 """
 
 import importlib
@@ -25,6 +27,7 @@ from otolith.mpc.hint.network import BOUND, Network
 from otolith.mpc.hint.table import Table
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.platforms import Platform
+from otolith.qp.stage import StageProblem
 
 Tell = Callable[[str], None]
 _RATES: Final = ((0.6, 2e-3), (0.85, 6e-4), (1.0, 1.2e-4))  # learning rate up to this share of the passes
@@ -38,15 +41,15 @@ _LEAST_WEIGHT: Final = 1e-9
 class Effort:
     """How much is spent on fitting; the defaults take about a minute for the thesis's platform."""
 
-    layers: tuple[int, ...] = (64, 48)  # of the network
-    passes: int = 24  # over the recording
+    layers: tuple[int, ...] = (96, 64)  # of the network
+    passes: int = 40  # over the decisions that changed the set
     batch: int = 256
     entries: int = 4000  # of the table, at most
     levels: int = 12  # of adaptive washout weights, with a coarse law each
     seed: int = 0
 
 
-LARGER: Final = Effort(layers=(96, 64), passes=20)  # for several pairs: four times as many sets
+LARGER: Final = Effort(layers=(128, 96), passes=24)  # for several pairs: four times as many sets
 QUICK: Final = Effort(layers=(16,), passes=3, entries=100, levels=2)
 
 
@@ -57,7 +60,13 @@ def is_symmetric(platform: Platform, pairs: Sequence[AxisPair]) -> bool:
 
 
 def fit_network(
-    platform: Platform, pairs: Sequence[AxisPair], recording: Recording, effort: Effort, tell: Tell
+    platform: Platform,
+    pairs: Sequence[AxisPair],
+    settings: ImplicitSettings,
+    *,
+    recording: Recording,
+    effort: Effort,
+    tell: Tell,
 ) -> tuple[Network, float]:
     """The network, and its mean loss [nats per decision] in the last pass.
 
@@ -67,16 +76,19 @@ def fit_network(
     """
     classifier = _classifier(effort)
     symmetric, rng = is_symmetric(platform, pairs), np.random.default_rng(effort.seed)
-    features, rows = _features(platform, pairs, recording), _rows(recording)
-    outputs = _outputs(rows, both_sides=symmetric)
+    asked = recording.changed[recording.solved]
+    features, rows = _features(platform, pairs, recording)[asked], _rows(recording)[asked]
+    outputs, sides = _outputs(rows, both_sides=symmetric), [1, -1] if symmetric else [1]
+    pair_of = _pair_of(settings.formulation(platform, pairs).problem, abs(outputs) - 1)
     mirror = mirror_signs(len(pairs)) if symmetric else np.ones(features.shape[1])
     mean = 0.5 * (1.0 + mirror) * features.mean(axis=0)
     deviation = np.maximum(np.sqrt(np.mean((features - mean) ** 2, axis=0)), 1e-9)
     for number in range(effort.passes):
-        side = rng.choice(np.array([1, -1] if symmetric else [1], dtype=np.int8), len(rows))[:, None]
-        turned = np.where(side < 0, features * mirror, features)
+        side = rng.choice(np.array(sides, dtype=np.int8), (len(rows), len(pairs) + 1))
+        side[:, -1] = 1
+        turned = np.where(np.repeat(side[:, :-1], FEATURES, axis=1) < 0, features * mirror, features)
         standard = np.clip((turned - mean) / deviation, -BOUND, BOUND).astype(np.float32)
-        labels = rows[:, np.abs(outputs) - 1] * side == np.sign(outputs)
+        labels = rows[:, np.abs(outputs) - 1] * side[:, pair_of] == np.sign(outputs)
         classifier.set_params(learning_rate_init=_rate((number + 1) / effort.passes))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # one pass at a time has not converged, as it should
@@ -130,6 +142,17 @@ def _outputs(rows: NDArray[np.int8], *, both_sides: bool) -> Ints:
     if both_sides:
         upper = lower = upper | lower
     return np.concatenate([np.flatnonzero(upper) + 1, -np.flatnonzero(lower) - 1])
+
+
+def _pair_of(problem: StageProblem, rows: Ints) -> Ints:
+    """Index of the pair that each of some rows of the horizon is of; the number of pairs where it is of all.
+
+    Mirroring a pair turns its own rows; the circle's distance from the centre stays.
+    """
+    P = problem.inputs // 2
+    of_constant = np.argmax(problem.C != 0.0, axis=1) // (problem.states // P)
+    of_stage = np.concatenate([of_constant, np.full(len(problem.varying), P), np.arange(2 * P) // 2])
+    return np.asarray(of_stage[rows % problem.rows], dtype=np.int64)
 
 
 def fit_table(platform: Platform, pairs: Sequence[AxisPair], recording: Recording, effort: Effort) -> Table:

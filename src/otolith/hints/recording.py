@@ -35,6 +35,13 @@ class Recording:
     def __len__(self) -> int:
         return len(self.x)
 
+    @property
+    def changed(self) -> Bools:
+        """(n,) where the set is not that of the decision before: first decisions, too."""
+        changed: Bools = self.begins.copy()
+        changed[1:] |= (self.sets[1:] != self.sets[:-1]).any(axis=(1, 2))
+        return changed
+
 
 class _Witness:
     """An engine and a hint at once: it sees every question and every answer, and changes neither."""

@@ -47,6 +47,7 @@ class CondensedSolver:
         self._weighted = np.ascontiguousarray(self._Gamma[:, list(problem.weighted)])
         self._control_weight = np.outer(self._lengths, problem.control_weight).ravel()
         self._penalty = by_columns(problem.penalty[self._ends], problem)
+        self._groups: Ints = by_columns(np.tile(problem.groups, (M, 1)), problem)
         self._set: Ints = np.zeros((M, problem.rows), dtype=np.int64)
 
     def reset(self) -> None:
@@ -68,7 +69,7 @@ class CondensedSolver:
         dense = self.condense(qp)
         chosen, hinted = by_columns(self._set if start is None else start, problem), False
         if hint is not None:
-            chosen, hinted = better(dense, chosen, partial(_columns, hint, problem))
+            chosen, hinted = better(dense, chosen, partial(_columns, hint, problem), self._groups)
         found = self._dense.solve(dense, chosen)
         if found.status is not Status.OPTIMAL:
             self.reset()

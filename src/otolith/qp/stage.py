@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
 from otolith.core.lti import condense as predict
@@ -75,6 +76,19 @@ class StageProblem:
     def rows(self) -> int:
         """Rows of one stage: nc + nv + nu."""
         return len(self.C) + len(self.varying) + self.inputs
+
+    @property
+    def groups(self) -> Ints:
+        """(rows,) number of the group of each row of a stage: no dynamics and no constant row connect two.
+
+        A varying row is a group of its own. Only the cost makes one group's active rows depend on another's.
+        """
+        moved, held = (self.B != 0.0).astype(np.float64), (self.C != 0.0).astype(np.float64)
+        linked = np.abs(self.A) + moved @ moved.T + held.T @ held
+        number, of_state = connected_components(linked, directed=False)
+        of_inputs = of_state[np.argmax(moved, axis=0)]
+        of_rows = of_state[np.argmax(held, axis=1)] if len(self.C) else of_state[:0]
+        return np.concatenate([of_rows, number + np.arange(len(self.varying)), of_inputs])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

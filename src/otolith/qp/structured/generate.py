@@ -62,7 +62,7 @@ def source(structure: Structure, extension: str = "") -> str:
     folder = Path(__file__).with_name("template")
     written = [folder.joinpath(f"{name}.py").read_text("utf-8").split(MARKER)[1] for name in TEMPLATES]
     lines = "\n".join(f"{name} = {value}" for name, value in constants(structure).items())
-    lines += f"\nLENGTHS = {structure.lengths}\n"
+    lines += f"\nLENGTHS = {structure.lengths}\nGROUPS = {structure.groups}\n"
     lanes, *others = written
     return "\n\n".join(
         [_HEAD + lines, lanes, recursions(structure), preparation(structure), *others, extension]

@@ -34,6 +34,7 @@ class Structure:
     nc: int
     nv: int
     weighted: tuple[int, ...]
+    groups: tuple[int, ...]  # of the rows of a stage, as `StageProblem.groups`
     lengths: tuple[int, ...] = ()  # steps of each block, when the stages are blocks; N counts the blocks
 
     @classmethod
@@ -55,6 +56,7 @@ class Structure:
             nc=len(problem.C),
             nv=len(problem.varying),
             weighted=problem.weighted,
+            groups=tuple(problem.groups.tolist()),
             lengths=lengths,
         )
 
@@ -162,6 +164,7 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "COSTATE": (nx,),
         "ACCUMULATOR": (2 * LANES,),
         "OFFERED": (1,),  # what is known of a hint: `OFFERS` of `generate`
+        "DOUBTED": (s.rows,),  # by groups of rows: how many the set at hand changes there
         "NEEDED": (1,),  # changes that the set at hand needs
         "SETTING": (8,),
         "INFO": (7,),  # `INFO` of `generate`

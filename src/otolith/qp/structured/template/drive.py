@@ -86,7 +86,7 @@ def begin(W: Vec) -> int:
         return INVALID
     condense_blocks(W)
     W[NEEDED] = attempt(W, N - 1, False) if W[SETTING + EXCHANGES] > 0.0 else STUCK
-    return ASKING if W[OFFERED] == ON_REQUEST and W[NEEDED] > 0.0 else UNDECIDED
+    return ASKING if W[OFFERED] == ON_REQUEST and 0.0 < W[NEEDED] < STUCK else UNDECIDED
 
 
 @woven

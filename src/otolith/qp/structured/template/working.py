@@ -21,8 +21,10 @@ from otolith.core.arrays import Vec
 from otolith.qp.structured.template.given import (
     ACCUMULATOR,
     DIAGONAL,
+    DOUBTED,
     EXCESS,
     GRADIENT,
+    GROUPS,
     HI,
     HINT,
     INFO,
@@ -199,9 +201,17 @@ def attempt(W: Vec, last: int, stalled: bool) -> float:
 
 @pure
 def try_hint(W: Vec) -> None:
-    """Put the hint in the place of the set, and that aside; sides without a bound are not held."""
+    """Put the hint in the place of the set, and that aside, in the groups of rows where the set was changed.
+
+    Sides without a bound are not held.
+    """
+    for g in range(STAGE_ROWS):
+        W[DOUBTED + g] = 0.0
+    for i in range(N * STAGE_ROWS):
+        W[DOUBTED + GROUPS[i % STAGE_ROWS]] += W[MARK + i]
     for i in range(ROWS):
-        sigma, set_, y = W[HINT + i], W[SET + i], W[MULTIPLIER + i]
+        set_, y = W[SET + i], W[MULTIPLIER + i]
+        sigma = W[HINT + i] if W[DOUBTED + GROUPS[i % STAGE_ROWS]] > 0.0 else set_
         W[OTHER_SET + i], W[OTHER_MULTIPLIER + i] = set_, y
         bound = W[HI + i] if sigma > 0.0 else -W[LO + i]
         sigma = sigma if bound < FAR else 0.0
