@@ -13,15 +13,23 @@ from typing import Final
 import numpy as np
 
 from otolith.mpc.washout import PRESETS, WashoutWeight, constant
+from otolith.reproduce.claims import (
+    HYBRIDS,
+    Values,
+    both,
+    fewest,
+    least_mean,
+    savings,
+    savings_and_trend,
+    tracking,
+)
 from otolith.reproduce.hinted import NAME, Hinted
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, MODELS, TWO_DOF, Closed, Loop
-from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome
+from otolith.reproduce.outcome import Cell, Grid, Outcome
 from otolith.reproduce.published import Published, published
 from otolith.reproduce.verdict import Number, judged
 
-Values = dict[str, dict[str, float]]  # by scenario, then by model
-HYBRIDS: Final = MODELS[1:]
 OFTEN: Final = 5  # one training manoeuvre in so many makes the hint of a certified guess
 SELDOM: Final = 15  # with constant weights: a hint for every pair of them, each a single law
 GUESSES: Final = {"thesis-fit": ("velocity", 0.1), "printed": ("tilt_rate", 1.0)}
@@ -152,7 +160,7 @@ def iterations(table: str, setting: Setting, answers: Answers) -> Outcome:
         section=printed.section,
         text="Working-set changes per step, each step started from the working set of the step before.",
         numbers=_numbers(printed, ours),
-        claims=_both(_in_print(printed), ours, _ranking_claims),
+        claims=both(_in_print(printed), ours, least_mean if setting.constant else fewest),
         grids=(
             _distributions(setting, answers),
             _pooled(setting, answers),
@@ -169,8 +177,10 @@ def percentages(table: str, counts: str, setting: Setting, answers: Answers) -> 
     its averages; ours have a sign, positive where a model needs fewer.
     """
     printed = published(table)
-    ours = _saved(setting.values(answers, READINGS[0], _mean_changes))
-    signed = _saved(_in_print(published(counts)))
+    means = setting.values(answers, READINGS[0], _mean_changes)
+    ours = _saved(means)
+    in_print = _in_print(published(counts))
+    signed = _saved(in_print)
     average = {model: float(np.mean([row[model] for row in ours.values()])) for model in HYBRIDS}
     numbers = _numbers(printed, ours, digits=2)
     numbers += judged(
@@ -186,8 +196,11 @@ def percentages(table: str, counts: str, setting: Setting, answers: Answers) -> 
         section=printed.section,
         text="The thesis prints magnitudes; ours are positive where a model needs fewer changes.",
         numbers=numbers,
-        claims=_both(signed, ours, _saving_claims),
-        grids=(_grid("What the published means give, with their sign", signed, averaged=True),),
+        claims=both(signed, ours, savings if setting.constant else savings_and_trend),
+        grids=(
+            _grid("What the published means give, with their sign", signed, averaged=True),
+            _grid("All signals taken together", {"published": _in_all(in_print), "ours": _in_all(means)}),
+        ),
         reasons=(*SAME, "study-arithmetic"),
     )
 
@@ -203,10 +216,16 @@ def errors(table: str, setting: Setting, answers: Answers, pair: str) -> Outcome
         title=printed.title,
         section=printed.section,
         numbers=_numbers(printed, ours),
-        claims=_both(_in_print(printed), ours, _tracking_claims),
+        claims=both(_in_print(printed), ours, tracking),
         grids=(_grid("The same with washout weights as printed", other),),
         reasons=("study-weights", "study-terminal", "study-step", "study-guess"),
     )
+
+
+def _in_all(values: Values) -> dict[str, float]:
+    """Saved in percent of the sum over all signals, which one that hardly needs a change cannot rule."""
+    total = {model: sum(row[model] for row in values.values()) for model in MODELS}
+    return _saved({"all": total})["all"]
 
 
 def _saved(values: Values) -> Values:
@@ -214,93 +233,6 @@ def _saved(values: Values) -> Values:
         scenario: {model: 100.0 * (1.0 - row[model] / row["implicit"]) for model in HYBRIDS}
         for scenario, row in values.items()
     }
-
-
-# --- what the thesis says about its tables; each is asked of its numbers and of ours
-
-
-Claims = Callable[[Values], list[tuple[str, bool, str]]]
-
-
-def _both(in_print: Values, ours: Values, claims: Claims) -> tuple[Claim, ...]:
-    return tuple(
-        Claim(text=text, holds=holds, figures=f"ours: {figures}; in print: {printed}")
-        for (text, holds, figures), (_, _, printed) in zip(claims(ours), claims(in_print), strict=True)
-    )
-
-
-def _ranking_claims(values: Values) -> list[tuple[str, bool, str]]:
-    n = len(values)
-    least = sum(min(row, key=row.__getitem__) == "hybrid-all" for row in values.values())
-    most = sum(max(row, key=row.__getitem__) == "implicit" for row in values.values())
-    mean = {model: float(np.mean([row[model] for row in values.values()])) for model in MODELS}
-    order = sorted(MODELS, key=mean.__getitem__)
-    return [
-        (
-            "The hybrid with all inputs needs the fewest iterations on every signal",
-            least == n,
-            f"on {least} of {n}",
-        ),
-        ("The implicit MPC without a guess needs the most on every signal", most == n, f"on {most} of {n}"),
-        (
-            "Over all signals the two hybrids need fewer than both implicit models",
-            set(order[:2]) == {"hybrid-first", "hybrid-all"},
-            ", ".join(f"{model} {mean[model]:.2f}" for model in order),
-        ),
-    ]
-
-
-def _saving_claims(values: Values) -> list[tuple[str, bool, str]]:
-    mean = {model: float(np.mean([row[model] for row in values.values()])) for model in HYBRIDS}
-    figures = ", ".join(f"{model} {value:.1f} %" for model, value in mean.items())
-    return [
-        ("On average every guess saves iterations", min(mean.values()) > 0.0, figures),
-        (
-            "On average the hybrid with all inputs saves the most",
-            max(mean, key=mean.__getitem__) == "hybrid-all",
-            figures,
-        ),
-        _trend(values, "sine-0.5", "sine-1"),
-    ]
-
-
-def _trend(values: Values, small: str, large: str) -> tuple[str, bool, str]:
-    saved = {scenario: values[scenario]["hybrid-all"] for scenario in (small, large)}
-    return (
-        "The hybrid with all inputs saves less on the larger of the two slow sines",
-        saved[large] < saved[small],
-        ", ".join(f"{scenario} {value:.1f} %" for scenario, value in saved.items()),
-    )
-
-
-def _tracking_claims(values: Values) -> list[tuple[str, bool, str]]:
-    best = {min(row, key=row.__getitem__) for row in values.values()}
-    worst = max(
-        (abs(row[m] / row["implicit"] - 1.0), scenario, m) for scenario, row in values.items() for m in MODELS
-    )
-    far = [
-        abs(row[m] - row["implicit"]) for scenario, row in values.items() for m in MODELS if m != "implicit"
-    ]
-    grows = values["sine-0.5"]["implicit"] < values["sine-1"]["implicit"]
-    grows &= values["step-1"]["implicit"] < values["step-2"]["implicit"]
-    return [
-        (
-            "No model tracks better than the others on all signals",
-            len(best) > 1,
-            f"{len(best)} models are best on one or more signals",
-        ),
-        (
-            "The guess changes the tracking hardly (at most 0.02 m/s²)",
-            max(far) <= 0.02,
-            f"at most {max(far):.4f} m/s²; relatively {100 * worst[0]:.0f} % on {worst[1]} by {worst[2]}",
-        ),
-        (
-            "The error grows with the amplitude",
-            grows,
-            f"sines {values['sine-0.5']['implicit']:.4f}, {values['sine-1']['implicit']:.4f}; "
-            f"steps {values['step-1']['implicit']:.4f}, {values['step-2']['implicit']:.4f} m/s²",
-        ),
-    ]
 
 
 # --- grids
