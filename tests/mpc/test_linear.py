@@ -162,3 +162,22 @@ def test_a_preview_is_used_and_blocks_are_taken() -> None:
     assert command.outcome.status is Status.OPTIMAL
     assert np.abs(command.plan).max() > 1e-3
     assert len(command.plan) == 19
+
+
+@pytest.mark.parametrize("make", [linear_mpc, implicit_sensed])
+def test_yaw_is_cued_to_size_where_the_platform_can_turn_so_far(make) -> None:
+    """0.1 rad/s at 0.1 Hz turn a platform of ±25 deg by 18 deg."""
+    plant, davsi = Ideal(), load("davsi")
+    wanted = scenario("sine-1", axis="yaw")
+    run = simulate(
+        make(design(pairs=(), singles=("yaw",))),
+        plant,
+        wanted,
+        platform=davsi,
+        pairs=(),
+        singles=("yaw",),
+        plant_period=T,
+    )
+    size = metrics.scale_ratio(run.reference_rate[:, 2], run.felt_rate[:, 2])
+    assert 0.9 < size < 1.1
+    assert all(excess.at_nodes < 1e-6 for excess in metrics.excesses(run))
