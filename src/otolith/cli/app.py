@@ -55,7 +55,7 @@ COMMANDS: Final = {
     ),
     "warmup": (
         "bench:warmup",
-        "Compile and cache every kernel now: explicit engine, structured solver in 2 and 4 DOF.",
+        "Compile and cache now what the implicit MPC and the hybrids need in 2 and 4 DOF; --all: the rest.",
     ),
 }
 
