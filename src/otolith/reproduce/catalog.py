@@ -10,7 +10,7 @@ from otolith.reproduce import braking, chapter6, explicit, figures, models, perc
 from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
-from otolith.reproduce.studies import effort, misprints, signals, weights
+from otolith.reproduce.studies import effort, emulator, misprints, signals, weights
 
 Build = Callable[[Answers], Outcome]
 
@@ -136,6 +136,8 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-start", Item("studies", effort.start, effort.start_jobs)),
         ("study-solver", Item("studies", effort.solver, effort.solver_jobs)),
         ("study-damping", Item("studies", effort.damping, effort.damping_jobs)),
+        ("study-emulator-weights", Item("studies", emulator.weights, emulator.weights_jobs)),
+        ("study-emulator-guess", Item("studies", emulator.guess, emulator.guess_jobs)),
         ("study-arithmetic", Item("studies", misprints.arithmetic)),
         ("study-tolerance", Item("studies", misprints.tolerance, misprints.tolerance_jobs)),
         ("study-overlaps", Item("studies", misprints.overlaps, misprints.overlap_jobs)),
