@@ -251,4 +251,4 @@ def _reasons(item: Values, items: Mapping[str, Values]) -> str:
         else f"<li><code>otolith reproduce {name}</code></li>"
         for name in item["reasons"]
     )
-    return f'<div class="reasons"><p>Why numbers differ, tested:</p><ul>{entries}</ul></div>'
+    return f'<div class="reasons"><p>Tested as reasons for what differs:</p><ul>{entries}</ul></div>'

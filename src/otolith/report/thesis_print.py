@@ -129,7 +129,7 @@ def _item(name: str, item: Values, items: Mapping[str, Values]) -> Iterator[Line
         yield from _columns([grid["header"], *grid["rows"]])
     if item["reasons"]:
         tested = "; ".join(items[name]["title"] if name in items else name for name in item["reasons"])
-        yield from _wrapped(f"Why numbers differ, tested: {tested}.")
+        yield from _wrapped(f"Tested as reasons for what differs: {tested}.")
 
 
 def _wrapped(text: str, mark: str = "") -> Iterator[Line]:

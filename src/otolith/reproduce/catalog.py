@@ -10,7 +10,7 @@ from otolith.reproduce import braking, chapter6, explicit, figures, models, perc
 from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
-from otolith.reproduce.studies import effort, emulator, misprints, signals, weights
+from otolith.reproduce.studies import effort, emulator, laps, misprints, signals, weights
 
 Build = Callable[[Answers], Outcome]
 
@@ -138,6 +138,7 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-damping", Item("studies", effort.damping, effort.damping_jobs)),
         ("study-emulator-weights", Item("studies", emulator.weights, emulator.weights_jobs)),
         ("study-emulator-guess", Item("studies", emulator.guess, emulator.guess_jobs)),
+        ("study-lap-size", Item("studies", laps.size, laps.size_jobs)),
         ("study-arithmetic", Item("studies", misprints.arithmetic)),
         ("study-tolerance", Item("studies", misprints.tolerance, misprints.tolerance_jobs)),
         ("study-overlaps", Item("studies", misprints.overlaps, misprints.overlap_jobs)),

@@ -218,8 +218,15 @@ def errors(table: str, setting: Setting, answers: Answers, pair: str) -> Outcome
         numbers=_numbers(printed, ours),
         claims=both(_in_print(printed), ours, tracking),
         grids=(_grid("The same with washout weights as printed", other),),
-        reasons=("study-weights", "study-terminal", "study-step", "study-guess"),
+        reasons=(*_weighed(setting), "study-terminal", "study-step", "study-guess"),
     )
+
+
+def _weighed(setting: Setting) -> tuple[str, ...]:
+    """The studies of the limits and weights that a comparison is about."""
+    if setting.constant:
+        return ("study-constant-weights",)
+    return ("study-weights", "study-circle") if len(setting.dofs) == 2 else ("study-weights",)
 
 
 def _in_all(values: Values) -> dict[str, float]:
