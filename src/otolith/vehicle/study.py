@@ -18,7 +18,8 @@ def hockenheim_reference(speed: float, *, standing: bool = True, period: float =
     """What is to be felt on a lap at no more than `speed` [km/h], longitudinally and laterally.
 
     As the thesis: accelerations of the car (not what its body's roll and pitch add at the driver's head),
-    through eq. 6.4, and nothing else. From standstill, since its hardest braking is then at 80 s.
+    through eq. 6.4, and nothing else. From standstill: the hairpin that is braked for longest then comes at
+    80 s, where the thesis sees its hardest braking.
 
     Parameters
     ----------
