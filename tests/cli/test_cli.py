@@ -157,8 +157,8 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         (["run", "sine-1", "--plant", "moon"], "--plant is 'moon', must be one of ideal"),
         (["run", "sine-1", "--platform", "moon"], "platform is 'moon', must be a .toml file or one of"),
         (
-            ["run", "sine-1", "--dofs", "heave"],
-            "--dofs is 'heave', must be one of surge-pitch, sway-roll, or several with commas",
+            ["run", "sine-1", "--dofs", "pitch"],
+            "--dofs is 'pitch', must be one of surge-pitch, sway-roll, heave, yaw, or several with commas",
         ),
         (["run", "sine-1", "--washout", "soap"], "washout is 'soap', must be one of printed"),
         (["run", "sine-1", "--weight", "position"], "--weight is 'position', must be of the form NAME=VALUE"),
