@@ -16,6 +16,7 @@ from otolith import __version__, files, metrics, registry
 from otolith.cli.options import Choices, dofs_named, takes_choices, warn
 from otolith.cli.output import print_json, progress_bar, sentence
 from otolith.mpc.design import Design
+from otolith.platforms.supervisor import Intervention
 from otolith.report import (
     MEASURES,
     Standing,
@@ -31,6 +32,7 @@ from otolith.report import (
 )
 from otolith.simulate import Run, simulate
 
+_TOLD = 5  # interventions of a supervisor that are told one by one
 _FOUR_MODELS = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]  # section 3.1
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
@@ -149,10 +151,18 @@ def _simulate_all(
                     preview=design.implicit.horizon if choices.preview else 0,
                     progress=progress,
                 )
-            for intervention in getattr(moved, "interventions", ()):
-                warn(console, f"supervisor, {intervention}")
+            _tell_interventions(getattr(moved, "interventions", ()), console)
             done.append(run)
     return runs
+
+
+def _tell_interventions(found: Sequence[Intervention], console: Console) -> None:
+    """The longest ones, in their order, and how many there were besides."""
+    longest = sorted(found, key=lambda one: one.start - one.end)[:_TOLD]
+    for intervention in sorted(longest, key=lambda one: one.start):
+        warn(console, f"supervisor, {intervention}")
+    if len(found) > _TOLD:
+        warn(console, f"supervisor, {len(found) - _TOLD} shorter interventions besides")
 
 
 def _settings(choices: Choices, design: Design, tuning: str | None) -> dict[str, Any]:
