@@ -51,6 +51,7 @@ class Procedure:
     amplitudes: Amplitudes = field(default_factory=Amplitudes)
     sweep: Sweep = field(default_factory=Sweep)
     frequencies: Sequence[float] = FREQUENCIES  # [rad/s]
+    plant_period: float = 1e-3  # [s]; what is felt between samples of pose and acceleration errs with it
 
     def seconds(self, system: System) -> float:
         """Simulated time of the whole test [s]."""
@@ -84,6 +85,7 @@ def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
         system.plant,
         sinusoid(axis, omega, amplitude, procedure.sweep),
         platform=system.platform,
+        plant_period=procedure.plant_period,
         pairs=(),  # nobody asks this run for its limits: they belong to the algorithm's own tests
     )
 
