@@ -197,8 +197,8 @@ def bench(
     Parameters
     ----------
     engines : by name, "dense" among them.
-    peers : by name; they know hard rows only, start cold and are slow: they answer every `SPARSE`-th
-        problem of the full form.
+    peers : by name; they know hard rows only, and their adapters build a solver for every call: they
+        check the answers of every `SPARSE`-th problem of the full form; their times judge the adapters.
     """
     done = []
     for pairs, (form, settings) in product(pair_sets, FORMS.items()):

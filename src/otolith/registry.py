@@ -153,13 +153,13 @@ SOLVERS: Final = {
     ),
     "casadi-hpipm": Entry(
         "otolith.qp.casadi:HpipmEngine",
-        "HPIPM's interior point, hard rows only",
+        "HPIPM, built anew for every problem: to check answers, hard rows only",
         extra="check",
         needs=("casadi",),
     ),
     "casadi-qpoases": Entry(
         "otolith.qp.casadi:QpOasesEngine",
-        "condensed, qpOASES cold, hard rows only",
+        "qpOASES, built anew for every problem: to check answers, hard rows only",
         extra="check",
         needs=("casadi",),
     ),

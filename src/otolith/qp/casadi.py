@@ -1,7 +1,8 @@
 """Engines of other people, through casadi: HPIPM on the stages, qpOASES on the condensed problem.
 
-They check ours and are timed beside it, cold; nothing else depends on them (extra `check`). Both solve
-hard rows only: a problem with soft rows is refused, not changed. casadi's multipliers have our sign.
+They check ours, cold, built anew for every problem: their times here are no verdict on them. Nothing
+else depends on them (extra `check`). Both solve hard rows only: a problem with soft rows is refused, not
+changed. casadi's multipliers have our sign.
 """
 
 from functools import partial
