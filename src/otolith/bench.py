@@ -27,20 +27,10 @@ from otolith.platforms import Platform
 from otolith.qp import Status
 from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
 from otolith.registry import SOLVERS
-from otolith.scenarios import Scenario, scenario
+from otolith.scenarios import TABLE_5_1, Scenario, scenario
 from otolith.simulate import simulate
 
-SCENARIOS: Final = (
-    "sine-0.5",
-    "sine-1",
-    "sine-2",
-    "combined",
-    "step-1",
-    "step-2",
-    "step-sine-0.5",
-    "step-sine-1",
-    "multisine:seed=7,amplitude=1.5,duration=20",
-)
+SCENARIOS: Final = (*TABLE_5_1, "multisine:seed=7,amplitude=1.5,duration=20")
 SPARSE: Final = 40
 _AXES: Final = {0: "longitudinal", 1: "lateral"}
 

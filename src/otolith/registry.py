@@ -127,6 +127,9 @@ CUEING: Final = {
 
 _BESIDE: Final = Entry("otolith.mpc.beside:with_singles", "heave and yaw by linear MPC, decoupled")
 
+# The thesis's four, which differ in their guess alone (section 3.1).
+FOUR_MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")
+
 # Plants: callables Platform -> Plant.
 PLANTS: Final = {
     "ideal": Entry("otolith.plant.ideal:ideal", "accelerations follow with the lag of eq. 4.9, 10 ms"),

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from otolith.core.errors import InputError
-from otolith.scenarios import FAMILIES, SCENARIOS, scenario, signals
+from otolith.scenarios import FAMILIES, SCENARIOS, TABLE_5_1, scenario, signals
 from otolith.scenarios.catalog import family_parameters
 
 T = np.linspace(0.0, 60.0, 6001)
@@ -148,3 +148,7 @@ def test_any_text_gives_a_scenario_or_is_refused(text: str) -> None:
     for name in (text, f"sine:{text}", f"multisine:seed={text}"):
         with contextlib.suppress(InputError):
             scenario(name)
+
+
+def test_table_5_1_has_three_sines_their_sum_two_steps_and_two_of_both() -> None:
+    assert " ".join(TABLE_5_1) == "sine-0.5 sine-1 sine-2 combined step-1 step-2 step-sine-0.5 step-sine-1"

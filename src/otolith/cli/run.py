@@ -33,7 +33,6 @@ from otolith.report import (
 from otolith.simulate import Run, simulate
 
 _TOLD = 5  # interventions of a supervisor that are told one by one
-_FOUR_MODELS = ["implicit", "implicit-trajectory", "hybrid-first", "hybrid-all"]  # section 3.1
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
 Tuning = Annotated[
@@ -89,7 +88,7 @@ def compare(
     by = by or ("rate" if singles == ("yaw",) and not pairs else "rmse")
     measure = measure_named(by, [pair.name for pair in pairs] + list(singles))
     each = [replace(choices, scenario=name) for name in dict.fromkeys([choices.scenario, *(more or [])])]
-    runs = _simulate_all(each, list(dict.fromkeys(cueing or _FOUR_MODELS)), tuning, console)
+    runs = _simulate_all(each, list(dict.fromkeys(cueing or registry.FOUR_MODELS)), tuning, console)
     contest = {of_one[0].scenario: (of_one, metrics.compare(of_one)) for of_one in runs}
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     several = len(contest) > 1

@@ -18,7 +18,7 @@ from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, MODELS, Closed, Loop, closed
 from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome, Panel
 from otolith.reproduce.published import Row, published
-from otolith.reproduce.verdict import Number, judged
+from otolith.reproduce.verdict import Number, judged_row
 from otolith.scenarios import Scenario
 from otolith.scenarios.perceived import perceived
 from otolith.simulate import simulate
@@ -70,17 +70,8 @@ def emulator_table(name: str, answers: Answers) -> Outcome:
     numbers: list[Number] = []
     for row in printed.rows:
         found = {model: answers[_emulated(row, model)] for model in MODELS}
-        numbers += judged(
-            [
-                Number(
-                    row=f"{row['plant']}, {row['scenario']}",
-                    column=model,
-                    published=float(row[model]),
-                    ours=one["changes"]["mean"] if counts else one["rmse"],
-                )
-                for model, one in found.items()
-            ]
-        )
+        ours = {model: one["changes"]["mean"] if counts else one["rmse"] for model, one in found.items()}
+        numbers += judged_row(f"{row['plant']}, {row['scenario']}", row, ours)
     return Outcome(
         name=name,
         kind="table",
@@ -197,17 +188,9 @@ def lap_table(name: str, answers: Answers) -> Outcome:
     for row in printed.rows:
         found = {model: answers[Lap(row["speed_kmh"], model)] for model in MODELS}
         pair = SAYS.get(row.get("direction", ""), "")
-        numbers += judged(
-            [
-                Number(
-                    row=" ".join(filter(None, (f"{row['speed_kmh']} km/h", row.get("direction")))),
-                    column=model,
-                    published=float(row[model]),
-                    ours=one.spread()["mean"] if counts else one.rmse[pair],
-                )
-                for model, one in found.items()
-            ]
-        )
+        ours = {model: one.spread()["mean"] if counts else one.rmse[pair] for model, one in found.items()}
+        name_of_row = " ".join(filter(None, (f"{row['speed_kmh']} km/h", row.get("direction"))))
+        numbers += judged_row(name_of_row, row, ours)
     return Outcome(
         name=name,
         kind="table",

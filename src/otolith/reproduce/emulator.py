@@ -19,11 +19,11 @@ from otolith.mpc.implicit import Entry, ImplicitSettings
 from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import load
 from otolith.qp import Status
-from otolith.registry import CUEING, PLANTS, SOLVERS
+from otolith.registry import CUEING, FOUR_MODELS, PLANTS, SOLVERS
 from otolith.scenarios import scenario
 from otolith.simulate import Run, simulate
 
-MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")
+MODELS: Final = FOUR_MODELS
 PLANT_OF: Final = {"offline": "ideal", "emulator": "hexapod"}  # in the words of Tables 6.2 and 6.3
 SCENARIOS: Final = {  # those of section 6.1, by their names in the tables
     "Sine wave of low amplitude": "sine-0.5",

@@ -17,7 +17,7 @@ from otolith.reproduce.loop import FOUR_DOF, Closed, Loop, Motion
 from otolith.reproduce.models import best_constant
 from otolith.reproduce.outcome import Claim, Curve, Grid, Outcome, Panel
 from otolith.reproduce.studies.common import PAIR
-from otolith.scenarios import scenario
+from otolith.scenarios import TABLE_5_1, scenario
 
 BRAKING: Final = ExplicitSettings(braking=BrakingRows.POSITION)
 SAY: Final = {"surge-pitch": "longitudinal", "sway-roll": "lateral"}
@@ -212,22 +212,10 @@ def figure_4_2(answers: Answers) -> Outcome:
     )
 
 
-SIGNALS: Final = (
-    "sine-0.5",
-    "sine-1",
-    "sine-2",
-    "combined",
-    "step-1",
-    "step-2",
-    "step-sine-0.5",
-    "step-sine-1",
-)
-
-
 def figure_5_1(answers: Answers) -> Outcome:
     """Figure 5.1: the reference signals."""
     del answers
-    groups = (SIGNALS[:3], SIGNALS[3:4], SIGNALS[4:6], SIGNALS[6:])
+    groups = (TABLE_5_1[:3], TABLE_5_1[3:4], TABLE_5_1[4:6], TABLE_5_1[6:])
     return Outcome(
         name="figure-5.1",
         kind="figure",

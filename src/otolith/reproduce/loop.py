@@ -22,7 +22,7 @@ from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import Platform, load
 from otolith.qp.engines import StageEngine
 from otolith.qp.stage import StageProblem
-from otolith.registry import CUEING, PLANTS, SOLVERS
+from otolith.registry import CUEING, FOUR_MODELS, PLANTS, SOLVERS
 from otolith.reproduce.variants import (
     QPOASES,
     Damped,
@@ -34,7 +34,7 @@ from otolith.reproduce.variants import (
 from otolith.scenarios import Scenario, scenario
 from otolith.simulate import Run, simulate
 
-MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")  # section 3.1
+MODELS: Final = FOUR_MODELS
 TWO_DOF: Final = ("surge-pitch",)
 FOUR_DOF: Final = ("surge-pitch", "sway-roll")
 _AXIS: Final = {0: "longitudinal", 1: "lateral"}

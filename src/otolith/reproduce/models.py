@@ -28,7 +28,7 @@ from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, MODELS, TWO_DOF, Closed, Loop
 from otolith.reproduce.outcome import Cell, Grid, Outcome
 from otolith.reproduce.published import Published, published
-from otolith.reproduce.verdict import Number, judged
+from otolith.reproduce.verdict import Number, judged, judged_row
 
 OFTEN: Final = 5  # one training manoeuvre in so many makes the hint of a certified guess
 SELDOM: Final = 15  # with constant weights: a hint for every pair of them, each a single law
@@ -124,19 +124,8 @@ CONSTANT_2: Final = Setting(dofs=TWO_DOF, scenarios=_scenarios("table-c.4"), con
 def _numbers(printed: Published, ours: Values, digits: int = 4) -> tuple[Number, ...]:
     found: list[Number] = []
     for row in printed.rows:
-        scenario = row["scenario"]
-        models = [model for model in MODELS if model in row]
-        group = [
-            Number(
-                row=scenario,
-                column=model,
-                published=float(row[model]),
-                ours=ours[scenario][model],
-                digits=digits,
-            )
-            for model in models
-        ]
-        found += judged(group)
+        of_row: dict[str, float] = {model: ours[row["scenario"]][model] for model in MODELS if model in row}
+        found += judged_row(row["scenario"], row, of_row, digits=digits)
     return tuple(found)
 
 

@@ -10,10 +10,10 @@ The rule, the same for every number of every table:
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import Any, Final
 
 AGREES: Final = 0.02
 CLOSE: Final = 0.10
@@ -51,6 +51,18 @@ class Number:
 def judged(group: Sequence[Number]) -> tuple[Number, ...]:
     """The numbers of one row of a table with their verdicts."""
     return tuple(_with_verdict(number, group) for number in group)
+
+
+def judged_row(
+    row: str, printed: Mapping[str, Any], ours: Mapping[str, float], *, digits: int = 4
+) -> tuple[Number, ...]:
+    """A row of a table whose columns are the keys of `ours`, with verdicts; `printed` has the same keys."""
+    return judged(
+        [
+            Number(row=row, column=column, published=float(printed[column]), ours=value, digits=digits)
+            for column, value in ours.items()
+        ]
+    )
 
 
 def _with_verdict(number: Number, group: Sequence[Number]) -> Number:

@@ -1,8 +1,18 @@
 """What the driver should feel: named signals, signals from parameters, recorded drives."""
 
-from otolith.scenarios.catalog import FAMILIES, SCENARIOS, scenario
+from otolith.scenarios.catalog import FAMILIES, SCENARIOS, TABLE_5_1, scenario
 from otolith.scenarios.logs import Log, log_from, parse_log
 from otolith.scenarios.playback import log_scenario
 from otolith.scenarios.scenario import Scenario
 
-__all__ = ["FAMILIES", "SCENARIOS", "Log", "Scenario", "log_from", "log_scenario", "parse_log", "scenario"]
+__all__ = [
+    "FAMILIES",
+    "SCENARIOS",
+    "TABLE_5_1",
+    "Log",
+    "Scenario",
+    "log_from",
+    "log_scenario",
+    "parse_log",
+    "scenario",
+]

@@ -71,6 +71,9 @@ SCENARIOS: Final[Mapping[str, Entry]] = MappingProxyType(
     }
 )
 
+# The signals of chapter 5, in the order of its tables.
+TABLE_5_1: Final = tuple(name for name, entry in SCENARIOS.items() if "Table 5.1" in entry.source)
+
 FAMILIES: Final[Mapping[str, Entry]] = MappingProxyType(
     {
         "sine": Entry(signals.sine, "a sine", "parameters"),
