@@ -1,5 +1,7 @@
 """The explicit problem against its own definition, and the law at work against the thesis."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -26,6 +28,14 @@ LIMITS = THESIS.pair_limits(SURGE_PITCH)
 @pytest.fixture(scope="module")
 def plain() -> design.Design:
     return design.Design(platform=THESIS)
+
+
+def test_a_state_without_a_limit_is_covered_as_far_as_asked() -> None:
+    open_speed = replace(LIMITS, velocity=np.inf)
+    problem = explicit_problem(open_speed, THESIS.braking, ExplicitSettings(open_bound=300.0))
+    assert_allclose(problem.upper[2], 300.0)
+    assert_allclose(problem.lower[2], -300.0)
+    assert_allclose(problem.upper[3], LIMITS.position[1])
 
 
 @pytest.fixture(scope="module")
@@ -149,6 +159,7 @@ def test_a_law_of_another_platform_is_refused(plain: design.Design) -> None:
     [
         ({"horizon": 0}, "explicit horizon is 0, must be at least 1 step"),
         ({"period": -0.1}, "explicit period is -0.1, must be greater than 0 s"),
+        ({"open_bound": 0.0}, "open bound is 0.0, must be finite and greater than 0"),
         ({"block_from": 6}, "block-from is 6, must be from 1 to the horizon of 5 steps"),
     ],
 )

@@ -53,6 +53,7 @@ class ExplicitSettings:
     control_weight: float = 1e-3  # on a_rot² and a_tran² (eq. 4.5)
     state_weights: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # on ω², θ², v², s² (Table C.3)
     reference_bound: float = 100.0  # [m/s²] |y_ref| that the law covers: wider than any drive
+    open_bound: float = UNLIMITED  # [SI] what the law covers of a state without a limit
 
     def __post_init__(self) -> None:
         if self.horizon < 1:
@@ -61,6 +62,8 @@ class ExplicitSettings:
             raise InputError("explicit period", self.period, "greater than 0 s")
         if not 0.0 < self.control_weight < math.inf:
             raise InputError("control weight", self.control_weight, "finite and greater than 0")
+        if not 0.0 < self.open_bound < math.inf:
+            raise InputError("open bound", self.open_bound, "finite and greater than 0")
         if self.block_from is not None and not 1 <= self.block_from <= self.horizon:
             raise InputError("block-from", self.block_from, f"from 1 to the horizon of {self.horizon} steps")
 
@@ -78,7 +81,7 @@ class ExplicitSettings:
 def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSettings) -> ParametricQp:
     """Condense the explicit MPC of one axis pair into an mpQP.
 
-    A limit that is infinite imposes no row; the law then covers that state up to `UNLIMITED`.
+    A limit that is infinite imposes no row; the law then covers that state up to `open_bound`.
 
     Returns
     -------
@@ -110,8 +113,8 @@ def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSet
         G=np.vstack([G, G_u]),
         w=np.concatenate([w, w_u]),
         S=np.vstack([S, np.zeros((len(w_u), 5))]),
-        lower=np.append(np.maximum(low, -UNLIMITED), -settings.reference_bound),
-        upper=np.append(np.minimum(high, UNLIMITED), settings.reference_bound),
+        lower=np.append(np.maximum(low, -settings.open_bound), -settings.reference_bound),
+        upper=np.append(np.minimum(high, settings.open_bound), settings.reference_bound),
     )
 
 

@@ -4,6 +4,7 @@ Knows nothing of what a problem stands for.
 """
 
 from otolith.mpqp.certify import Verification, verify
+from otolith.mpqp.counts import ball_radii, count_regions, overlapping_sets
 from otolith.mpqp.enumerate import Progress, enumerate_regions
 from otolith.mpqp.equality import Eliminated, eliminate
 from otolith.mpqp.export_c import CSource, export_c
@@ -27,10 +28,13 @@ __all__ = [
     "PartialLaw",
     "Progress",
     "Verification",
+    "ball_radii",
+    "count_regions",
     "eliminate",
     "enumerate_parts",
     "enumerate_regions",
     "export_c",
+    "overlapping_sets",
     "separate",
     "verify",
 ]

@@ -89,6 +89,12 @@ def inscribed(A: Mat, b: Vec) -> float:
     return _deepest(A, b)[1]
 
 
+def largest_ball(A: Mat, b: Vec, reach: Vec) -> float:
+    """Greatest r with A x + reach r ≤ b for some x: a ball in other units, row i reaching reach_i (m,)."""
+    radius, _ = _maximum(np.eye(A.shape[1] + 1)[-1], np.column_stack([A, reach]), b)
+    return radius
+
+
 def _deepest(A: Mat, b: Vec) -> tuple[Vec, float]:
     """Centre and radius of a largest ball in the polytope, its radius at most one."""
     size = A.shape[1]
