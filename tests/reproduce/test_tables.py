@@ -16,7 +16,8 @@ from otolith.reproduce.explicit import Case
 from otolith.reproduce.hinted import Hinted
 from otolith.reproduce.loop import MODELS, Closed, Loop, Motion
 from otolith.reproduce.published import published
-from otolith.reproduce.studies.misprints import Count, Proof
+from otolith.reproduce.regions import CHOSEN, DEFINITIONS
+from otolith.reproduce.studies.regions import OPEN_ROWS, Proof, Reach
 
 T = np.linspace(0.0, 10.0, 101)
 MOTION = Motion(
@@ -65,8 +66,10 @@ class MadeUp(dict[Any, Any]):
             return {"rmse": 0.01 * factor, "changes": {"mean": 0.5}, "unsolved": 0, "motion": MOTION}
         if isinstance(job, Attack):
             return dict.fromkeys(("constant", "reversing", "random"), 0.5 if job.ratio >= 2.0 else 0.6)
-        if isinstance(job, Count):
-            return 1000
+        if isinstance(job, Reach):
+            printed = {row["constraints"]: row["regions"] for row in published("table-c.1").rows}
+            lacking = 3000 if job.reach < 100.0 else 0
+            return {"regions": printed[job.constraints] - lacking, "overlapping": 100}
         return _other(job)
 
 
@@ -83,7 +86,13 @@ def _other(job: Any) -> Any:
         "regions": 5,
         "travel": 1.0,
         "violations": 0,
+        "counts": {one.label: _made_up_count(one, printed) for one in DEFINITIONS},
     } | ours
+
+
+def _made_up_count(definition: Any, printed: dict[str, Any]) -> int:
+    """The published count by the toolbox's rule, and twice as many by any other."""
+    return int(printed.get("regions", 1)) * (1 if definition == CHOSEN else 2)
 
 
 def _proof() -> Any:
@@ -156,3 +165,25 @@ def test_readings_that_give_the_same_loops_fit_alike(built: dict[str, Outcome]) 
         fits = [row[1] for row in built[name].grids[0].rows if row[0] != "published"]
         assert len(fits) >= 2
         assert len(set(fits)) == 1
+
+
+def test_the_definition_that_gives_the_published_counts_is_found(built: dict[str, Outcome]) -> None:
+    one_radius, toolbox = built["study-tolerance"].claims
+    assert (one_radius.holds, toolbox.holds) == (False, True)
+    assert "100.0 %" in one_radius.figures
+    assert built["study-tolerance"].grids[0].rows[-1][3:].count("0.0 %") == 1
+
+
+def test_open_parameters_explain_what_overlaps_do_not(built: dict[str, Outcome]) -> None:
+    assert [claim.holds for claim in built["study-open-parameters"].claims] == [False, True]
+    assert [claim.holds for claim in built["study-overlaps"].claims] == [False, False, False]
+
+
+def test_the_toolbox_s_rule_counts_the_blocked_law_of_horizon_five() -> None:
+    """Table 5.2 prints 938; far out nothing is added, and a small box lacks what lies beyond it."""
+    found = Case("table-5.2", 3).run()
+    assert (found["regions"], found["in the unit box"]) == (953, 953)
+    near, wide = (Reach(OPEN_ROWS[0], reach).run() for reach in (20.0, 500.0))
+    assert near["regions"] == pytest.approx(7049, rel=2e-3)
+    assert wide["regions"] == pytest.approx(9363, rel=2e-3)
+    assert wide["overlapping"] == pytest.approx(516, abs=10)

@@ -62,8 +62,7 @@ def overlapping_sets(law: Law, radius: float, scale: Vec | None = None) -> set[t
     """
     form = law.form
     own = {tuple(law.form_rows(region).tolist()) for region in range(len(law))}
-    binding = {_binding(form, np.array(rows, dtype=np.int64)) for rows in own}
-    tied = [rows for rows in binding if _rank(form, rows) < len(rows)]
+    tied = {rows for rows in _all_binding(law) if _rank(form, rows) < len(rows)}
     others = sorted({found for rows in tied for found in _supports(form, rows)} - own)
     active = np.zeros((len(others), len(form.rows)), dtype=np.bool_)
     for place, rows in enumerate(others):
@@ -72,11 +71,19 @@ def overlapping_sets(law: Law, radius: float, scale: Vec | None = None) -> set[t
     return {rows for rows, keep in zip(others, large, strict=True) if keep}
 
 
-def _binding(form: LeastDistance, A: Ints) -> tuple[int, ...]:
-    """Rows with slack zero wherever the minimiser of the active rows A holds, A among them."""
-    zero = np.abs(affine_slacks(form, A)).max(axis=1) < _NULL
-    zero[A] = True
-    return tuple(np.flatnonzero(zero).tolist())
+def _all_binding(law: Law) -> set[tuple[int, ...]]:
+    """For every region with more rows binding throughout than are active: those rows; mirror images too."""
+    form, found = law.form, set()
+    for region in range(len(law.radius)):
+        A = law.form_rows(region)
+        zero = np.abs(affine_slacks(form, A)).max(axis=1) < _NULL
+        zero[A] = True
+        if zero.sum() > len(A):
+            rows = np.flatnonzero(zero)
+            found.add(tuple(rows.tolist()))
+            if len(form.mirror):
+                found.add(tuple(np.sort(form.mirror[rows]).tolist()))
+    return found
 
 
 def _rank(form: LeastDistance, rows: tuple[int, ...]) -> int:

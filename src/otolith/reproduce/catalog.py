@@ -10,7 +10,7 @@ from otolith.reproduce import braking, chapter6, explicit, figures, models, perc
 from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
-from otolith.reproduce.studies import effort, emulator, laps, misprints, signals, weights
+from otolith.reproduce.studies import effort, emulator, laps, misprints, regions, signals, weights
 
 Build = Callable[[Answers], Outcome]
 
@@ -140,8 +140,9 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-emulator-guess", Item("studies", emulator.guess, emulator.guess_jobs)),
         ("study-lap-size", Item("studies", laps.size, laps.size_jobs)),
         ("study-arithmetic", Item("studies", misprints.arithmetic)),
-        ("study-tolerance", Item("studies", misprints.tolerance, misprints.tolerance_jobs)),
-        ("study-overlaps", Item("studies", misprints.overlaps, misprints.overlap_jobs)),
+        ("study-tolerance", Item("studies", regions.tolerance, regions.tolerance_jobs)),
+        ("study-open-parameters", Item("studies", regions.open_parameters, regions.reach_jobs)),
+        ("study-overlaps", Item("studies", regions.overlaps, regions.overlap_jobs)),
         ("study-table-6.1", Item("studies", misprints.table_6_1)),
         ("study-table-b.2", Item("studies", perception.exchanged)),
     )

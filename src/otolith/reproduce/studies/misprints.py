@@ -1,6 +1,5 @@
 """Misprints of equations and tables, decided without a closed loop or nearly so."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -8,10 +7,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import specific_force
 from otolith.core.lti import StateSpace
-from otolith.mpc.explicit import ExplicitSettings, explicit_problem
-from otolith.mpqp import Verification, enumerate_regions, verify
 from otolith.platforms import load
-from otolith.reproduce.explicit import constrained_law
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, Loop
 from otolith.reproduce.outcome import Claim, Grid, Outcome
@@ -21,9 +17,6 @@ OMEGA_N: Final = 2.5  # [rad/s] with ζ and ω_w below, a usual washout
 ZETA: Final = 1.0
 OMEGA_W: Final = 0.2  # [rad/s]
 ENDS: Final = np.array([1e-4, 1e4])  # [rad/s] as good as 0 and infinity
-TOLERANCES: Final = (1e-6, 1e-7, 1e-8, 1e-9)
-HORIZONS: Final = (15, 17, 20)
-SAMPLES: Final = 20_000
 
 
 def filters(answers: Answers) -> Outcome:
@@ -229,136 +222,6 @@ def arithmetic(answers: Answers) -> Outcome:
                 title="Average saving [%]",
                 header=("table", "model", "printed", "from the published means, with sign"),
                 rows=tuple(rows),
-            ),
-        ),
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class Count:
-    """Regions of a blocked law at one tolerance."""
-
-    horizon: int
-    tolerance: float
-
-    @property
-    def label(self) -> str:
-        """For the progress line."""
-        return f"regions of blocked N = {self.horizon} at tolerance {self.tolerance:g}"
-
-    @property
-    def cost(self) -> float:
-        """Seconds, roughly."""
-        return 0.8
-
-    def run(self) -> int:
-        """Enumerate."""
-        thesis = load("thesis")
-        problem = explicit_problem(
-            thesis.pair_limits(Loop(scenario="").pairs[0]),
-            thesis.braking,
-            ExplicitSettings(horizon=self.horizon),
-        )
-        return len(enumerate_regions(problem, tolerance=self.tolerance))
-
-
-def tolerance_jobs() -> list[Count]:
-    """Every horizon at every tolerance."""
-    return [Count(horizon, tolerance) for horizon in HORIZONS for tolerance in TOLERANCES]
-
-
-def tolerance(answers: Answers) -> Outcome:
-    """How far a count of regions depends on the size below which a region does not count."""
-    printed = {row["horizon"]: row["regions"] for row in published("table-5.2").rows if "block_from" in row}
-    counts = {N: [answers[Count(N, tol)] for tol in TOLERANCES] for N in HORIZONS}
-    within = [min(found) <= printed[N] <= max(found) for N, found in counts.items()]
-    return Outcome(
-        name="study-tolerance",
-        kind="study",
-        title="Table 5.2: counts of long horizons depend on the tolerance",
-        section="5.2.2",
-        text="Regions whose Chebyshev radius in the parameters' unit box exceeds the tolerance.",
-        claims=(
-            Claim(
-                text="The published counts lie within what tolerances from 1e-6 to 1e-9 give",
-                holds=all(within),
-                figures="; ".join(
-                    f"N = {N}: {min(c)} to {max(c)}, published {printed[N]}" for N, c in counts.items()
-                ),
-            ),
-        ),
-        grids=(
-            Grid(
-                title="Regions, blocked from the second step",
-                header=("N", *(f"{tol:g}" for tol in TOLERANCES), "published"),
-                rows=tuple((N, *counts[N], printed[N]) for N in HORIZONS),
-            ),
-        ),
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class Proof:
-    """One law of Table C.1 checked against an independent QP."""
-
-    constraints: str
-
-    @property
-    def label(self) -> str:
-        """For the progress line."""
-        return f"proof of the law with limits on {self.constraints}"
-
-    @property
-    def cost(self) -> float:
-        """Seconds, roughly."""
-        return 5.0
-
-    def run(self) -> Verification:
-        """Enumerate and verify."""
-        return verify(constrained_law(self.constraints), SAMPLES, np.random.default_rng(0))
-
-
-_UNLIMITED: Final = ("states but velocity", "states but velocity, stringent")
-
-
-def overlap_jobs() -> list[Proof]:
-    """The two rows whose counts differ."""
-    return [Proof(constraints) for constraints in _UNLIMITED]
-
-
-def overlaps(answers: Answers) -> Outcome:
-    """Table C.1 without limits on the inputs: our fewer regions cover everything, once."""
-    proofs = {constraints: answers[Proof(constraints)] for constraints in _UNLIMITED}
-    printed = {row["constraints"]: row["regions"] for row in published("table-c.1").rows}
-    rows = tuple(
-        (name, p.regions, printed[name], p.samples, p.missing, p.max_overlap, p.max_law_error)
-        for name, p in proofs.items()
-    )
-    return Outcome(
-        name="study-overlaps",
-        kind="study",
-        title="Table C.1: without limits on the inputs, fewer regions suffice than the thesis counts",
-        section="C.3.1",
-        text=(
-            "Without a limit on an input many active sets share one law, and several hold at the same "
-            "parameter: counting them all counts overlaps. Ours are checked at random parameters against "
-            "an independent QP."
-        ),
-        claims=(
-            Claim(
-                text="Our regions leave a hole, overlap, or give another input than the QP",
-                holds=any(p.missing or p.max_overlap or p.max_law_error > 1e-6 for p in proofs.values()),
-                figures="; ".join(
-                    f"{p.missing} missing, {p.max_overlap} overlapping, error {p.max_law_error:.1e}"
-                    for p in proofs.values()
-                ),
-            ),
-        ),
-        grids=(
-            Grid(
-                title="Verification",
-                header=("limits on", "regions", "published", "parameters", "missing", "overlaps", "error"),
-                rows=rows,
             ),
         ),
     )

@@ -1,0 +1,86 @@
+"""What counts as a region in Tables 5.2, 5.8, C.1 and C.3: the toolbox's rule, and others beside it.
+
+The thesis computes its explicit laws with the Multi-Parametric Toolbox 3 (section D.2). That takes a
+polyhedron as full-dimensional when twice the radius of its largest ball exceeds `region_tol`, 1e-7 by
+default, in the parameters' own units (Herceg, Kvasnica, Jones & Morari, 2013; its class `Polyhedron`). The
+thesis names no bound on parameters beside the limits of its states. So where a state has none, ours reaches
+`OPEN`: further out nothing is found (`study-open-parameters`).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from otolith.core.frames import SURGE_PITCH
+from otolith.mpc.explicit import UNLIMITED, ExplicitSettings, explicit_problem
+from otolith.mpqp import Law, ball_radii, enumerate_regions, overlapping_sets
+from otolith.platforms import PairLimits, load
+
+TOOLBOX: Final = 0.5e-7  # [SI] radius: half of `region_tol`
+FINEST: Final = 1e-8  # [SI] radius of the smallest regions that any definition below counts
+OPEN: Final = (
+    500.0  # [m/s] reach of a velocity without a limit; the reference reaches ten times as far [m/s²]
+)
+RULE: Final = (
+    "A region counts when the largest ball in it is at least 1e-7 across in the parameters’ own units (SI), "
+    "the rule of the thesis’s toolbox; beside it, when its radius is 1e-7 in the parameters’ unit box."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """How large the largest ball in a region must be for the region to count."""
+
+    radius: float
+    own_units: bool
+
+    @property
+    def label(self) -> str:
+        """As a column's head."""
+        return f"{2.0 * self.radius:.0e} across, SI" if self.own_units else f"radius {self.radius:.0e} of box"
+
+
+DEFINITIONS: Final = (
+    *(Definition(radius, own_units=False) for radius in (1e-6, 1e-7, 1e-8, 1e-9)),
+    *(Definition(radius, own_units=True) for radius in (5e-7, 1e-7, TOOLBOX, 2e-8, FINEST)),
+)
+CHOSEN: Final = Definition(TOOLBOX, own_units=True)
+UNIT_BOX: Final = Definition(1e-7, own_units=False)
+
+
+def law_of(settings: ExplicitSettings, limits: PairLimits | None = None, *, finest: float = FINEST) -> Law:
+    """The explicit law of surge-pitch with every region that holds a ball of radius `finest` [SI].
+
+    With the parameter box scaled to [-1, 1]^p the ball is no smaller than finest over half the widest range.
+    """
+    thesis = load("thesis")
+    problem = explicit_problem(limits or thesis.pair_limits(SURGE_PITCH), thesis.braking, settings)
+    widest = float(np.max(problem.upper - problem.lower)) / 2.0
+    return enumerate_regions(problem, tolerance=finest / widest)
+
+
+def open_settings(reach: float = OPEN) -> ExplicitSettings:
+    """Settings of Table C.1: N = 5 without blocking, parameters without a limit covered up to `reach`.
+
+    The reference reaches ten times as far, as an input without a limit may follow it anywhere; at
+    `UNLIMITED` only as far as in all other laws.
+    """
+    if reach == UNLIMITED:
+        return ExplicitSettings(block_from=None)
+    return ExplicitSettings(block_from=None, open_bound=reach, reference_bound=10.0 * reach)
+
+
+def counts(law: Law) -> dict[str, int]:
+    """Regions of the law, mirror images included, by every definition."""
+    own = ball_radii(law)
+    found = {}
+    for definition in DEFINITIONS:
+        large = (own if definition.own_units else law.radius) >= definition.radius
+        found[definition.label] = int(2 * large.sum() - large[: law.alone].sum())
+    return found
+
+
+def overlapping(law: Law) -> int:
+    """Active sets beside those of the law, of regions that overlap with the law's, by the toolbox's rule."""
+    return len(overlapping_sets(law, TOOLBOX))
