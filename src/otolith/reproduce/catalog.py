@@ -10,7 +10,16 @@ from otolith.reproduce import braking, chapter6, explicit, figures, models, perc
 from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
-from otolith.reproduce.studies import effort, emulator, laps, misprints, regions, signals, weights
+from otolith.reproduce.studies import (
+    effort,
+    emulator,
+    explicit_signals,
+    laps,
+    misprints,
+    regions,
+    signals,
+    weights,
+)
 
 Build = Callable[[Answers], Outcome]
 
@@ -130,6 +139,7 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-braking-bound", Item("studies", braking.bound, lambda: braking.ATTACKS)),
         ("study-circle", Item("studies", signals.circle, signals.circle_jobs)),
         ("study-step", Item("studies", signals.step, signals.step_jobs)),
+        ("study-explicit-signals", Item("studies", explicit_signals.study, explicit_signals.jobs)),
         ("study-weights", Item("studies", weights.weights, weights.weights_jobs)),
         ("study-constant-weights", Item("studies", weights.constant_weights, weights.constant_jobs)),
         ("study-terminal", Item("studies", weights.terminal, weights.terminal_jobs)),

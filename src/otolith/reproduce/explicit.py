@@ -206,7 +206,7 @@ _REASONS: Final = {
     "table-5.2": ("study-tolerance",),
     "table-c.1": ("study-open-parameters", "study-overlaps", "study-tolerance"),
     "table-c.3": ("study-tolerance",),
-    "table-c.2": ("study-step",),
+    "table-c.2": ("study-step", "study-explicit-signals"),
 }
 
 
