@@ -36,7 +36,7 @@ from otolith.vehicle.lap import COLUMNS
 RUN_KIND, RUN_VERSION = "otolith-run", 2
 _RUN_WITHOUT_RATE: Final = 1  # version that kept neither single axes nor the rates to be felt
 LAW_KIND, LAW_VERSION = "otolith-law", 1
-HINT_KIND, HINT_VERSION = "otolith-hint", 1
+HINT_KIND, HINT_VERSION = "otolith-hint", 2
 LAP_KIND, LAP_VERSION = "otolith-lap", 1
 _RUN_ATTRIBUTES: Final = ("scenario", "cueing", "plant", "period", "plant_period")
 _RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "singles", "settings", "status")

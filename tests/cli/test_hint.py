@@ -30,7 +30,7 @@ def otolith(*words: str) -> int:
 def alter(path: Path) -> None:
     """Change one number, as a broken disk would."""
     with h5py.File(path, "r+") as file:
-        file["network.bias-0"][0] = 1.0 - file["network.bias-0"][0]
+        file["network-0.bias-0"][0] = 1.0 - file["network-0.bias-0"][0]
 
 
 def test_a_hint_is_built_stored_and_verified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,7 @@
 """What is fitted knows more than nothing of an unseen drive; without its library it says so."""
 
 import importlib
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from otolith.core.errors import MissingExtra
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.hints.build import build
-from otolith.hints.fit import QUICK, _pair_of, is_symmetric
+from otolith.hints.fit import QUICK, _pair_of, fit_networks, is_symmetric
 from otolith.hints.manoeuvres import Manoeuvre, along
 from otolith.hints.recording import Recording, record
 from otolith.mpc.hint.stored import Kind
@@ -67,11 +68,35 @@ def test_a_motion_that_one_pair_mirrors_has_the_rows_of_that_pair_mirrored() -> 
         drive = along([steps], PAIRS)[0].beside(along([mirrored], (SWAY_ROLL,))[0])
         made.append(record(THESIS, pairs, SETTINGS, [drive]))
     plain, turned = (one.sets.reshape(len(one), -1) for one in made)
-    rows = np.arange(plain.shape[1])
-    pair = _pair_of(SETTINGS.formulation(THESIS, pairs).problem, rows)
+    pair = _pair_of(SETTINGS.formulation(THESIS, pairs).problem, plain.shape[1])
     assert set(pair) == {0, 1, 2}
     assert (plain[:, pair == 1] != 0).any()
     np.testing.assert_array_equal(turned, plain * np.where(pair == 1, -1, 1))
+
+
+def test_each_pair_has_a_network_of_its_own_rows() -> None:
+    pairs = (SURGE_PITCH, SWAY_ROLL)
+    recording = record(THESIS, pairs, SETTINGS, along(SEEN, pairs, seed=1))
+    networks, losses = fit_networks(
+        THESIS, pairs, SETTINGS, recording=recording, effort=QUICK, tell=lambda _: None
+    )
+    assert len(losses) == 2
+    pair = _pair_of(SETTINGS.formulation(THESIS, pairs).problem, recording.sets[0].size)
+    for p, network in enumerate(networks):
+        assert len(network.outputs) > 0
+        assert set(pair[abs(network.outputs) - 1]) == {p}
+
+
+def test_only_what_changes_the_named_rows_counts_as_a_change() -> None:
+    recording = unseen_recording()
+    sets = recording.sets.reshape(len(recording), -1)
+    rows = np.zeros(sets.shape[1], dtype=np.bool_)
+    assert recording.changed(rows).sum() == 1  # the first decision
+    rows[:] = True
+    expected = [True, *(not np.array_equal(a, b) for a, b in itertools.pairwise(sets))]
+    np.testing.assert_array_equal(recording.changed(rows), expected)
+    rows[::2] = False
+    assert recording.changed(rows).sum() < np.sum(expected)
 
 
 def test_without_scikit_learn_building_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

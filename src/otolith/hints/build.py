@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 from otolith.core.frames import AxisPair
-from otolith.hints.fit import LARGER, Effort, Tell, fit_laws, fit_network, fit_table
+from otolith.hints.fit import Effort, Tell, fit_laws, fit_networks, fit_table
 from otolith.hints.manoeuvres import Manoeuvre, along, training
 from otolith.hints.recording import record
 from otolith.mpc.hint.stored import StoredHint, model_of
@@ -28,14 +28,14 @@ def build(
     ------
     MissingExtra : scikit-learn is not installed.
     """
-    effort = effort or (Effort() if len(pairs) == 1 else LARGER)
+    effort = effort or Effort()
     clock = _Clock()
     scenarios = along(training() if manoeuvres is None else manoeuvres, pairs, seed=effort.seed)
     recording = record(
         platform, pairs, settings, scenarios, progress=lambda done: tell(f"simulating: {100 * done:.0f} %")
     )
     clock.lap("simulate")
-    network, loss = fit_network(platform, pairs, settings, recording=recording, effort=effort, tell=tell)
+    networks, losses = fit_networks(platform, pairs, settings, recording=recording, effort=effort, tell=tell)
     clock.lap("learn")
     tell("table of visited sets")
     table = fit_table(platform, pairs, recording, effort)
@@ -46,15 +46,15 @@ def build(
     account = {
         "steps": len(recording),
         "unsolved": int((~recording.solved).sum()),
-        "loss": loss,
+        "loss": losses,
         "entries": len(table.parameters),
         "regions": sum(len(part) for part in laws.parameters),
-        "network_bytes": network.numbers.nbytes,
+        "network_bytes": sum(network.numbers.nbytes for network in networks),
         "effort": asdict(effort),
         "seconds": clock.laps,
     }
     return StoredHint(
-        model=model_of(platform, pairs, settings), training=account, network=network, table=table, laws=laws
+        model=model_of(platform, pairs, settings), training=account, networks=networks, table=table, laws=laws
     )
 
 

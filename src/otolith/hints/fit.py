@@ -1,9 +1,8 @@
 """Fit the three kinds of hints to a recording.
 
-Where the platform's reach is symmetric, a mirrored motion has mirrored rows, in each pair on its own: the
-network sees every decision with each pair as it was or mirrored, at random in every pass. The table keeps
-one of both, of all pairs together. The network learns from the decisions that changed the working set, for
-in the others it will not be asked.
+Where a pair's reach is symmetric, a mirrored motion has mirrored rows: its network sees every decision as it
+was or mirrored, at random in every pass. The table keeps one of both, of all pairs together. A network learns
+from the decisions that changed its pair's part of the working set, for in the others it will not be heard.
 """
 
 import importlib
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 from scipy.spatial import cKDTree
 
-from otolith.core.arrays import Ints, Mat, frozen_array
+from otolith.core.arrays import Bools, Ints, Mat, frozen_array
 from otolith.core.errors import MissingExtra
 from otolith.core.frames import AxisPair
 from otolith.hints.recording import Recording
@@ -41,15 +40,14 @@ _LEAST_WEIGHT: Final = 1e-9
 class Effort:
     """How much is spent on fitting; the defaults take about a minute for the thesis's platform."""
 
-    layers: tuple[int, ...] = (96, 64)  # of the network
-    passes: int = 40  # over the decisions that changed the set
+    layers: tuple[int, ...] = (96, 64)  # of each pair's network
+    passes: int = 40  # over the decisions that changed the pair's rows
     batch: int = 256
     entries: int = 4000  # of the table, at most
     levels: int = 12  # of adaptive washout weights, with a coarse law each
     seed: int = 0
 
 
-LARGER: Final = Effort(layers=(128, 96), passes=24)  # for several pairs: four times as many sets
 QUICK: Final = Effort(layers=(16,), passes=3, entries=100, levels=2)
 
 
@@ -59,7 +57,7 @@ def is_symmetric(platform: Platform, pairs: Sequence[AxisPair]) -> bool:
     return all(low == -high for one in limits for low, high in (one.position, one.tilt))
 
 
-def fit_network(
+def fit_networks(
     platform: Platform,
     pairs: Sequence[AxisPair],
     settings: ImplicitSettings,
@@ -67,39 +65,63 @@ def fit_network(
     recording: Recording,
     effort: Effort,
     tell: Tell,
-) -> tuple[Network, float]:
-    """The network, and its mean loss [nats per decision] in the last pass.
+) -> tuple[tuple[Network, ...], tuple[float, ...]]:
+    """A network per pair, and the mean loss of each [nats per decision] in its last pass.
 
     Raises
     ------
     MissingExtra : scikit-learn is not installed.
     """
-    classifier = _classifier(effort)
-    symmetric, rng = is_symmetric(platform, pairs), np.random.default_rng(effort.seed)
-    asked = recording.changed[recording.solved]
-    features, rows = _features(platform, pairs, recording)[asked], _rows(recording)[asked]
-    outputs, sides = _outputs(rows, both_sides=symmetric), [1, -1] if symmetric else [1]
-    pair_of = _pair_of(settings.formulation(platform, pairs).problem, abs(outputs) - 1)
-    mirror = mirror_signs(len(pairs)) if symmetric else np.ones(features.shape[1])
-    mean = 0.5 * (1.0 + mirror) * features.mean(axis=0)
-    deviation = np.maximum(np.sqrt(np.mean((features - mean) ** 2, axis=0)), 1e-9)
-    for number in range(effort.passes):
-        side = rng.choice(np.array(sides, dtype=np.int8), (len(rows), len(pairs) + 1))
-        side[:, -1] = 1
-        turned = np.where(np.repeat(side[:, :-1], FEATURES, axis=1) < 0, features * mirror, features)
-        standard = np.clip((turned - mean) / deviation, -BOUND, BOUND).astype(np.float32)
-        labels = rows[:, np.abs(outputs) - 1] * side[:, pair_of] == np.sign(outputs)
-        classifier.set_params(learning_rate_init=_rate((number + 1) / effort.passes))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # one pass at a time has not converged, as it should
-            classifier.fit(standard, labels)
-        tell(f"learning: pass {number + 1} of {effort.passes}, loss {classifier.loss_:.3f}")
-    weights, biases = (
-        tuple(frozen_array(layer, dtype=np.float32) for layer in of)
-        for of in (classifier.coefs_, classifier.intercepts_)
-    )
-    network = Network(frozen_array(mean), frozen_array(deviation), weights, biases, outputs)
-    return network, float(classifier.loss_)
+    classifiers = [_classifier(effort) for _ in pairs]
+    features, rows = _features(platform, pairs, recording), _rows(recording)
+    pair_of = _pair_of(settings.formulation(platform, pairs).problem, rows.shape[1])
+    networks, losses = [], []
+    for p, (pair, classifier) in enumerate(zip(pairs, classifiers, strict=True)):
+        own = pair_of == p
+        asked = recording.changed(own)[recording.solved]
+        of_pair = features[asked, FEATURES * p : FEATURES * (p + 1)]
+        symmetric = is_symmetric(platform, (pair,))
+        lesson = _Lesson(of_pair, rows[asked] * own, symmetric, effort)
+        networks.append(lesson.learn(classifier, pair.name, tell))
+        losses.append(float(classifier.loss_))
+    return tuple(networks), tuple(losses)
+
+
+class _Lesson:
+    """What the network of one pair learns from: features (n, 15) and optimal rows (n, M·rows)."""
+
+    def __init__(self, features: Mat, rows: NDArray[np.int8], symmetric: bool, effort: Effort) -> None:
+        self._features, self._rows, self._effort = features, rows, effort
+        self._sides = np.array([1, -1] if symmetric else [1], dtype=np.int8)
+        self._mirror = mirror_signs(1) if symmetric else np.ones(FEATURES)
+        self._outputs = _outputs(rows, both_sides=symmetric)
+        self._mean = 0.5 * (1.0 + self._mirror) * features.mean(axis=0)
+        self._deviation = np.maximum(np.sqrt(np.mean((features - self._mean) ** 2, axis=0)), 1e-9)
+
+    def learn(self, classifier: Any, name: str, tell: Tell) -> Network:
+        """Go through all of it as often as the effort says, mirrored at random."""
+        passes, rng = self._effort.passes, np.random.default_rng(self._effort.seed)
+        for number in range(passes):
+            classifier.set_params(learning_rate_init=_rate((number + 1) / passes))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # one pass at a time has not converged, as it should
+                classifier.fit(*self._turned(rng))
+            tell(f"learning {name}: pass {number + 1} of {passes}, loss {classifier.loss_:.3f}")
+        weights, biases = (
+            tuple(frozen_array(layer, dtype=np.float32) for layer in of)
+            for of in (classifier.coefs_, classifier.intercepts_)
+        )
+        return Network(
+            frozen_array(self._mean), frozen_array(self._deviation), weights, biases, self._outputs
+        )
+
+    def _turned(self, rng: np.random.Generator) -> tuple[NDArray[np.float32], Bools]:
+        """Standardised features (n, 15), and which outputs hold (n, outputs), each as it was or mirrored."""
+        side = rng.choice(self._sides, (len(self._rows), 1))
+        turned = np.where(side < 0, self._features * self._mirror, self._features)
+        standard = np.clip((turned - self._mean) / self._deviation, -BOUND, BOUND).astype(np.float32)
+        holds: Bools = self._rows[:, np.abs(self._outputs) - 1] * side == np.sign(self._outputs)
+        return standard, holds
 
 
 def _classifier(effort: Effort) -> Any:
@@ -144,15 +166,12 @@ def _outputs(rows: NDArray[np.int8], *, both_sides: bool) -> Ints:
     return np.concatenate([np.flatnonzero(upper) + 1, -np.flatnonzero(lower) - 1])
 
 
-def _pair_of(problem: StageProblem, rows: Ints) -> Ints:
-    """Index of the pair that each of some rows of the horizon is of; the number of pairs where it is of all.
-
-    Mirroring a pair turns its own rows; the circle's distance from the centre stays.
-    """
+def _pair_of(problem: StageProblem, rows: int) -> Ints:
+    """Index of the pair that each of the first rows of the horizon is of; of none for the circle's."""
     P = problem.inputs // 2
     of_constant = np.argmax(problem.C != 0.0, axis=1) // (problem.states // P)
     of_stage = np.concatenate([of_constant, np.full(len(problem.varying), P), np.arange(2 * P) // 2])
-    return np.asarray(of_stage[rows % problem.rows], dtype=np.int64)
+    return np.asarray(np.resize(of_stage, rows), dtype=np.int64)
 
 
 def fit_table(platform: Platform, pairs: Sequence[AxisPair], recording: Recording, effort: Effort) -> Table:

@@ -35,11 +35,14 @@ class Recording:
     def __len__(self) -> int:
         return len(self.x)
 
-    @property
-    def changed(self) -> Bools:
-        """(n,) where the set is not that of the decision before: first decisions, too."""
+    def changed(self, rows: Bools) -> Bools:
+        """(n,) where the set of some rows of the horizon is not that of the decision before.
+
+        First decisions count, too. `rows` (M·rows,) says which are looked at.
+        """
+        sets = self.sets.reshape(len(self.sets), -1)[:, rows]
         changed: Bools = self.begins.copy()
-        changed[1:] |= (self.sets[1:] != self.sets[:-1]).any(axis=(1, 2))
+        changed[1:] |= (sets[1:] != sets[:-1]).any(axis=1)
         return changed
 
 

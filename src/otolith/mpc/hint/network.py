@@ -1,10 +1,14 @@
-"""A small network that tells the active rows from the features: numpy and numba only.
+"""A small network per pair that tells the pair's active rows from its features: numpy and numba only.
+
+A pair's rows depend on its own motion almost alone: the limit circle, which is of all pairs, is left to the
+engine, and the other tilt's cosine moves few rows. So each pair learns apart, and 2 and 4 DOF learn alike.
 
 Notation: h₀ the features, standardised and bounded; h_{l+1} = max(0, W_lᵀ h_l + b_l); the last layer has one
 number per side of a row that was ever active in training, and the row is held there when it is positive.
 It was fitted as so many logistic regressions on shared layers, so positive means more likely than not.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -23,8 +27,8 @@ BOUND: Final = 8.0  # standard deviations beyond which a feature counts no furth
 class Network:
     """Layers W (inputs, outputs), b (outputs,), what standardises the features, what the outputs mean."""
 
-    mean: Vec  # (15P,)
-    deviation: Vec  # (15P,) positive
+    mean: Vec  # (15,)
+    deviation: Vec  # (15,) positive
     weights: tuple[Singles, ...]
     biases: tuple[Singles, ...]
     outputs: Ints  # side · (1 + number of the row in the whole horizon), of each output
@@ -43,27 +47,27 @@ class Network:
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """As plain arrays."""
         return {
-            "network.sizes": self.sizes,
-            "network.mean": self.mean,
-            "network.deviation": self.deviation,
-            "network.outputs": self.outputs,
-            **{f"network.weight-{i}": w for i, w in enumerate(self.weights)},
-            **{f"network.bias-{i}": b for i, b in enumerate(self.biases)},
+            "sizes": self.sizes,
+            "mean": self.mean,
+            "deviation": self.deviation,
+            "outputs": self.outputs,
+            **{f"weight-{i}": w for i, w in enumerate(self.weights)},
+            **{f"bias-{i}": b for i, b in enumerate(self.biases)},
         }
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> "Network":
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Network":
         """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
-        sizes = arrays["network.sizes"]
+        sizes = arrays["sizes"]
         layers = range(len(sizes) - 1)
-        weights = tuple(frozen_array(arrays[f"network.weight-{i}"], dtype=np.float32) for i in layers)
-        biases = tuple(frozen_array(arrays[f"network.bias-{i}"], dtype=np.float32) for i in layers)
+        weights = tuple(frozen_array(arrays[f"weight-{i}"], dtype=np.float32) for i in layers)
+        biases = tuple(frozen_array(arrays[f"bias-{i}"], dtype=np.float32) for i in layers)
         network = cls(
-            frozen_array(arrays["network.mean"]),
-            frozen_array(arrays["network.deviation"]),
+            frozen_array(arrays["mean"]),
+            frozen_array(arrays["deviation"]),
             weights,
             biases,
-            frozen_array(arrays["network.outputs"], dtype=np.int64),
+            frozen_array(arrays["outputs"], dtype=np.int64),
         )
         fits = all(w.shape == (n, len(b)) for w, b, n in zip(weights, biases, sizes, strict=False))
         if not fits or not np.array_equal(network.sizes, sizes) or len(network.outputs) != sizes[-1]:
@@ -72,12 +76,15 @@ class Network:
 
 
 class Learned:
-    """The network at work: the active rows of the problem that is about to be solved."""
+    """The networks at work, one per pair: the active rows of the problem that is about to be solved."""
 
-    def __init__(self, network: Network, braking: Mat, shape: tuple[int, int]) -> None:
+    def __init__(self, networks: Sequence[Network], braking: Mat, shape: tuple[int, int]) -> None:
         features = np.empty(FEATURES * len(braking))
-        layers = np.empty(2 * int(network.sizes.max()), dtype=np.float32)
-        self._given = (braking, network.numbers, network.sizes, network.outputs.copy(), features, layers)
+        layers = np.empty(2 * max(int(network.sizes.max()) for network in networks), dtype=np.float32)
+        numbers, sizes, outputs = zip(
+            *((one.numbers, one.sizes, one.outputs.copy()) for one in networks), strict=True
+        )
+        self._given = (braking, numbers, sizes, outputs, features, layers)
         self._set = np.zeros((1, *shape), dtype=np.int64)
         self._rows = self._set.ravel()
 
@@ -96,15 +103,26 @@ def expect(
     x: Vec,
     wanted: Vec,
     braking: Mat,
-    numbers: Singles,
-    sizes: Ints,
-    outputs: Ints,
+    numbers: tuple[Singles, ...],
+    sizes: tuple[Ints, ...],
+    outputs: tuple[Ints, ...],
     features: Vec,
     layers: Singles,
     rows: Ints,
 ) -> None:
-    """Rows (M·rows,) that the network `numbers` expects to be active: +1 upper side, −1 lower, 0 free."""
+    """Rows (M·rows,) that the networks expect to be active: +1 upper side, −1 lower, 0 free."""
     describe(x, wanted, braking, features)
+    rows[:] = 0
+    for p in range(len(numbers)):
+        of_pair = features[FEATURES * p : FEATURES * (p + 1)]
+        expect_of_pair(of_pair, numbers[p], sizes[p], outputs[p], layers, rows)
+
+
+@kernel
+def expect_of_pair(
+    features: Vec, numbers: Singles, sizes: Ints, outputs: Ints, layers: Singles, rows: Ints
+) -> None:
+    """Write the rows that one network expects, and no others."""
     n, half = sizes[0], len(layers) // 2
     h, following = layers[:half], layers[half:]
     for i in range(n):
@@ -121,7 +139,6 @@ def expect(
         at += n * m + m
         n = m
         h, following = following, h
-    rows[:] = 0
     for j in range(n):
         if h[j] > 0.0:
             rows[abs(outputs[j]) - 1] = 1 if outputs[j] > 0 else -1

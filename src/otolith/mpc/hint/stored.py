@@ -36,6 +36,7 @@ _SETTINGS: Final = (
     "firm",
     "later_penalty",
 )
+PARAMETERS: Final = 7  # of a pair: its states and the force wanted
 Model = dict[str, Any]  # plain JSON values
 
 
@@ -72,7 +73,7 @@ class StoredHint:
 
     model: Model
     training: dict[str, Any]  # account of how it was made: plain JSON values
-    network: Network
+    networks: tuple[Network, ...]  # one per pair
     table: Table
     laws: CoarseLaws
 
@@ -102,11 +103,16 @@ class StoredHint:
         if kind is Kind.TABLE:
             return Tabled(self.table)
         shape = self.table.sets.shape[1:]
-        return Learned(self.network, braking_forms(platform, pairs), (shape[0], shape[1]))
+        return Learned(self.networks, braking_forms(platform, pairs), (shape[0], shape[1]))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """What was learned, as plain arrays."""
-        return self.network.to_arrays() | self.table.to_arrays() | self.laws.to_arrays()
+        networks = {
+            f"{_prefix(p)}{name}": array
+            for p, network in enumerate(self.networks)
+            for name, array in network.to_arrays().items()
+        }
+        return networks | self.table.to_arrays() | self.laws.to_arrays()
 
     @classmethod
     def from_arrays(
@@ -122,7 +128,7 @@ class StoredHint:
             hint = cls(
                 model=model,
                 training=training,
-                network=Network.from_arrays(dict(arrays)),
+                networks=_networks(arrays),
                 table=Table.from_arrays(dict(arrays)),
                 laws=CoarseLaws.from_arrays(dict(arrays)),
             )
@@ -135,8 +141,28 @@ class StoredHint:
 
     def _check_outputs(self) -> None:
         _, M, rows = self.table.sets.shape
-        if not ((abs(self.network.outputs) >= 1) & (abs(self.network.outputs) <= M * rows)).all():
-            raise CorruptFile("the hint's network names rows that its table does not have")
+        for network in self.networks:
+            if not ((abs(network.outputs) >= 1) & (abs(network.outputs) <= M * rows)).all():
+                raise CorruptFile("the hint's network names rows that its table does not have")
+
+
+def _prefix(pair: int) -> str:
+    """What the names of the arrays of a pair's network begin with."""
+    return f"network-{pair}."
+
+
+def _networks(arrays: Mapping[str, NDArray[Any]]) -> tuple[Network, ...]:
+    """One network per pair; errors as `Network.from_arrays`."""
+    pairs = len(arrays["table.deviation"]) // PARAMETERS
+    parts = (
+        {
+            name.removeprefix(_prefix(p)): array
+            for name, array in arrays.items()
+            if name.startswith(_prefix(p))
+        }
+        for p in range(pairs)
+    )
+    return tuple(Network.from_arrays(part) for part in parts)
 
 
 @dataclass(frozen=True, slots=True)
