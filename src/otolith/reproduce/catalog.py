@@ -11,6 +11,7 @@ from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
 from otolith.reproduce.studies import (
+    counting,
     effort,
     emulator,
     explicit_signals,
@@ -145,6 +146,8 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-terminal", Item("studies", weights.terminal, weights.terminal_jobs)),
         ("study-start", Item("studies", effort.start, effort.start_jobs)),
         ("study-solver", Item("studies", effort.solver, effort.solver_jobs)),
+        ("study-acado-start", Item("studies", counting.acado, counting.acado_jobs)),
+        ("study-mean", Item("studies", counting.means, counting.mean_jobs)),
         ("study-damping", Item("studies", effort.damping, effort.damping_jobs)),
         ("study-emulator-weights", Item("studies", emulator.weights, emulator.weights_jobs)),
         ("study-emulator-guess", Item("studies", emulator.guess, emulator.guess_jobs)),

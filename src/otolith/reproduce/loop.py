@@ -23,7 +23,9 @@ from otolith.platforms import Platform, load
 from otolith.qp.engines import StageEngine
 from otolith.qp.stage import StageProblem
 from otolith.registry import CUEING, FOUR_MODELS, PLANTS, SOLVERS
+from otolith.reproduce.parametric import ParametricEngine
 from otolith.reproduce.variants import (
+    ACADO,
     QPOASES,
     Damped,
     QpOasesEngine,
@@ -46,6 +48,7 @@ _SECONDS: Final = {
     ("structured", 1): 0.3,
     ("structured", 2): 0.4,
     (QPOASES, 1): 9.0,
+    (ACADO, 1): 2.5,
 }  # per ten seconds of scenario
 # The laws that give the guesses: sections 4.1.1 and 4.2.1.
 EXPLICIT: Final = {
@@ -120,6 +123,8 @@ class Loop:
 
         if self.solver == QPOASES:
             return QpOasesEngine
+        if self.solver == ACADO:
+            return ParametricEngine
         if self.start is not Start.PREVIOUS:
             return started
         made: Callable[..., StageEngine] = SOLVERS[self.solver].load()

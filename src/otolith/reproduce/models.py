@@ -34,7 +34,15 @@ OFTEN: Final = 5  # one training manoeuvre in so many makes the hint of a certif
 SELDOM: Final = 15  # with constant weights: a hint for every pair of them, each a single law
 GUESSES: Final = {"thesis-fit": ("velocity", 0.1), "printed": ("tilt_rate", 1.0)}
 READINGS: Final = ("thesis-fit", "printed")
-SAME: Final = ("study-solver", "study-start", "study-damping", "study-weights", "study-terminal")
+SAME: Final = (
+    "study-acado-start",
+    "study-mean",
+    "study-solver",
+    "study-start",
+    "study-damping",
+    "study-weights",
+    "study-terminal",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,6 +21,9 @@ from otolith.qp.problem import Qp, Solution, Status, kkt_residual
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
 QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)
+ACADO: Final = (
+    "acado"  # solver of a loop: started as ACADO starts qpOASES, see `otolith.reproduce.parametric`
+)
 
 
 def has_qpoases() -> bool:
