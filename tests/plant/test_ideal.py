@@ -36,7 +36,7 @@ def test_without_lag_it_is_a_double_integrator() -> None:
     assert_allclose(state.pose, 0.25)
 
 
-@given(lag=st.floats(0.0, 0.2), a=st.floats(-10, 10), steps=st.integers(1, 7))
+@given(lag=st.just(0.0) | st.floats(1e-6, 0.2), a=st.floats(-10, 10), steps=st.integers(1, 7))
 def test_the_step_size_changes_nothing(lag: float, a: float, steps: int) -> None:
     """The discretisation is exact, so any division of the same time ends in the same state."""
     once, often = Ideal(lag), Ideal(lag)
@@ -50,7 +50,9 @@ def test_the_step_size_changes_nothing(lag: float, a: float, steps: int) -> None
     assert_allclose(parts.twist, whole.twist, atol=1e-10)
 
 
-def test_a_negative_lag_is_refused() -> None:
+def test_a_negative_lag_is_refused_and_one_too_short_to_compute() -> None:
+    with pytest.raises(InputError, match=r"plant lag is 1e-41, must be 0 or at least 1e-06 s"):
+        Ideal(lag=1e-41)
     with pytest.raises(InputError, match=r"plant lag is -1\.0, must be finite and at least 0 s"):
         Ideal(lag=-1.0)
 

@@ -56,5 +56,5 @@ def test_an_unknown_platform_is_refused_with_the_ones_there_are() -> None:
         load("davsy")
     assert (
         str(caught.value)
-        == "platform is 'davsy', must be one of benchmark, davsi, thesis (did you mean davsi?)"
+        == "platform is 'davsy', must be one of benchmark, davsi, davsi-4dof, thesis (did you mean davsi?)"
     )

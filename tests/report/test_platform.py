@@ -10,7 +10,7 @@ import pytest
 from otolith.core.errors import InputError
 from otolith.platforms import load
 from otolith.platforms.reach import reach
-from otolith.report.platform import platform_figure, platform_page, platform_summary, tour
+from otolith.report.platform import platform_figure, platform_page, platform_summary, together_sentence, tour
 from otolith.simulate import Run
 
 DAVSI = load("davsi")
@@ -23,6 +23,9 @@ def test_the_summary_is_plain_json_in_shown_units() -> None:
     assert summary["ranges"]["surge"]["file_m"] == [-0.51, 0.63]
     assert summary["ranges"]["pitch"]["reach_deg"] == pytest.approx(np.degrees(reach(LEGS)["pitch"]))
     assert 0.01 < summary["reachable_share_of_box"] < 0.03
+    assert summary["together"]["circle_m"] == pytest.approx(0.1654, abs=1e-4)
+    assert "0.165 m around neutral with ±8.04 deg" in together_sentence(summary)
+    assert together_sentence(platform_summary(load("thesis"))) == ""
     assert len(summary["servo_frequencies_hz"]) == 6
 
 

@@ -13,7 +13,7 @@ from otolith.cli.output import print_json
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
 from otolith.report import save_figure
-from otolith.report.platform import platform_figure, platform_page, platform_summary
+from otolith.report.platform import platform_figure, platform_page, platform_summary, together_sentence
 
 app = typer.Typer(help="Look at a platform's legs, and fit legs to a data sheet.", no_args_is_help=True)
 
@@ -50,6 +50,8 @@ def show(
         (key, (low, high)), *_ = entry.items()
         unit = key.removeprefix("reach_")
         console.print(f"{axis}: {low:.3f} to {high:.3f} {unit}", highlight=False)
+    if sentence := together_sentence(summary):
+        console.print(sentence, highlight=False, soft_wrap=True)
     console.print(f"written to {folder}: platform.html, .json, .pdf, .png", highlight=False, soft_wrap=True)
 
 

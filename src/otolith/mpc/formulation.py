@@ -11,7 +11,7 @@ blocks' ends (`otolith.qp.blocked`). Without blocks every step is one, M = N.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -41,6 +41,7 @@ from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
 
 BACK_OFF: Final = 2e-8  # [SI] per stage, above the solvers' 1e-9
+HAIR: Final = 1e-4  # [rad], 0.006 deg, far above all tolerances; see `Formulation._rows`
 CIRCLE_BACK_OFF: Final = 1e-6  # [m] per stage, above radius·φ²/2 for the turn φ of one step
 
 
@@ -106,10 +107,14 @@ class Formulation:
         return np.repeat(U, self.lengths, axis=0)
 
     def _rows(self, platform: Platform, pair: AxisPair) -> list[Row]:
-        """Rows of one pair; the position's own are left out where the limit circle implies them."""
+        """Rows of one pair; the position's own are left out where the limit circle implies them.
+
+        A tilt that waits at its limit would have both its rows active, the braking row and the limit, at
+        every stage: twice as many as there are inputs to move them. So the braking row ends a hair before.
+        """
         limits, setting = platform.pair_limits(pair), self.setting
         rows = state_rows(limits) + acceleration_rows(limits)
-        rows += braking_rows(limits, platform.braking, setting.braking)
+        rows += [_a_hair_less(row) for row in braking_rows(limits, platform.braking, setting.braking)]
         rows += terminal_rows(limits) if setting.terminal else []
         if self.radius is not None and min(-limits.position[0], limits.position[1]) >= self.radius:
             rows = [row for row in rows if row.name != "position"]
@@ -181,3 +186,10 @@ class Formulation:
     def _lies_under(self, pair: AxisPair) -> int:
         """Index of the pair under whose tilt this one's gravity lies: roll turns within pitch."""
         return self.pairs.index(SURGE_PITCH) if pair is SWAY_ROLL and SURGE_PITCH in self.pairs else -1
+
+
+def _a_hair_less(row: Row) -> Row:
+    """The braking row of the tilt within bounds tighter by `HAIR`, any other as it is."""
+    if row.name != "braking_tilt":
+        return row
+    return replace(row, lower=row.lower + HAIR, upper=row.upper - HAIR)

@@ -16,23 +16,49 @@ from otolith.core.jit import kernel
 from otolith.core.motion import place_of, pose_of, twist_of
 from otolith.interfaces import PlatformState
 from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
-from otolith.plant.ideal import axis_dynamics
+from otolith.plant.ideal import axis_dynamics, move_axes
 from otolith.platforms.hexapod import MOST, Hexapod, NoPose
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
-from otolith.platforms.supervisor import Supervisor
+from otolith.platforms.supervisor import Supervisor, supervise
 
 PERIOD: Final = 1e-3  # [s] of the servos
 CLOSE: Final = 1e-12  # [m] on the legs, when a pose is found again from them
 
 
 @kernel
-def _generate(motion: Mat, A: Mat, B: Vec, command: Vec, of: Machine, legs: Mat) -> None:
-    """Advance pose, twist, acceleration (3, 6) in place, and write what they ask of the legs (3, 6)."""
-    for axis in range(6):
-        p, v, a, u = motion[0, axis], motion[1, axis], motion[2, axis], command[axis]
-        for row in range(3):
-            motion[row, axis] = A[row, 0] * p + A[row, 1] * v + A[row, 2] * a + B[row, 0] * u
+def _tick(
+    motion: Mat,
+    dynamics: tuple[Mat, Mat],
+    command: Vec,
+    of: Machine,
+    legs: Mat,
+    passed: tuple[Vec, Vec],
+    limits: tuple[float, float, float, float],
+    dt: float,
+    place: Vec,
+    targets: Mat,
+) -> tuple[int, int]:
+    """One period in one call: set-points, supervisor, and, where it gave all, the servos' targets.
+
+    Returns
+    -------
+    What `otolith.platforms.supervisor.supervise` does.
+    """
+    move_axes(motion, dynamics[0], dynamics[1], command)
     leg_motion(motion[0], motion[1], motion[2], of.joints, of.anchors, legs)
+    reason, leg = supervise(legs[0], legs[1], passed[0], passed[1], limits, dt)
+    if reason == 0:
+        place_of(motion[0], place)
+        _aim(place, passed, of, targets)
+    return reason, leg
+
+
+@kernel
+def _aim(place: Vec, passed: tuple[Vec, Vec], of: Machine, targets: Mat) -> None:
+    """Write lengths, speeds and the weight in the pose into the targets (3, 6)."""
+    targets[0] = passed[0]
+    targets[1] = passed[1]
+    carry(place, of, targets[2])
 
 
 @kernel
@@ -60,6 +86,7 @@ class Drive:
         self.period, self.targets = period, np.zeros((3, 6))  # lengths, speeds, weights
         self.machine = machine(hexapod)
         self._dynamics = axis_dynamics(lag, period)
+        self._passed = (self.supervisor.lengths, self.supervisor.speeds)  # the supervisor's own
         self._motion, self._legs = np.zeros((3, 6)), np.empty((3, 6))  # of the set-points; what they ask
         self._place, self._before = np.zeros(7), np.zeros(6)
         self.reset(PlatformState())
@@ -76,12 +103,22 @@ class Drive:
     def tick(self, acceleration: Vec) -> Mat:
         """Targets (3, 6) of the servos at the end of the next period: lengths, speeds, weights."""
         self._before[:] = self._motion[1]
-        _generate(self._motion, *self._dynamics, acceleration, self.machine, self._legs)
-        if self.supervisor.follow(self._legs[0], self._legs[1]):
+        supervisor = self.supervisor
+        code, leg = _tick(
+            self._motion,
+            self._dynamics,
+            acceleration,
+            self.machine,
+            self._legs,
+            self._passed,
+            supervisor.limits,
+            self.period,
+            self._place,
+            self.targets,
+        )
+        if supervisor.account(code, leg, self._legs[0]):
             self._go_on()
-        else:
-            place_of(self._motion[0], self._place)
-        self._aim()
+            self._aim()
         return self.targets
 
     def _go_on(self) -> None:
@@ -93,8 +130,7 @@ class Drive:
             raise NoPose(f"no pose of the leg lengths {lengths} m")
 
     def _aim(self) -> None:
-        self.targets[0], self.targets[1] = self.supervisor.lengths, self.supervisor.speeds
-        carry(self._place, self.machine, self.targets[2])
+        _aim(self._place, self._passed, self.machine, self.targets)
 
 
 def check_gains(hexapod: Hexapod, period: float) -> None:

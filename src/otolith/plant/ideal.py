@@ -4,15 +4,28 @@ Notation: per axis ṗ = v, v̇ = a, ȧ = (a_cmd − a) / T with lag T (eq. 4.9)
 """
 
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import InputError
+from otolith.core.jit import kernel
 from otolith.core.lti import zero_order_hold
 from otolith.core.motion import felt_along
 from otolith.interfaces import Command, PlatformState
 from otolith.platforms import Platform
+
+SHORTEST: Final = 1e-6  # [s] of a lag that is not none
+
+
+@kernel
+def move_axes(motion: Mat, A: Mat, B: Mat, command: Vec) -> None:
+    """Advance pose, twist and acceleration (3, 6) in place under commanded accelerations (6,)."""
+    for axis in range(6):
+        p, v, a, u = motion[0, axis], motion[1, axis], motion[2, axis], command[axis]
+        for row in range(3):
+            motion[row, axis] = A[row, 0] * p + A[row, 1] * v + A[row, 2] * a + B[row, 0] * u
 
 
 class Ideal:
@@ -28,24 +41,24 @@ class Ideal:
     def __init__(self, lag: float = 0.01, *, head: tuple[float, float, float] | None = None) -> None:
         if not 0.0 <= lag < np.inf:
             raise InputError("plant lag", lag, "finite and at least 0 s")
+        if 0.0 < lag < SHORTEST:  # its exponential would overflow
+            raise InputError("plant lag", lag, f"0 or at least {SHORTEST:g} s")
         self._lag = lag
         self._head = None if head is None else np.array(head, dtype=np.float64)
-        self._state = PlatformState()
+        self._motion = np.zeros((3, 6))  # pose, twist, acceleration
 
     def reset(self, state: PlatformState) -> None:
         """Put the platform to `state`."""
-        self._state = state
+        self._motion[0], self._motion[1], self._motion[2] = state.pose, state.twist, state.acceleration
 
     def step(self, command: Command, dt: float) -> PlatformState:
         """Integrate the commanded accelerations (6,) over dt [s]."""
         A, B = axis_dynamics(self._lag, dt)
-        now = self._state
-        motion = np.stack([now.pose, now.twist, now.acceleration])  # (3, 6)
-        after = A @ motion + B * command.acceleration
-        self._state = PlatformState(
-            pose=after[0], twist=after[1], acceleration=after[2], specific_force=self._sensed(after)
+        motion = self._motion
+        move_axes(motion, A, B, command.acceleration)
+        return PlatformState(
+            pose=motion[0], twist=motion[1], acceleration=motion[2], specific_force=self._sensed(motion)
         )
-        return self._state
 
     def _sensed(self, motion: Mat) -> Vec | None:
         if self._head is None:
@@ -56,7 +69,7 @@ class Ideal:
 
 
 @lru_cache(maxsize=64)
-def axis_dynamics(lag: float, dt: float) -> tuple[Mat, Vec]:
+def axis_dynamics(lag: float, dt: float) -> tuple[Mat, Mat]:
     """Exact (A (3, 3), B (3, 1)) of one axis (p, v, a) over dt with the command held."""
     if lag == 0.0:
         A = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])

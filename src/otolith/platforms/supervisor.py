@@ -196,7 +196,7 @@ class Supervisor:
         self.period = period  # [s]
         self.lengths, self.speeds = np.empty(6), np.zeros(6)  # passed on: [m], [m/s]
         self._hexapod = hexapod
-        self._limits = (*hexapod.stroke, hexapod.speed, hexapod.acceleration)
+        self.limits = (*hexapod.stroke, hexapod.speed, hexapod.acceleration)  # as `supervise` takes them
         self._ticks = 0
         self._kept: list[Intervention] = []
         self.reset(np.zeros(6), np.zeros(6))
@@ -211,12 +211,9 @@ class Supervisor:
         """
         self._hexapod.check(pose)
         motion = self._hexapod.leg_motion(pose, twist, np.zeros(6))
-        V, A = self._limits[2:]
+        V, A = self.limits[2:]
         fast = np.abs(motion.speed).max()
-        if (
-            not fast <= V
-            or _first_outside(motion.length, motion.speed, self._limits[:2], A, self.period) >= 0
-        ):
+        if not fast <= V or _first_outside(motion.length, motion.speed, self.limits[:2], A, self.period) >= 0:
             raise InputError(
                 "leg speed to start with", f"{fast:.3g} m/s", "one that can stop within the stroke"
             )
@@ -226,11 +223,15 @@ class Supervisor:
 
     def follow(self, lengths: Vec, speeds: Vec) -> bool:
         """Go one period towards set-points (6,) at its end; whether it gave less than was asked."""
-        code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self._limits, self.period)
+        code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self.limits, self.period)
+        return self.account(code, leg, lengths)
+
+    def account(self, code: int, leg: int, wanted: Vec) -> bool:
+        """Remember what `supervise` told of a period that wanted lengths (6,) [m]; whether it gave less."""
         self._ticks += 1
         reason = _REASONS[code]
         if reason is not None:
-            self._note(reason, leg, lengths)
+            self._note(reason, leg, wanted)
         return reason is not None
 
     def _note(self, reason: Reason, leg: int, wanted: Vec) -> None:

@@ -1,6 +1,7 @@
 """A platform made visible: its legs, what they reach, how firmly they stand, and a run in motion."""
 
 import io
+import math
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -13,12 +14,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import AXES
 from otolith.plant.dynamics import frequencies
 from otolith.platforms import Platform
 from otolith.platforms.fit import table_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach
+from otolith.platforms.together import together
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
 from otolith.report.view import FRAMES_PER_SECOND, frames_of, platform_view
 from otolith.simulate import Run
@@ -56,8 +59,40 @@ def platform_summary(platform: Platform) -> dict[str, Any]:
         "leg_stroke_m": list(hexapod.stroke),
         "condition_neutral": hexapod.condition(np.zeros(6)),
         "reachable_share_of_box": box_share(hexapod),
+        "together": _together(platform),
         "servo_frequencies_hz": frequencies(hexapod).tolist(),
     }
+
+
+def _together(platform: Platform) -> dict[str, float] | None:
+    """What four axes can do in every combination; None where the file lacks a limit of theirs."""
+    try:
+        found = together(platform)
+    except InputError:
+        return None
+    return {
+        "reach_share": found.reach,
+        "speed_share": found.speed,
+        "acceleration_share": found.acceleration,
+        "circle_m": found.circle,
+        "tilt_deg": math.degrees(found.tilt),
+        "velocity_mps": found.velocity,
+        "tilt_rate_degps": math.degrees(found.tilt_rate),
+        "acceleration_mps2": found.translation,
+        "tilt_acceleration_degps2": math.degrees(found.tilt_acceleration),
+    }
+
+
+def together_sentence(summary: dict[str, Any]) -> str:
+    """What four axes can do in every combination, in one sentence; empty where the file does not tell."""
+    all_at_once = summary["together"]
+    if all_at_once is None:
+        return ""
+    return (
+        "Surge, sway, roll and pitch in every combination: {circle_m:.3f} m around neutral with "
+        "±{tilt_deg:.2f} deg, {velocity_mps:.3f} m/s, {tilt_rate_degps:.1f} deg/s, "
+        "{acceleration_mps2:.2f} m/s², {tilt_acceleration_degps2:.0f} deg/s²."
+    ).format(**all_at_once)
 
 
 def platform_figure(platform: Platform) -> Figure:
@@ -175,7 +210,9 @@ def platform_page(
 {view}</section>
 <section><h2>Reach of each axis alone</h2><div class="wide"><table><thead><tr><th>axis</th><th>legs reach</th>
 <th>the file allows</th></tr></thead><tbody>{rows}</tbody></table></div>
-<p class="note">Of the box of all these ranges at once the legs reach {share:.1f} %.</p></section>
+<p class="note">Of the box of all these ranges at once the legs reach {share:.1f} %.
+{escape(together_sentence(summary))}</p>
+</section>
 <section><h2>Across two axes</h2><p>Coloured: the legs are within their strokes, the other four axes neutral.
 Dashed: what the file allows each axis alone.</p><div class="drawing">{_svg(figure)}</div></section>
 </main><footer>Made by Otolith. This page is complete in itself.</footer></body></html>

@@ -1,0 +1,181 @@
+"""What surge, sway, roll and pitch can do all at once on six legs: the largest share of a data sheet.
+
+A data sheet prints what each axis does alone. A controller with a limit per axis needs limits that hold in
+every combination. Here each of a platform's three sets of limits (reach, speeds, accelerations) is scaled
+by one factor, the largest with which the legs keep theirs whatever the four axes do together.
+
+Notation: a joint on the platform and b its anchor, from the reference point; R of roll and pitch; with
+c = b − R a = (c_h, c_z) the leg at the horizontal place p is |p − c| long, and over the disc |p| ≤ r it is
+between √(max(|c_h| − r, 0)² + c_z²) and √((|c_h| + r)² + c_z²), both attained. A tilt of its
+own changes R a by no more than |a| times the angle: so a cell of roll × pitch whose middle has that much to
+spare is proved, and one that has not is divided. Checked by test_no_pose_of_the_share_needs_more_stroke.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
+from otolith.core.motion import place_of, rotation_of
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.platform import Platform, Rotation, Translation
+
+DIVISIONS: Final = 14  # of a cell at most; what is not proved by then counts as out of reach
+BISECTIONS: Final = 20  # of the share
+TILTS: Final = 7  # of a side of the grid of tilts over which leg speeds and accelerations are sought
+PLACES: Final = 24  # around the edge of the disc, beside its middle
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Together:
+    """Shares of a platform's limits that surge, sway, roll and pitch may use at the same time."""
+
+    reach: float  # of circle and angles
+    speed: float  # of velocities and tilt rates
+    acceleration: float  # of accelerations, at these speeds
+
+    circle: float  # [m] radius of surge and sway
+    tilt: float  # ± [rad] of roll and of pitch
+    velocity: float  # ± [m/s] of surge and of sway
+    tilt_rate: float  # ± [rad/s]
+    translation: float  # ± [m/s²] acceleration of surge and of sway
+    tilt_acceleration: float  # ± [rad/s²]
+
+
+def _spare(hexapod: Hexapod, circle: float, tilt: Vec) -> float:
+    """Least distance [m] of a leg from the ends of its stroke over the disc, at (roll, pitch)."""
+    place, R = np.empty(7), np.empty((3, 3))
+    place_of(np.array([0.0, 0.0, 0.0, tilt[0], tilt[1], 0.0]), place)
+    rotation_of(place, R)
+    c = hexapod.anchors - hexapod.joints @ R.T
+    away = np.hypot(c[:, 0], c[:, 1])
+    shortest = np.hypot(np.maximum(away - circle, 0.0), c[:, 2])
+    longest = np.hypot(away + circle, c[:, 2])
+    low, high = hexapod.stroke
+    return float(min(np.min(shortest - low), np.min(high - longest)))
+
+
+def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
+    """Whether it is proved that the legs reach every pose of a disc and of tilts, heave and yaw neutral.
+
+    Parameters
+    ----------
+    circle : [m] surge² + sway² ≤ circle².
+    tilt : [rad] |roll| ≤ tilt and |pitch| ≤ tilt.
+    """
+    lever = float(np.max(np.linalg.norm(hexapod.joints, axis=1)))
+    cells, half = [np.zeros(2)], tilt
+    for _ in range(DIVISIONS):
+        spare = [_spare(hexapod, circle, cell) for cell in cells]
+        if not min(spare) >= 0.0:
+            return False
+        doubtful = [cell for cell, s in zip(cells, spare, strict=True) if s < 2.0 * half * lever]
+        if not doubtful:
+            return True
+        half *= 0.5
+        corners = [half * np.array(signs) for signs in itertools.product((-1.0, 1.0), repeat=2)]
+        cells = [cell + corner for cell in doubtful for corner in corners]
+    return False
+
+
+def reach_share(hexapod: Hexapod, circle: float, tilt: float) -> float:
+    """The largest share of a disc [m] and of tilts [rad], at most 1, that `reaches_all` proves."""
+    low, high = 0.0, 1.0
+    if reaches_all(hexapod, circle, tilt):
+        return high
+    for _ in range(BISECTIONS):
+        share = 0.5 * (low + high)
+        low, high = (share, high) if reaches_all(hexapod, share * circle, share * tilt) else (low, share)
+    return low
+
+
+def _poses(circle: float, tilt: float) -> Mat:
+    """A grid of poses (n, 6): the disc's middle and edge, with roll and pitch over their square."""
+    around = np.linspace(0.0, 2.0 * math.pi, PLACES, endpoint=False)
+    places = np.vstack([np.zeros(2), circle * np.column_stack([np.cos(around), np.sin(around)])])
+    tilts = np.linspace(-tilt, tilt, TILTS)
+    grid = [(*place, 0.0, roll, pitch, 0.0) for place in places for roll in tilts for pitch in tilts]
+    return np.array(grid)
+
+
+def _of_four(line: float, turn: float) -> Vec:
+    """A six-vector with `line` for surge and sway and `turn` for roll and pitch."""
+    return np.array([line, line, 0.0, turn, turn, 0.0])
+
+
+def _speed_share(hexapod: Hexapod, poses: Mat, speeds: Vec) -> float:
+    """The largest share of axis speeds (6,), at most 1, at which no combination is too fast for a leg."""
+    fastest = max(float(np.max(np.abs(hexapod.pose_jacobian(pose)) @ speeds)) for pose in poses)
+    return min(1.0, hexapod.speed / fastest)
+
+
+def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations: Vec) -> float:
+    """The same of axis accelerations (6,) in motion: curved paths take a part of what the legs can do."""
+    signs = [np.array([1.0, a, 0.0, b, c, 0.0]) for a, b, c in itertools.product((-1.0, 1.0), repeat=3)]
+    share = 1.0
+    for pose in poses:
+        curved = np.max(
+            [np.abs(hexapod.leg_motion(pose, s * speeds, np.zeros(6)).acceleration) for s in signs], axis=0
+        )
+        asked = np.abs(hexapod.pose_jacobian(pose)) @ accelerations
+        share = min(share, float(np.min((hexapod.acceleration - curved) / asked)))
+    return share
+
+
+def together(platform: Platform) -> Together:
+    """What a platform's legs can do of its file's limits with four axes at once, heave and yaw neutral.
+
+    Of unequal limits the smaller counts: of the two ends of a reach, of surge and sway, of roll and pitch.
+    Reach is proved; speeds and accelerations are the worst over a grid of poses.
+
+    Raises
+    ------
+    InputError : no legs in the file, or a limit of the four axes, or the limit circle, is missing.
+    """
+    hexapod, given = platform.six_legs(), _limits(platform)
+    reach = reach_share(hexapod, given.circle, given.tilt)
+    poses = _poses(reach * given.circle, reach * given.tilt)
+    fast = _of_four(given.velocity, given.tilt_rate)
+    speed = _speed_share(hexapod, poses, fast)
+    strong = _of_four(given.translation, given.tilt_acceleration)
+    acceleration = _acceleration_share(hexapod, poses, speed * fast, strong)
+    return Together(
+        reach=reach,
+        speed=speed,
+        acceleration=acceleration,
+        circle=reach * given.circle,
+        tilt=reach * given.tilt,
+        velocity=speed * given.velocity,
+        tilt_rate=speed * given.tilt_rate,
+        translation=acceleration * given.translation,
+        tilt_acceleration=acceleration * given.tilt_acceleration,
+    )
+
+
+def _limits(platform: Platform) -> Together:
+    """All of a file's limits, share 1."""
+    lines = [axis for axis in (platform.surge, platform.sway) if isinstance(axis, Translation)]
+    turns = [axis for axis in (platform.roll, platform.pitch) if isinstance(axis, Rotation)]
+    rates = [turn.rate_degps for turn in turns if turn.rate_degps is not None]
+    turning = [turn.acceleration_degps2 for turn in turns if turn.acceleration_degps2 is not None]
+    if platform.circle is None or not len(lines) == len(rates) == len(turning) == 2:
+        raise InputError(
+            f"a limit of surge, sway, roll or pitch, or circle_m, of platform {platform.name}",
+            "missing",
+            "in its file for what the four can do together",
+        )
+    return Together(
+        reach=1.0,
+        speed=1.0,
+        acceleration=1.0,
+        circle=platform.circle,
+        tilt=math.radians(min(min(-turn.angle_deg[0], turn.angle_deg[1]) for turn in turns)),
+        velocity=min(line.velocity_mps for line in lines),
+        tilt_rate=math.radians(min(rates)),
+        translation=min(line.acceleration_mps2 for line in lines),
+        tilt_acceleration=math.radians(min(turning)),
+    )
