@@ -80,10 +80,12 @@ class Learned:
 
     def __init__(self, networks: Sequence[Network], braking: Mat, shape: tuple[int, int]) -> None:
         features = np.empty(FEATURES * len(braking))
-        layers = np.empty(2 * max(int(network.sizes.max()) for network in networks), dtype=np.float32)
-        numbers, sizes, outputs = zip(
-            *((one.numbers, one.sizes, one.outputs.copy()) for one in networks), strict=True
+        sizes = np.array([network.sizes for network in networks])
+        numbers, outputs = (
+            np.concatenate([getattr(network, name) for network in networks])
+            for name in ("numbers", "outputs")
         )
+        layers = np.empty(2 * int(sizes.max()), dtype=np.float32)
         self._given = (braking, numbers, sizes, outputs, features, layers)
         self._set = np.zeros((1, *shape), dtype=np.int64)
         self._rows = self._set.ravel()
@@ -103,26 +105,32 @@ def expect(
     x: Vec,
     wanted: Vec,
     braking: Mat,
-    numbers: tuple[Singles, ...],
-    sizes: tuple[Ints, ...],
-    outputs: tuple[Ints, ...],
+    numbers: Singles,
+    sizes: Ints,
+    outputs: Ints,
     features: Vec,
     layers: Singles,
     rows: Ints,
 ) -> None:
-    """Rows (M·rows,) that the networks expect to be active: +1 upper side, −1 lower, 0 free."""
+    """Rows (M·rows,) that the networks expect to be active: +1 upper side, −1 lower, 0 free.
+
+    `numbers`, `sizes` (P, layers) and `outputs` are those of all networks, one after the other.
+    """
     describe(x, wanted, braking, features)
     rows[:] = 0
-    for p in range(len(numbers)):
+    at, first = 0, 0
+    for p in range(len(sizes)):
         of_pair = features[FEATURES * p : FEATURES * (p + 1)]
-        expect_of_pair(of_pair, numbers[p], sizes[p], outputs[p], layers, rows)
+        last = first + sizes[p, -1]
+        at += expect_of_pair(of_pair, numbers[at:], sizes[p], outputs[first:last], layers, rows)
+        first = last
 
 
 @kernel
 def expect_of_pair(
     features: Vec, numbers: Singles, sizes: Ints, outputs: Ints, layers: Singles, rows: Ints
-) -> None:
-    """Write the rows that one network expects, and no others."""
+) -> int:
+    """Write the rows that one network expects, and no others; how many of the numbers are its own."""
     n, half = sizes[0], len(layers) // 2
     h, following = layers[:half], layers[half:]
     for i in range(n):
@@ -142,6 +150,7 @@ def expect_of_pair(
     for j in range(n):
         if h[j] > 0.0:
             rows[abs(outputs[j]) - 1] = 1 if outputs[j] > 0 else -1
+    return at
 
 
 @kernel

@@ -162,7 +162,10 @@ def _networks(arrays: Mapping[str, NDArray[Any]]) -> tuple[Network, ...]:
         }
         for p in range(pairs)
     )
-    return tuple(Network.from_arrays(part) for part in parts)
+    networks = tuple(Network.from_arrays(part) for part in parts)
+    if len({len(network.sizes) for network in networks}) > 1:
+        raise ValueError("the networks differ in depth")
+    return networks
 
 
 @dataclass(frozen=True, slots=True)

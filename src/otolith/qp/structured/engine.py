@@ -60,7 +60,7 @@ class StructuredSolver:
         self.structure = Structure.of(problem, blocks)
         self.kernels: Any = module_of(self.structure, extension)
         self._workspace = Workspace(self.structure)
-        self._offered = self.part("OFFERED")
+        self._offered, self._hint = self.part("OFFERED"), self.rows("HINT")
         self._answer = (self.part("INFO"), self.part("PLAN"), self.part("X"), self.rows("MULTIPLIER"))
         self._write_constants()
 
@@ -116,7 +116,7 @@ class StructuredSolver:
             return
         asked = hint()
         if asked is not None:
-            self.rows("HINT")[:] = asked
+            self._hint[:] = asked
         self._offered[0] = _REFUSED if asked is None else _GIVEN
         self.kernels.solve(self.vector)
 
