@@ -5,7 +5,16 @@ from typing import Any
 
 import pytest
 
-from otolith.report.thesis import chapter_of, heading_of, number, page
+from otolith.report.thesis import (
+    beside,
+    chapter_of,
+    heading_of,
+    number,
+    page,
+    sorted_reasons,
+    unexplained,
+    wordy,
+)
 from otolith.report.thesis_figures import draw, svg
 from otolith.report.thesis_print import _columns, save_pdf
 
@@ -94,6 +103,38 @@ def test_numbers_carry_their_verdict_and_reasons_their_study() -> None:
     assert "<code>otolith reproduce study-elsewhere</code>" in text
 
 
+def _with_reasons(**found: str) -> dict[str, Any]:
+    studies = {f"study-{name}": item(kind="study", title=name) for name in found}
+    for name, bearing in found.items():
+        studies[f"study-{name}"]["bears_on"] = {"table-5.5": bearing} if bearing else {}
+    table = item(numbers=[one("sine", "first", 9.0, "differs")], reasons=list(studies))
+    return {"table-5.5": table, **studies}
+
+
+def test_a_page_tells_what_explains_from_what_was_excluded() -> None:
+    items = _with_reasons(sign="explains", solver="excluded", state="adopted", other="")
+    items["table-5.5"]["reasons"].append("study-elsewhere")
+    groups = dict(sorted_reasons("table-5.5", items))
+    assert [studies for heading, studies in groups.items() if heading.startswith("Explained")] == [
+        ["study-sign"]
+    ]
+    assert groups["Tested, and excluded as a reason:"] == ["study-solver"]
+    assert groups["Tested by what is not part of this run:"] == ["study-elsewhere"]
+    assert next(name for studies in groups.values() for name in studies) == "study-state"
+    assert unexplained("table-5.5", items) == ""
+    assert "excluded as a reason" in page({**DOCUMENT, "items": items})
+
+
+def test_a_page_says_plainly_when_nothing_that_was_tested_explains() -> None:
+    items = _with_reasons(solver="excluded", state="adopted")
+    assert unexplained("table-5.5", items) == "1 number differs, and no reading that was tested explains it."
+    assert "no reading that was tested explains it" in page({**DOCUMENT, "items": items})
+    items["table-5.5"]["reasons"].append("study-elsewhere")  # which may explain it
+    assert unexplained("table-5.5", items) == "1 number differs."
+    items["table-5.5"]["verdicts"] = {**items["table-5.5"]["verdicts"], "differs": 0}
+    assert unexplained("table-5.5", items) == ""
+
+
 def test_a_page_of_studies_alone_has_no_summary() -> None:
     text = page({**DOCUMENT, "items": {"study-weights": DOCUMENT["items"]["study-weights"]}})  # type: ignore[index]
     assert "In short" not in text
@@ -137,7 +178,44 @@ def test_the_print_takes_a_new_page_when_one_is_full(tmp_path: Path) -> None:
 
 def test_a_table_too_wide_for_the_paper_goes_on_below() -> None:
     rows = [["name", *[f"column {k} of many" for k in range(12)]], ["a", *range(12)]]
-    lines = [text for _, text in _columns(rows)]
+    lines = [line for _, text in _columns(rows) for line in text.split("\n")]
     assert max(map(len, lines)) <= 124
-    assert all(any(f"column {k} of many" in line for line in lines) for k in range(12))
-    assert sum(line.startswith("a ") for line in lines) == sum(line.startswith("name ") for line in lines) > 1
+    words = [word for line in lines for word in line.split()]
+    assert all(words.count(str(k)) == 2 for k in range(12))  # in the head, and below it
+    heads = [text for kind, text in _columns(rows) if kind == "head"]
+    assert sum(line.startswith("a ") for line in lines) == len(heads) > 1
+    assert all("name" in head for head in heads)
+
+
+def test_words_stand_to_the_left_and_long_heads_are_broken() -> None:
+    rows = [
+        ["case", "kind of thing", "a head much longer than its column"],
+        ["one", "law", 1.5],
+        ["two", "a guess", 12],
+    ]
+    (_, head), *body = _columns(rows)
+    assert [text for _, text in body] == [
+        "one   law                    1.5",
+        "two   a guess                 12",
+    ]
+    assert head.count("\n") == 2
+    assert wordy(["law", "", None]) is True
+    assert wordy(["law", 3]) is False
+    assert wordy(["±24.3", "3 of 4"]) is False
+
+
+@pytest.mark.parametrize(
+    ("published", "ours", "text"),
+    [
+        (1.3358, 1.34136, ("1.3358", "1.3414")),
+        (11131.0, 11171.0, ("11131", "11171")),
+        (0.003, 0.00533, ("0.003", "0.00533")),
+        (35.65, -4.634, ("35.65", "-4.63")),
+        (9.0, 0.0, ("9", "0")),
+        (2.0, float("nan"), ("2", "nan")),
+    ],
+)
+def test_ours_has_as_many_digits_as_the_published_number(
+    published: float, ours: float, text: tuple[str, str]
+) -> None:
+    assert beside(published, ours) == text

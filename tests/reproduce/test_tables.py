@@ -172,7 +172,7 @@ def test_the_definition_that_gives_the_published_counts_is_found(built: dict[str
     one_radius, toolbox = built["study-tolerance"].claims
     assert (one_radius.holds, toolbox.holds) == (False, True)
     assert "100.0 %" in one_radius.figures
-    assert built["study-tolerance"].grids[0].rows[-1][3:].count("0.0 %") == 1
+    assert built["study-tolerance"].grids[0].rows[-1][2:].count("0.0 %") == 1
 
 
 def test_open_parameters_explain_what_overlaps_do_not(built: dict[str, Outcome]) -> None:

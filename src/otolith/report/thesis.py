@@ -3,6 +3,7 @@
 It reads the plain values that `otolith reproduce` writes, so that a page can be made again from its JSON.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cache
 from html import escape
@@ -20,6 +21,22 @@ CHAPTERS: Final = {  # what an item's name and kind say -> heading
 }
 MARKS: Final = {"agrees": "●", "within 10 %": "◐", "same order": "○", "differs": "×"}
 CLASSES: Final = {"agrees": "v1", "within 10 %": "v2", "same order": "v3", "differs": "v4"}
+BEARINGS: Final = {  # what a study found out about a table -> heading
+    "adopted": "Decided by test, and read so above:",
+    "explains": "Explained by test, in whole or in part:",
+    "excluded": "Tested, and excluded as a reason:",
+}
+UNITS: Final = {
+    "rmse": "RMSE [m/s²]",
+    "rmse_without": "RMSE without braking rows [m/s²]",
+    "rmse_with": "with [m/s²]",
+    "travel": "travel RMS [m]",
+    "constant_rmse": "constant weights: RMSE [m/s²]",
+    "constant_travel": "travel RMS [m] ",
+}
+MOST: Final = 6  # digits after the point
+NEUTRAL: Final = "Tested besides:"
+ABSENT: Final = "Tested by what is not part of this run:"
 PANEL_WIDTH: Final = 22  # [rem] on screen
 RULE: Final = (
     ("agrees", "within 2 %, or within half a unit of the last printed digit"),
@@ -82,6 +99,24 @@ def number(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
+def beside(published: float, ours: float) -> tuple[str, str]:
+    """A published number as it is printed, ours with as many digits after the point, or three that count."""
+    printed = f"{published:.10g}"
+    decimals = len(printed.partition(".")[2]) if "e" not in printed else 0
+    if not math.isfinite(ours) or ours == 0.0 or "e" in printed:
+        return printed, number(ours)
+    three = 0 if float(ours).is_integer() else 2 - math.floor(math.log10(abs(ours)))
+    return printed, f"{ours:.{min(max(decimals, three, 0), MOST)}f}"
+
+
+def wordy(cells: Sequence[Any]) -> bool:
+    """Whether a column holds words, which stand to the left, not numbers."""
+    words = [cell for cell in cells if isinstance(cell, str) and cell]
+    return len(words) == len([cell for cell in cells if cell not in ("", None)]) and not any(
+        word[0].isdigit() or word[0] in "-−+±>–" for word in words
+    )
+
+
 def pivot(numbers: Sequence[Values]) -> tuple[list[str], dict[str, dict[str, Values]]]:
     """Columns of a table in their order, and its numbers by row and column."""
     columns = list(dict.fromkeys(one["column"] for one in numbers))
@@ -89,6 +124,11 @@ def pivot(numbers: Sequence[Values]) -> tuple[list[str], dict[str, dict[str, Val
     for one in numbers:
         rows.setdefault(one["row"], {})[one["column"]] = one
     return columns, rows
+
+
+def column_of(name: str) -> str:
+    """A column's head: words and unit of what the data files name by a key."""
+    return UNITS.get(name, name.replace("_", " "))
 
 
 def _page(document: Values, body: str) -> str:
@@ -179,7 +219,7 @@ def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
     if item["panels"]:
         parts.append(_figure(item["panels"]))
     parts += [_grid(grid) for grid in item["grids"]]
-    parts.append(_reasons(item, items))
+    parts.append(_reasons(name, items))
     return "".join(parts) + "</section>"
 
 
@@ -204,7 +244,7 @@ def _numbers(numbers: Sequence[Values]) -> str:
     if not numbers:
         return ""
     columns, rows = pivot(numbers)
-    head = "".join(f"<th>{escape(column.replace('_', ' '))}</th>" for column in columns)
+    head = "".join(f"<th>{escape(column_of(column))}</th>" for column in columns)
     body = "".join(
         f'<tr><th scope="row">{escape(row)}</th>{"".join(_cell(cells.get(c)) for c in columns)}</tr>'
         for row, cells in rows.items()
@@ -220,18 +260,23 @@ def _cell(one: Values | None) -> str:
         return "<td>–</td>"
     ratio = "" if one["ratio"] is None else f"{one['ratio']:.2f}"
     bound = "&gt; " if one["at_least"] else ""
+    printed, ours = beside(one["published"], one["ours"])
     return (
         f'<td class="{CLASSES[one["verdict"]]}" title="{escape(one["verdict"])}">'
-        f'<span class="published">{bound}{number(one["published"])}</span> <b>{number(one["ours"])}</b> '
+        f'<span class="published">{bound}{printed}</span> <b>{ours}</b> '
         f'<span class="ratio">{ratio} {MARKS[one["verdict"]]}</span></td>'
     )
 
 
 def _grid(grid: Values) -> str:
-    head = "".join(f"<th>{escape(str(cell))}</th>" for cell in grid["header"])
+    words = [wordy([row[k] for row in grid["rows"]]) for k in range(len(grid["header"]))]
+    classes = ["" if k == 0 or not of_words else ' class="words"' for k, of_words in enumerate(words)]
+    head = "".join(
+        f"<th{c}>{escape(str(cell))}</th>" for c, cell in zip(classes, grid["header"], strict=True)
+    )
     body = "".join(
         f'<tr><th scope="row">{escape(number(row[0]))}</th>'
-        + "".join(f"<td>{escape(number(cell))}</td>" for cell in row[1:])
+        + "".join(f"<td{c}>{escape(number(v))}</td>" for c, v in zip(classes[1:], row[1:], strict=True))
         + "</tr>"
         for row in grid["rows"]
     )
@@ -241,14 +286,43 @@ def _grid(grid: Values) -> str:
     )
 
 
-def _reasons(item: Values, items: Mapping[str, Values]) -> str:
-    """Which experiments tested why numbers differ; those made in the same run are links."""
-    if not item["reasons"]:
+def sorted_reasons(name: str, items: Mapping[str, Values]) -> list[tuple[str, list[str]]]:
+    """Studies of a table by what they found out about it: a heading and their names, none empty.
+
+    Parameters
+    ----------
+    name : of the table.
+    items : all items of the run. What a study that is not among them would say is not known.
+    """
+    groups: dict[str, list[str]] = {heading: [] for heading in (*BEARINGS.values(), NEUTRAL, ABSENT)}
+    for study in items[name]["reasons"]:
+        found = items[study].get("bears_on", {}).get(name, "") if study in items else ""
+        groups[BEARINGS.get(found, NEUTRAL) if study in items else ABSENT].append(study)
+    return [(heading, studies) for heading, studies in groups.items() if studies]
+
+
+def unexplained(name: str, items: Mapping[str, Values]) -> str:
+    """The sentence for a table with numbers that differ, of which no study in the run explains any."""
+    item = items[name]
+    count = item["verdicts"]["differs"] if item["numbers"] else 0
+    studies = [items[study] for study in item["reasons"] if study in items]
+    if not count or any(study.get("bears_on", {}).get(name) == "explains" for study in studies):
         return ""
-    entries = "".join(
-        f'<li><a href="#{name}">{escape(items[name]["title"])}</a></li>'
-        if name in items
-        else f"<li><code>otolith reproduce {name}</code></li>"
-        for name in item["reasons"]
-    )
-    return f'<div class="reasons"><p>Tested as reasons for what differs:</p><ul>{entries}</ul></div>'
+    what = "1 number differs" if count == 1 else f"{count} numbers differ"
+    if len(studies) < len(item["reasons"]) or not item["reasons"]:
+        return f"{what}."
+    return f"{what}, and no reading that was tested explains it."
+
+
+def _reasons(name: str, items: Mapping[str, Values]) -> str:
+    """What experiments found out about this table's differences; those made in the same run are links."""
+    parts = [f"<p><strong>{escape(told)}</strong></p>"] if (told := unexplained(name, items)) else []
+    for heading, studies in sorted_reasons(name, items):
+        entries = "".join(
+            f'<li><a href="#{study}">{escape(items[study]["title"])}</a></li>'
+            if study in items
+            else f"<li><code>otolith reproduce {study}</code></li>"
+            for study in studies
+        )
+        parts.append(f"<p>{heading}</p><ul>{entries}</ul>")
+    return f'<div class="reasons">{"".join(parts)}</div>' if parts else ""

@@ -12,6 +12,7 @@ from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
 from otolith.reproduce.studies import (
     counting,
+    cues,
     effort,
     emulator,
     explicit_signals,
@@ -148,6 +149,7 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-solver", Item("studies", effort.solver, effort.solver_jobs)),
         ("study-acado-start", Item("studies", counting.acado, counting.acado_jobs)),
         ("study-mean", Item("studies", counting.means, counting.mean_jobs)),
+        ("study-false-cues", Item("studies", cues.study, cues.jobs)),
         ("study-damping", Item("studies", effort.damping, effort.damping_jobs)),
         ("study-emulator-weights", Item("studies", emulator.weights, emulator.weights_jobs)),
         ("study-emulator-guess", Item("studies", emulator.guess, emulator.guess_jobs)),

@@ -40,8 +40,6 @@ SAME: Final = (
     "study-solver",
     "study-start",
     "study-damping",
-    "study-weights",
-    "study-terminal",
 )
 
 
@@ -212,6 +210,7 @@ def errors(table: str, setting: Setting, answers: Answers, pair: str) -> Outcome
         kind="table",
         title=printed.title,
         section=printed.section,
+        text="RMSE of the felt specific force [m/s²].",
         numbers=_numbers(printed, ours),
         claims=both(_in_print(printed), ours, tracking),
         grids=(_grid("The same with washout weights as printed", other),),

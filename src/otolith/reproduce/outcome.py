@@ -1,8 +1,9 @@
 """What reproducing a table, a figure or a study gives: plain values, ready for JSON and for a page."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Any, Final, Literal
 
 from otolith.core.arrays import Vec
@@ -11,6 +12,14 @@ from otolith.reproduce.verdict import Number, Verdict
 Kind = Literal["table", "figure", "study"]
 Cell = str | float | int | bool | None
 POINTS: Final = 1000  # of a curve at most; more than a page shows
+
+
+class Bearing(StrEnum):
+    """What a study found out about the numbers of a table."""
+
+    ADOPTED = "adopted"  # it decided between readings; the table's numbers are those of the better one
+    EXPLAINS = "explains"  # it accounts for differences that remain, in whole or in part
+    EXCLUDED = "excluded"  # what it tried does not account for them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,6 +100,7 @@ class Outcome:
     grids: tuple[Grid, ...] = ()
     panels: tuple[Panel, ...] = ()
     reasons: tuple[str, ...] = ()  # names of the studies that test why numbers differ
+    bears_on: Mapping[str, Bearing] = field(default_factory=dict)  # of a study: by table, from its figures
 
     @property
     def conclusion_holds(self) -> bool:
@@ -124,6 +134,7 @@ class Outcome:
             ],
             "panels": [panel.as_json() for panel in self.panels],
             "reasons": list(self.reasons),
+            "bears_on": {table: bearing.value for table, bearing in self.bears_on.items()},
         }
 
 

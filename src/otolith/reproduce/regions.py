@@ -38,7 +38,7 @@ class Definition:
     @property
     def label(self) -> str:
         """As a column's head."""
-        return f"{2.0 * self.radius:.0e} across, SI" if self.own_units else f"radius {self.radius:.0e} of box"
+        return f"{2.0 * self.radius:.0e} across" if self.own_units else f"{self.radius:.0e} of box"
 
 
 DEFINITIONS: Final = (

@@ -7,9 +7,14 @@ import numpy as np
 
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import Loop
+from otolith.reproduce.outcome import Bearing
 from otolith.reproduce.published import Row, published
 
 PAIR: Final = "surge-pitch"
+ERRORS: Final = ("table-5.7", "table-5.11", "table-5.12", "table-c.6")  # of the four models
+ITERATIONS: Final = ("table-5.5", "table-5.9", "table-c.4", "table-6.2")
+PERCENTAGES: Final = ("table-5.6", "table-5.10", "table-c.5")
+COUNTED: Final = (*ITERATIONS, *PERCENTAGES)
 SMALL_SET: Final = ("sine-0.5", "sine-1", "step-sine-0.5")
 
 
@@ -26,6 +31,11 @@ def rmse(answers: Answers, loops: Mapping[Any, Loop], pair: str = PAIR) -> list[
 def column(table: str, key: str = "implicit") -> list[float]:
     """One column of a published table."""
     return [float(row[key]) for row in published(table).rows]
+
+
+def bearing(tables: Sequence[str], found: bool, then: Bearing) -> dict[str, Bearing]:
+    """What a study says of its tables: `then` when it found what it looked for, else "excluded"."""
+    return dict.fromkeys(tables, then if found else Bearing.EXCLUDED)
 
 
 def signals(table: str) -> list[str]:

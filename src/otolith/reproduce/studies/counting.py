@@ -8,8 +8,8 @@ import numpy as np
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import MODELS, Closed, Loop
 from otolith.reproduce.models import ADAPTIVE_2, READINGS
-from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome
-from otolith.reproduce.studies.common import PAIR, fit, row_of, signals
+from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome
+from otolith.reproduce.studies.common import COUNTED, PAIR, bearing, fit, row_of, signals
 from otolith.reproduce.variants import ACADO
 
 TABLE: Final = "table-5.5"
@@ -84,6 +84,7 @@ def acado(answers: Answers) -> Outcome:
                 rows=tuple(rows),
             ),
         ),
+        bears_on=bearing(COUNTED, fits["ACADO’s start"] < fits["previous working set"], Bearing.EXPLAINS),
     )
 
 
@@ -169,4 +170,5 @@ def means(answers: Answers) -> Outcome:
                 rows=tuple(rows),
             ),
         ),
+        bears_on=bearing(COUNTED, fits["changes, while the reference is not zero"] <= NEAR, Bearing.EXPLAINS),
     )

@@ -5,8 +5,8 @@ from typing import Final
 from otolith.mpc.implicit import Entry
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import MODELS, Loop
-from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome
-from otolith.reproduce.studies.common import PAIR, SMALL_SET, cells, row_of
+from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome
+from otolith.reproduce.studies.common import COUNTED, ERRORS, PAIR, SMALL_SET, bearing, cells, row_of
 from otolith.reproduce.variants import QPOASES, Start, has_qpoases
 
 LAMBDA: Final = 1e-4  # Levenberg-Marquardt term of Table D.1
@@ -70,6 +70,7 @@ def guess(answers: Answers) -> Outcome:
                 rows=tuple(rows),
             ),
         ),
+        bears_on=bearing(ERRORS, moved > 0.02 >= primal_moved, Bearing.ADOPTED),
     )
 
 
@@ -109,6 +110,7 @@ def start(answers: Answers) -> Outcome:
                 ),
             ),
         ),
+        bears_on=bearing(COUNTED, max(cold) < 5.0, Bearing.EXPLAINS),
     )
 
 
@@ -160,6 +162,7 @@ def solver(answers: Answers) -> Outcome:
                 rows=tuple(rows),
             ),
         ),
+        bears_on=bearing(COUNTED, min(ratios) >= 1.5, Bearing.EXPLAINS) if ratios else {},
     )
 
 
@@ -198,4 +201,5 @@ def damping(answers: Answers) -> Outcome:
             ),
         ),
         grids=(Grid(title="Mean changes per step", header=("signal", "λ", *MODELS), rows=tuple(rows)),),
+        bears_on=bearing(COUNTED, largest >= 0.5, Bearing.EXPLAINS),
     )

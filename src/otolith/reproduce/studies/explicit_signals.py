@@ -7,8 +7,8 @@ from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.model import BrakingRows
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import Loop
-from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome
-from otolith.reproduce.studies.common import PAIR, fit, row_of
+from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome
+from otolith.reproduce.studies.common import PAIR, bearing, fit, row_of
 
 TABLE: Final = "table-c.2"
 APART: Final = (("combined", "rmse_without"), ("step-0.5", "rmse_with"))
@@ -107,6 +107,7 @@ def study(answers: Answers) -> Outcome:
                 rows=(*rows, ("published", "", *(f"{value:.4f}" for value in printed))),
             ),
         ),
+        bears_on=bearing([TABLE], bool(both), Bearing.EXPLAINS),
     )
 
 

@@ -10,8 +10,9 @@ from otolith.core.lti import StateSpace
 from otolith.platforms import load
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, Loop
-from otolith.reproduce.outcome import Claim, Grid, Outcome
+from otolith.reproduce.outcome import Bearing, Claim, Grid, Outcome
 from otolith.reproduce.published import published
+from otolith.reproduce.studies.common import bearing
 
 OMEGA_N: Final = 2.5  # [rad/s] with ζ and ω_w below, a usual washout
 ZETA: Final = 1.0
@@ -224,4 +225,5 @@ def arithmetic(answers: Answers) -> Outcome:
                 rows=tuple(rows),
             ),
         ),
+        bears_on=bearing(tuple(_PERCENTAGES.values()), bool(worse), Bearing.EXPLAINS),
     )

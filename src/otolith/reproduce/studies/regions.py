@@ -9,7 +9,7 @@ from otolith.mpc.explicit import UNLIMITED
 from otolith.mpqp import Verification, enumerate_regions, verify
 from otolith.reproduce.explicit import Case, cases, constrained_limits
 from otolith.reproduce.laboratory import Answers
-from otolith.reproduce.outcome import Claim, Grid, Outcome
+from otolith.reproduce.outcome import Bearing, Claim, Grid, Outcome
 from otolith.reproduce.published import published
 from otolith.reproduce.regions import (
     CHOSEN,
@@ -21,6 +21,7 @@ from otolith.reproduce.regions import (
     open_settings,
     overlapping,
 )
+from otolith.reproduce.studies.common import bearing
 
 TABLES: Final = ("table-5.2", "table-c.1", "table-c.3")
 NEAR: Final = 0.05  # what issue and page call agreement of an explicit count
@@ -66,16 +67,17 @@ def tolerance(answers: Answers) -> Outcome:
             Grid(
                 title="Regions by the least size of the largest ball in one: its radius in the parameters’ "
                 "unit box, or its diameter in SI units",
-                header=("table", "case", "published", *worst),
+                header=("case", "published", *worst),
                 rows=(
                     *(
-                        (_short(job.table), job.name, job.printed["regions"], *found[job].values())
+                        (f"{_short(job.table)}: {job.name}", job.printed["regions"], *found[job].values())
                         for job in jobs
                     ),
-                    ("all", "largest deviation", None, *(f"{100.0 * gap:.1f} %" for gap in worst.values())),
+                    ("largest deviation", None, *(f"{100.0 * gap:.1f} %" for gap in worst.values())),
                 ),
             ),
         ),
+        bears_on=bearing(TABLES, worst[CHOSEN.label] <= NEAR, Bearing.ADOPTED),
     )
 
 
@@ -164,6 +166,7 @@ def open_parameters(answers: Answers) -> Outcome:
                 ),
             ),
         ),
+        bears_on=bearing(["table-c.1"], within[OPEN] <= NEAR < within[UNLIMITED], Bearing.ADOPTED),
     )
 
 
@@ -265,6 +268,7 @@ def overlaps(answers: Answers) -> Outcome:
                 ),
             ),
         ),
+        bears_on=bearing(["table-c.1"], near, Bearing.EXPLAINS),
     )
 
 

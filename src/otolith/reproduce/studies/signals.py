@@ -9,8 +9,8 @@ from otolith.mpc.model import BrakingRows
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, Loop
 from otolith.reproduce.models import ADAPTIVE_4
-from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome
-from otolith.reproduce.studies.common import cells, column, fit, rmse, row_of, signals
+from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome
+from otolith.reproduce.studies.common import ERRORS, bearing, cells, column, fit, rmse, row_of, signals
 
 CIRCLES: Final = (0.25, 0.5)  # [m] radius as printed, radius as it reproduces
 
@@ -63,6 +63,7 @@ def step(answers: Answers) -> Outcome:
                 rows=(*rows, ("published", "", *cells(printed))),
             ),
         ),
+        bears_on=bearing([*ERRORS, "table-c.2"], fits["until 5 s"] < fits["until 4 s"], Bearing.ADOPTED),
     )
 
 
@@ -117,4 +118,5 @@ def circle(answers: Answers) -> Outcome:
                 rows=(*rows, ("published", *cells(column("table-5.11")))),
             ),
         ),
+        bears_on=bearing(["table-5.11", "table-5.12"], fits[0.25] < 0.5 * fits[0.5], Bearing.EXPLAINS),
     )

@@ -9,9 +9,9 @@ from otolith.mpc.washout import PRESETS, WashoutWeight, constant
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import Loop
 from otolith.reproduce.models import ADAPTIVE_2
-from otolith.reproduce.outcome import Claim, Grid, Outcome
+from otolith.reproduce.outcome import Bearing, Claim, Grid, Outcome
 from otolith.reproduce.published import published
-from otolith.reproduce.studies.common import PAIR, cells, column, fit, rmse, signals
+from otolith.reproduce.studies.common import ERRORS, PAIR, bearing, cells, column, fit, rmse, signals
 
 TERMINAL: Final = (0.0, 1.0, 10.0, 100.0)
 
@@ -93,6 +93,7 @@ def weights(answers: Answers) -> Outcome:
                 rows=(*rows, ("published", "", "", *cells(printed))),
             ),
         ),
+        bears_on=bearing(["table-5.4", *ERRORS], order[0] == "velocity, position", Bearing.ADOPTED),
     )
 
 
@@ -162,6 +163,7 @@ def constant_weights(answers: Answers) -> Outcome:
                 rows=(*rows, ("published", "", "", *cells(printed))),
             ),
         ),
+        bears_on=bearing(["table-5.3", "table-5.4", "table-c.6"], best == ("velocity", 0.1), Bearing.ADOPTED),
     )
 
 
@@ -207,4 +209,5 @@ def terminal(answers: Answers) -> Outcome:
                 rows=tuple((f"× {f:g}", f"{fits[f]:.3f}", *cells(found[f])) for f in TERMINAL),
             ),
         ),
+        bears_on=bearing(["table-5.3", "table-5.4", *ERRORS], explains, Bearing.EXPLAINS),
     )
