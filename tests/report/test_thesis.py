@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.backends.backend_pdf import PdfPages
 
 from otolith.report.thesis import (
     beside,
@@ -16,7 +17,7 @@ from otolith.report.thesis import (
     wordy,
 )
 from otolith.report.thesis_figures import draw, svg
-from otolith.report.thesis_print import _columns, save_pdf
+from otolith.report.thesis_print import _columns, _Writer, save_pdf
 
 CURVE = {"label": "felt", "x": [0.1, 1.0, 10.0], "y": [0.0, 1.0, 0.5], "dash": False, "right": False}
 PANEL = {
@@ -219,3 +220,17 @@ def test_ours_has_as_many_digits_as_the_published_number(
     published: float, ours: float, text: tuple[str, str]
 ) -> None:
     assert beside(published, ours) == text
+
+
+def test_diagrams_stand_below_their_heading_on_one_page(tmp_path: Path) -> None:
+    """A page that is nearly full is left, so that heading and diagrams stay together."""
+    long = item(kind="study", title="long", grids=[{"title": "g", "header": ["a"], "rows": [["x"]] * 58}])
+    drawn = item(kind="figure", panels=[PANEL])
+    document = {**DOCUMENT, "items": {"study-long": long, "figure-c.1": drawn}}
+    assert _pages(document, tmp_path / "kept.pdf") == 2
+    with PdfPages(tmp_path / "keep.pdf") as pdf:
+        writer = _Writer(pdf)
+        writer.write(iter([("text", "line")] * 55))
+        low = writer._y
+        writer.keep([("heading", "Figure")], 2.15)
+        assert writer._y > low

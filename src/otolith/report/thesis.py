@@ -31,6 +31,8 @@ UNITS: Final = {
     "rmse_without": "RMSE without braking rows [m/s²]",
     "rmse_with": "with [m/s²]",
     "travel": "travel RMS [m]",
+    "rise_time": "rise time [samples of 0.05 s]",
+    "settling_time": "settling time [s]",
     "constant_rmse": "constant weights: RMSE [m/s²]",
     "constant_travel": "travel RMS [m] ",
 }

@@ -32,7 +32,8 @@ LEADING: Final = 1.42  # line distance over size
 COLUMNS: Final = {"title": 60, "heading": 88, "text": 118, "table": 124}  # characters of a line
 KEPT: Final = {"heading": 6.0, "head": 4.0}  # lines that must still fit on the page below such a one
 DIAGRAM: Final = (3.0, 2.15)  # [in] width at most, height
-FRAME: Final = (0.5, 0.78, 0.25, 0.45)  # [in] left, below, above and right of the axes, for their words
+FRAME: Final = (0.55, 0.78, 0.25, 0.6)  # [in] left, below, above and right of the axes, for their words
+BARE: Final = 0.15  # [in] right of axes without words there
 MONO: Final = "DejaVu Sans Mono"
 LINESPACING: Final = LEADING / 1.164  # matplotlib counts in heights of this letter
 GLYPH: Final = 0.602  # width of its letters over their size
@@ -47,9 +48,13 @@ def save_pdf(document: Values, path: Path) -> None:
         writer = _Writer(pdf)
         writer.write(_front(document))
         for name, item in document["items"].items():
-            writer.write(_item(name, item, document["items"]))
+            opening = list(_opening(name, item))
+            if item["panels"]:
+                writer.keep(opening, DIAGRAM[1])
+            writer.write(iter(opening))
             if item["panels"]:
                 writer.picture(item["panels"])
+            writer.write(_tables(name, item, document["items"]))
         writer.end()
 
 
@@ -101,12 +106,19 @@ class _Writer:
         line = Line2D([MARGIN / PAPER[0], (MARGIN + wide) / PAPER[0]], [y, y], color="black", linewidth=0.5)
         self._figure.add_artist(line)
 
+    def keep(self, lines: Sequence[Line], below: float) -> None:
+        """Begin a page where lines, and what stands so high [in] below them, do not fit on this one."""
+        high = sum(_height(kind) for kind, _ in lines) + below
+        if self._y - high < MARGIN and high < PAPER[1] - 2.0 * MARGIN:
+            self._turn()
+
     def picture(self, panels: Sequence[Values]) -> None:
         """Diagrams side by side below the text so far, as many rows as they need."""
         across = columns(len(panels))
         width = min(DIAGRAM[0], (PAPER[0] - 2.0 * MARGIN) / across)
-        left, below, above, right = FRAME
+        left, below, above, _ = FRAME
         for place, panel in enumerate(panels):
+            right = FRAME[3] if panel["right_label"] else BARE
             if place % across == 0:
                 if self._y - DIAGRAM[1] < MARGIN:
                     self._turn()
@@ -156,7 +168,8 @@ def _front(document: Values) -> Iterator[Line]:
     yield "gap", ""
 
 
-def _item(name: str, item: Values, items: Mapping[str, Values]) -> Iterator[Line]:
+def _opening(name: str, item: Values) -> Iterator[Line]:
+    """What stands above an item's diagrams."""
     yield "text", ""
     for line in textwrap.wrap(heading_of(name, item), COLUMNS["heading"]):
         yield "heading", line
@@ -164,6 +177,10 @@ def _item(name: str, item: Values, items: Mapping[str, Values]) -> Iterator[Line
     for claim in item["claims"]:
         answer = "yes" if claim["holds"] else "no"
         yield from _wrapped(f"{answer}: {claim['text']} ({claim['figures']})", "– ")
+
+
+def _tables(name: str, item: Values, items: Mapping[str, Values]) -> Iterator[Line]:
+    """What stands below them."""
     if item["numbers"]:
         yield "gap", ""
         yield "text", "published / ours / ratio"

@@ -227,7 +227,7 @@ def table(name: str, answers: Answers) -> Outcome:
         text=RULE if any(number.column == "regions" for number in numbers) else _FELT,
         numbers=tuple(by_row),
         claims=tuple(_CLAIMS[name]([ours for _, ours in done])),
-        grids=(_rest(done),),
+        grids=_rest(done),
         reasons=_REASONS.get(name, ()),
     )
 
@@ -244,8 +244,8 @@ def _number(case: Case, ours: Row, column: str) -> Number:
     )
 
 
-def _rest(done: list[tuple[Case, Row]]) -> Grid:
-    """What is not judged: times differ by machine and by method, not by reading."""
+def _rest(done: list[tuple[Case, Row]]) -> tuple[Grid, ...]:
+    """What is not judged, if anything: times differ by machine and by method, not by reading."""
     keys = list(dict.fromkeys(key for _, ours in done for key in ours if key not in (*_JUDGED, "counts")))
     minutes = any("minutes" in case.printed for case, _ in done)
     rows = [
@@ -257,7 +257,7 @@ def _rest(done: list[tuple[Case, Row]]) -> Grid:
         for case, ours in done
     ]
     header = ("case", *(["thesis: minutes"] if minutes else []), *(f"ours: {key}" for key in keys))
-    return Grid(title="Beside it", header=header, rows=tuple(rows))
+    return (Grid(title="Beside it", header=header, rows=tuple(rows)),) if len(header) > 1 else ()
 
 
 # --- what the thesis says about these tables

@@ -8,8 +8,9 @@ import numpy as np
 from otolith.perception import study
 from otolith.perception.study import PERIOD, Responses, StepCharacteristics
 from otolith.reproduce.laboratory import Answers
-from otolith.reproduce.outcome import Claim, Curve, Outcome, Panel
+from otolith.reproduce.outcome import Bearing, Claim, Curve, Outcome, Panel
 from otolith.reproduce.published import published
+from otolith.reproduce.studies.common import bearing
 from otolith.reproduce.verdict import Number, judged
 
 _OURS: Final = {
@@ -100,6 +101,7 @@ def exchanged(answers: Answers) -> Outcome:
                 + ", ".join(f"{name} {100 * gap:.3f} %" for name, gap in gaps.items()),
             ),
         ),
+        bears_on=bearing(["table-b.2"], max(gaps.values()) <= 0.001, Bearing.EXPLAINS),
     )
 
 
