@@ -11,9 +11,10 @@ import pytest
 
 from otolith.reproduce import ITEMS, Outcome
 from otolith.reproduce.braking import Attack
-from otolith.reproduce.chapter6 import Emulated, Lap
+from otolith.reproduce.chapter6 import Emulated
 from otolith.reproduce.explicit import Case
 from otolith.reproduce.hinted import Hinted
+from otolith.reproduce.laps import Braking, Drive, Driven, HintedLaps, Lap, LapOnLegs, OnLegs
 from otolith.reproduce.loop import MODELS, Closed, Loop, Motion
 from otolith.reproduce.published import published
 from otolith.reproduce.regions import CHOSEN, DEFINITIONS
@@ -40,7 +41,7 @@ CLOSED = Closed(
     unsolved=0,
     missed=0,
     cues={"scaled": 2},
-    excess={},
+    excess={"surge-pitch tilt_rate": 0.01},
     motion={"surge-pitch": MOTION, "sway-roll": MOTION},
 )
 # The published counts and errors, as if our loops had found exactly them.
@@ -62,6 +63,15 @@ class MadeUp(dict[Any, Any]):
         if isinstance(job, Lap):
             size = job.speed / 1000.0
             return replace(CLOSED, rmse={"surge-pitch": size, "sway-roll": size})
+        if isinstance(job, LapOnLegs):
+            one = self[Lap(job.speed, job.cueing)]
+            broken = {"surge-pitch tilt_rate": 7, "circle": 2}
+            return OnLegs(closed=one, interventions=3, broken=broken, seconds=1.0)
+        if isinstance(job, HintedLaps):
+            return {speed: replace(CLOSED, changes=np.array([0, 1])) for speed in job.speeds}
+        if isinstance(job, Drive):
+            braking = Braking(start=7.0 if job.standing else 80.2, end=9.0, fast=30.0, slow=10.0)
+            return Driven(time=T, place=np.column_stack([T, T**2]), braking=braking, harshest=11.0)
         if isinstance(job, Emulated):
             factor = 2.0 if job.case.where == "emulator" else 1.0
             return {"rmse": 0.01 * factor, "changes": {"mean": 0.5}, "unsolved": 0, "motion": MOTION}
@@ -155,6 +165,29 @@ def test_a_certified_guess_stands_beside_the_four_models(built: dict[str, Outcom
 def test_laps_grow_worse_with_speed_and_save_nothing_when_counts_are_equal(built: dict[str, Outcome]) -> None:
     assert built["table-6.5"].claims[0].holds
     assert not built["table-6.4"].claims[0].holds
+
+
+def test_a_lap_on_the_hexapod_stands_beside_the_ideal_one(built: dict[str, Outcome]) -> None:
+    """Limits that were broken are told apart from the soft one, and only laps that are run are judged."""
+    rows = [number.row for number in built["table-6.5"].numbers]
+    assert rows.count("120 km/h lateral, hexapod") == len(MODELS)
+    assert rows.count("80 km/h lateral, hexapod") == 1
+    legs = built["table-6.4"].grids[1]
+    assert {row[legs.header.index("nodes beyond another limit")] for row in legs.rows} == {2}
+    assert {row[legs.header.index("supervisor acted")] for row in legs.rows} == {3}
+
+
+def test_a_certified_guess_stands_beside_the_models_of_every_lap(built: dict[str, Outcome]) -> None:
+    grid = built["table-6.4"].grids[0]
+    assert [row[1] for row in grid.rows] == [*MODELS, "certified guess"] * 3
+    assert grid.rows[4][grid.header.index("mean")] == pytest.approx(0.5)
+
+
+def test_what_is_at_80_s_is_asked_of_either_start(built: dict[str, Outcome]) -> None:
+    braked, tilted, travelled, _ = built["figure-6.4"].claims
+    assert (braked.holds, tilted.holds, travelled.holds) == (True, False, False)
+    assert "7.0 s (standing start), 80.2 s (flying start)" in braked.figures
+    assert built["figure-6.3"].panels[0].equal
 
 
 def test_the_emulator_tracks_worse_than_the_ideal_platform(built: dict[str, Outcome]) -> None:

@@ -28,8 +28,8 @@ def draw(panels: Sequence[Mapping[str, Any]]) -> Figure:
 
     Parameters
     ----------
-    panels : plain values with title, x_label, y_label, right_label, log_x and curves; a curve has label,
-        x, y, dash and right.
+    panels : plain values with title, x_label, y_label, right_label, log_x, perhaps equal (one scale for
+        both axes), and curves; a curve has label, x, y, dash and right.
     """
     across = columns(len(panels))
     down = -(-len(panels) // across)
@@ -58,6 +58,8 @@ def draw_on(left: Axes, panel: Mapping[str, Any]) -> None:
         )
     if panel["log_x"]:
         left.set_xscale("log")
+    if panel.get("equal"):
+        left.set_aspect("equal", adjustable="datalim")
     left.set_title(panel["title"], fontsize=FONT + 0.5, loc="left")
     left.set_xlabel(panel["x_label"], fontsize=FONT)
     left.set_ylabel(panel["y_label"], fontsize=FONT)

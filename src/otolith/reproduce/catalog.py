@@ -6,7 +6,16 @@ from functools import partial
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
-from otolith.reproduce import braking, chapter6, explicit, figures, models, perception, washout_tables
+from otolith.reproduce import (
+    braking,
+    chapter6,
+    explicit,
+    figures,
+    lap_tables,
+    models,
+    perception,
+    washout_tables,
+)
 from otolith.reproduce.laboratory import Answers, Job, Tell, do_all
 from otolith.reproduce.models import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith.reproduce.outcome import Outcome
@@ -65,11 +74,13 @@ def _emulator_figure(chapter: str, name: str) -> tuple[str, Item]:
 
 
 def _lap(name: str) -> tuple[str, Item]:
-    return name, Item("chapter-6", partial(chapter6.lap_table, name), chapter6.lap_jobs)
+    return name, Item("chapter-6", partial(lap_tables.lap_table, name), lap_tables.lap_jobs)
 
 
 def _lap_figure(chapter: str, name: str) -> tuple[str, Item]:
-    return name, Item(chapter, partial(chapter6.lap_figure, name), partial(chapter6.lap_figure_jobs, name))
+    return name, Item(
+        chapter, partial(lap_tables.lap_figure, name), partial(lap_tables.lap_figure_jobs, name)
+    )
 
 
 _LONG, _LAT = "surge-pitch", "sway-roll"
@@ -109,6 +120,7 @@ ITEMS: Final[dict[str, Item]] = dict(
         *(_emulated(name) for name in ("table-6.2", "table-6.3")),
         _emulator_figure("chapter-6", "figure-6.2"),
         *(_lap(name) for name in ("table-6.4", "table-6.5")),
+        ("figure-6.3", Item("chapter-6", lap_tables.map_figure, lap_tables.map_jobs)),
         *(_lap_figure("chapter-6", name) for name in ("figure-6.4", "figure-6.5")),
         ("table-b.2", Item("appendix-b", perception.table_b2)),
         ("figure-b.1", Item("appendix-b", perception.figure_b1)),

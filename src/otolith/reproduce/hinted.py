@@ -8,13 +8,15 @@ made here from a few training manoeuvres, none of them a signal of the thesis.
 from dataclasses import dataclass
 from typing import Final
 
+from otolith.core.frames import AxisPair
 from otolith.hints.fit import Effort, fit_laws
 from otolith.hints.manoeuvres import along, training
 from otolith.hints.recording import record
-from otolith.mpc.hint.coarse import Coarse
+from otolith.mpc.hint.coarse import Coarse, CoarseLaws
 from otolith.mpc.hybrid import NoGuess
 from otolith.mpc.implicit import Implicit, ImplicitSettings
 from otolith.mpc.washout import WashoutWeight
+from otolith.platforms import Platform
 from otolith.reproduce.loop import Closed, Loop, close_with
 
 NAME: Final = "certified guess"
@@ -50,9 +52,9 @@ class Hinted:
         first = self.loop(self.scenarios[0])
         platform, pairs = first.platform, first.pairs
         settings = ImplicitSettings(washout=self.washout, engine=first.engine)
-        structured = ImplicitSettings(washout=self.washout)
-        recording = record(platform, pairs, structured, along(training()[:: self.every], pairs))
-        laws = fit_laws(platform, pairs, structured, recording, self.effort)
+        laws = coarse_laws(
+            platform, pairs, ImplicitSettings(washout=self.washout), every=self.every, effort=self.effort
+        )
         return {
             scenario: close_with(
                 self.loop(scenario),
@@ -66,3 +68,16 @@ class Hinted:
             )
             for scenario in self.scenarios
         }
+
+
+def coarse_laws(
+    platform: Platform,
+    pairs: tuple[AxisPair, ...],
+    settings: ImplicitSettings,
+    *,
+    every: int,
+    effort: Effort = DEFAULT,
+) -> CoarseLaws:
+    """The coarse explicit laws of these settings where one training manoeuvre in `every` visits them."""
+    recording = record(platform, pairs, settings, along(training()[::every], pairs))
+    return fit_laws(platform, pairs, settings, recording, effort)

@@ -73,6 +73,7 @@ class Panel:
     curves: tuple[Curve, ...]
     right_label: str = ""
     log_x: bool = False
+    equal: bool = False  # one scale for both axes, as a map needs
 
     def as_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -82,6 +83,7 @@ class Panel:
             "y_label": self.y_label,
             "right_label": self.right_label,
             "log_x": self.log_x,
+            "equal": self.equal,
             "curves": [curve.thinned() for curve in self.curves],
         }
 

@@ -5,10 +5,10 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.reproduce.chapter6 import SAYS, Lap
 from otolith.reproduce.laboratory import Answers
+from otolith.reproduce.laps import SAYS, Lap
 from otolith.reproduce.loop import Closed
-from otolith.reproduce.outcome import Cell, Claim, Grid, Outcome
+from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome
 from otolith.reproduce.published import published
 
 SPEED: Final = 120  # [km/h]
@@ -28,6 +28,10 @@ def _rms(values: Vec) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def _printed_changes() -> float:
+    return next(float(row["implicit"]) for row in published("table-6.4").rows if row["speed_kmh"] == SPEED)
+
+
 def size(answers: Answers) -> Outcome:
     """The error of a lap against how much of it is asked for."""
     printed = {
@@ -43,11 +47,17 @@ def size(answers: Answers) -> Outcome:
         rows.append((f"× {share:g}", *wanted, *errors, one.spread()["mean"]))
     whole, least = (answers[_lap(share)].rmse for share in (SHARES[0], SHARES[-1]))
     reached = all(least[pair] <= printed[way] <= whole[pair] for way, pair in SAYS.items())
+    counts = sorted(answers[_lap(share)].spread()["mean"] for share in (SHARES[0], SHARES[-1]))
+    counted = counts[0] <= _printed_changes() <= counts[1]
     return Outcome(
         name="study-lap-size",
         kind="study",
         title="Our lap asks for more than the thesis's platform was asked for",
         section="6.3",
+        bears_on={
+            "table-6.4": Bearing.EXPLAINS if counted else Bearing.EXCLUDED,
+            "table-6.5": Bearing.EXPLAINS if reached else Bearing.EXCLUDED,
+        },
         text=(
             "The car and its driver are ours, and use 3 and 4 m/s² wherever the track allows. The same lap, "
             "all of it made smaller, by the implicit MPC."
