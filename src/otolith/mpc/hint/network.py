@@ -136,7 +136,7 @@ def expect_of_pair(
     for i in range(n):
         standard = (np.float32(features[i]) - numbers[i]) * numbers[n + i]
         h[i] = min(max(standard, np.float32(-BOUND)), np.float32(BOUND))
-    at = 2 * n
+    at: int = 2 * n
     for layer in range(1, len(sizes)):
         m = sizes[layer]
         W, z = numbers[at : at + n * m], following[:m]
