@@ -34,7 +34,7 @@ class Emulated:
     @property
     def cost(self) -> float:
         """Seconds, roughly."""
-        return 9.0 if "0.01hz" in self.case.scenario else 3.0
+        return 4.0 if "0.01hz" in self.case.scenario else 1.5
 
     def run(self) -> dict[str, Any]:
         """Figures of the run and, of the hybrid with all inputs, its motion."""

@@ -19,7 +19,8 @@ from otolith.mpc.implicit import Entry, ImplicitSettings
 from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import load
 from otolith.qp import Status
-from otolith.registry import CUEING, FOUR_MODELS, PLANTS, SOLVERS
+from otolith.registry import CUEING, FOUR_MODELS, PLANTS
+from otolith.reproduce.counted import COUNTED, engine_named
 from otolith.scenarios import scenario
 from otolith.simulate import Run, simulate
 
@@ -42,7 +43,7 @@ class Case:
     scenario: str
     where: str  # "offline" or "emulator"
     cueing: str = "hybrid-all"
-    solver: str = "dense"
+    solver: str = COUNTED
     soft: bool = True  # the tilt rate's rows (eq. 6.2)
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     entry: Entry = Entry.REFERENCE
@@ -51,7 +52,7 @@ class Case:
         """Close the loop."""
         platform = load("thesis")
         soft = {"tilt_rate": PENALTY} if self.soft else {}
-        settings = ImplicitSettings(soft=soft, washout=self.washout, engine=SOLVERS[self.solver].load())
+        settings = ImplicitSettings(soft=soft, washout=self.washout, engine=engine_named(self.solver))
         design = Design(platform=platform, implicit=settings, entry=self.entry)
         plant = PLANT_OF[self.where]
         return simulate(

@@ -22,7 +22,8 @@ from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import Platform, load
 from otolith.qp.engines import StageEngine
 from otolith.qp.stage import StageProblem
-from otolith.registry import CUEING, FOUR_MODELS, PLANTS, SOLVERS
+from otolith.registry import CUEING, FOUR_MODELS, PLANTS
+from otolith.reproduce.counted import COUNTED, clock_of, engine_named
 from otolith.reproduce.parametric import ParametricEngine
 from otolith.reproduce.variants import (
     ACADO,
@@ -43,6 +44,8 @@ _AXIS: Final = {0: "longitudinal", 1: "lateral"}
 _SECONDS: Final = {
     ("explicit", 1): 0.3,
     ("explicit", 2): 0.3,
+    (COUNTED, 1): 0.6,
+    (COUNTED, 2): 2.5,
     ("dense", 1): 1.1,
     ("dense", 2): 4.5,
     ("structured", 1): 0.3,
@@ -65,7 +68,7 @@ class Loop:
     cueing: str = "implicit"
     dofs: tuple[str, ...] = TWO_DOF
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
-    solver: str = "dense"  # counts of the thesis's kind; "structured" where only the motion matters
+    solver: str = COUNTED  # or, where only the motion matters, "structured"
     entry: Entry = Entry.REFERENCE
     braking: BrakingRows = BrakingRows.POSITION
     literal: bool = False  # steps from 1 s to 4 s as printed
@@ -127,8 +130,7 @@ class Loop:
             return ParametricEngine
         if self.start is not Start.PREVIOUS:
             return started
-        made: Callable[..., StageEngine] = SOLVERS[self.solver].load()
-        return made
+        return engine_named(self.solver)
 
     def controller(self) -> Cueing:
         """The cueing algorithm of this loop."""
@@ -183,7 +185,14 @@ class Closed:
 def close_with(loop: Loop, cueing: Cueing) -> Closed:
     """Close the loop with a cueing algorithm made elsewhere."""
     plant = PLANTS[CUEING[loop.cueing].plant].load()(loop.platform)
-    run = simulate(cueing, plant, loop.reference, platform=loop.platform, pairs=loop.dofs)
+    run = simulate(
+        cueing,
+        plant,
+        loop.reference,
+        platform=loop.platform,
+        pairs=loop.dofs,
+        clock=clock_of(cueing),
+    )
     return closed(loop, run)
 
 
