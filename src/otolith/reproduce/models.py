@@ -1,9 +1,9 @@
 """The four cueing models of section 3.1 side by side: Tables 5.3 to 5.12 and C.4 to C.6.
 
 Iterations are working-set changes of a dual active-set method on the condensed problem, each step started
-from the set of the step before: the thesis's qpOASES in kind (`otolith.reproduce.counted`). Every table is computed in two readings of
-the washout weights (presets `thesis-fit` and `printed`); its numbers are those of `thesis-fit`, the others
-stand in a grid below.
+from the set of the step before: the thesis's qpOASES in kind (`otolith.reproduce.counted`). Every table is
+computed in two readings of the washout weights (presets `thesis-fit` and `printed`); its numbers are those
+of `thesis-fit`, the others stand in a grid below.
 """
 
 from collections.abc import Callable, Iterable, Sequence
