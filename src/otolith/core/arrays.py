@@ -25,9 +25,8 @@ def freeze(instance: Any, **shapes: tuple[int, ...]) -> None:
     ------
     ValueError : a field has another shape. This is a programming error, never a user's.
     """
-    names = type(
-        instance
-    ).__dataclass_fields__  # as `fields`, which a thousand states a second cannot wait for
+    # As dataclasses.fields, which a thousand states a second cannot wait for.
+    names = type(instance).__dataclass_fields__
     for name, shape in shapes.items():
         if name not in names:
             raise ValueError(f"{type(instance).__name__} has no field {name}")

@@ -30,9 +30,7 @@ from otolith.vehicle.study import SPEEDS
 
 # On the hexapod: every model at the highest speed, the thesis's own at every speed.
 ON_LEGS: Final = (*(LapOnLegs(s, STUDIED) for s in SPEEDS[:-1]), *(LapOnLegs(FASTEST, m) for m in MODELS))
-NARROW: Final = Lap(
-    FASTEST, MODELS[0], on=TOGETHER
-)  # what the smaller workspace costs, the plant being ideal
+NARROW: Final = Lap(FASTEST, MODELS[0], on=TOGETHER)  # what the smaller workspace costs, on the ideal plant
 EVENT: Final = 80.0  # [s] at which the thesis sees its example of a braking that cannot be cued
 NEAR: Final = 10.0  # [s] from there
 BEGINNING: Final = 8.0  # [s] of the lap that the map marks

@@ -22,7 +22,7 @@ from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
 QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)
 ACADO: Final = (
-    "acado"  # solver of a loop: started as ACADO starts qpOASES, see `otolith.reproduce.parametric`
+    "acado"  # solver of a loop: qpOASES's way as ACADO starts it, see `otolith.reproduce.parametric`
 )
 
 
