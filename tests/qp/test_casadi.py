@@ -57,6 +57,17 @@ def test_behind_the_protocol_they_answer_what_lies_in_memory(make: Callable[...,
     np.testing.assert_allclose(theirs.run().U, ours.run().U, atol=1e-5)
 
 
+@pytest.mark.parametrize("make", [HpipmEngine, QpOasesEngine])
+def test_nothing_is_printed_where_a_command_prints_its_result(
+    make: Callable[..., StageEngine], capfd: pytest.CaptureFixture[str]
+) -> None:
+    qp = stage_qp(np.random.default_rng(2))
+    engine = make(qp.problem, tolerance=1e-6)
+    write(engine.memory, qp, ())
+    engine.run()
+    assert capfd.readouterr().out == ""
+
+
 def test_hpipm_refuses_blocks() -> None:
     with pytest.raises(InputError, match="blocks is 1,2, must be none with casadi-hpipm"):
         HpipmEngine(stage_problem(np.random.default_rng(2)), tolerance=1e-6, blocks=(1, 2))

@@ -40,11 +40,14 @@ def test_where_the_solver_starts_changes_its_effort_and_not_the_motion(start: St
         assert other.spread()["mean"] > 2.0 * base.spread()["mean"]
 
 
-def test_the_thesiss_own_solver_gives_the_same_motion() -> None:
+def test_the_thesiss_own_solver_gives_the_same_motion_and_prints_nothing(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     pytest.importorskip("casadi")
     brief = replace(SHORT, scenario="step:amplitude=1,duration=0.3,start=0.1,end=0.2")
     other = replace(brief, solver=QPOASES).run()
     assert other.unsolved == 0
+    assert capfd.readouterr().out == ""
     assert other.rmse[PAIR] == pytest.approx(brief.run().rmse[PAIR], rel=1e-6)
 
 

@@ -5,7 +5,9 @@ else depends on them (extra `check`). Both solve hard rows only: a problem with 
 changed. casadi's multipliers have our sign.
 """
 
+from contextlib import redirect_stdout
 from functools import partial
+from io import StringIO
 from typing import Any, Final
 
 import casadi
@@ -185,8 +187,9 @@ def _solve(plugin: str, options: dict[str, Any], **data: Any) -> tuple[Vec, Vec,
     """Primal point, multipliers of the rows and of the bounds; None when the engine reports failure."""
     h, a = (casadi.sparsify(casadi.DM(data[name])) for name in ("h", "a"))
     sparsity = {"h": h.sparsity(), "a": a.sparsity()}
-    solver = casadi.conic("engine", plugin, sparsity, {"error_on_fail": False, **options})
-    found = solver(**data | {"h": h, "a": a})
+    with redirect_stdout(StringIO()):  # qpOASES prints its notice at any level, where results may be wanted
+        solver = casadi.conic("engine", plugin, sparsity, {"error_on_fail": False, **options})
+        found = solver(**data | {"h": h, "a": a})
     if not solver.stats()["success"]:
         return None
     z, of_rows, of_bounds = (np.asarray(found[name].full()).ravel() for name in ("x", "lam_a", "lam_x"))

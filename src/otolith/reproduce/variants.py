@@ -3,10 +3,12 @@
 Each variant changes one thing of the implicit MPC, so that its effect can be told from all others.
 """
 
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
 from importlib.util import find_spec
+from io import StringIO
 from typing import Any, Final, cast
 
 import numpy as np
@@ -71,17 +73,18 @@ class _WarmQpOases:
     def solve(self, qp: Qp, start: Ints) -> Solution:
         """Solve from qpOASES's own last working set; `start` is not its kind."""
         del start
-        solver = self._solver = self._solver or self._made(qp)
         b, none = qp.bounds, np.full(len(qp.g) - qp.bounds, np.inf)
-        found = solver(
-            h=qp.H,
-            g=qp.g,
-            a=qp.A,
-            lba=qp.lower[b:],
-            uba=qp.upper[b:],
-            lbx=np.concatenate([qp.lower[:b], -none]),
-            ubx=np.concatenate([qp.upper[:b], none]),
-        )
+        with redirect_stdout(StringIO()):  # it prints its notice at any level, where results may be wanted
+            solver = self._solver = self._solver or self._made(qp)
+            found = solver(
+                h=qp.H,
+                g=qp.g,
+                a=qp.A,
+                lba=qp.lower[b:],
+                uba=qp.upper[b:],
+                lbx=np.concatenate([qp.lower[:b], -none]),
+                ubx=np.concatenate([qp.upper[:b], none]),
+            )
         z, of_rows, of_bounds = (np.asarray(found[name].full()).ravel() for name in ("x", "lam_a", "lam_x"))
         y = np.concatenate([of_bounds[:b], of_rows])
         residual = kkt_residual(qp, z, y)
