@@ -275,7 +275,7 @@ def _distributions(setting: Setting, answers: Answers) -> Grid:
 
 
 def _pooled(setting: Setting, answers: Answers) -> Grid:
-    """All signals together: where the changes are, and what a step costs."""
+    """All signals together: where the changes are, what a step costs, guesses missed and steps unsolved."""
     rows: list[tuple[Cell, ...]] = []
     models = _by_model(setting, answers)
     for model, by_signal in models.items():
@@ -291,14 +291,13 @@ def _pooled(setting: Setting, answers: Answers) -> Grid:
                 f"{100.0 * _share_of_worst(changes):.0f} %",
                 f"{_middle(closed, 'median'):.0f} / {_middle(closed, 'p99'):.0f}",
                 _moved(by_signal, models["implicit"]),
-                sum(one.missed for one in closed),
-                sum(one.unsolved for one in closed),
+                f"{sum(one.missed for one in closed)} / {sum(one.unsolved for one in closed)}",
             )
         )
     header = ("model", "mean", "p99", "max", "steps without a change", "changes in the worst 1 % of steps")
     return Grid(
         title="All signals together; times are those of the structured engine, without the counting",
-        header=(*header, "step, median / p99 [µs]", "RMSE moved by", "guesses missed", "steps unsolved"),
+        header=(*header, "step, median / p99 [µs]", "RMSE moved by", "missed / unsolved"),
         rows=tuple(rows),
     )
 
