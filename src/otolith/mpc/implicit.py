@@ -145,6 +145,7 @@ class Implicit:
         )
         self.formulation.begin(self.engine.memory)
         self._pairs, self._guess, self._entry = tuple(pairs), guess, entry
+        self._axes = [pair.translation for pair in self._pairs]
         self._hint, self._missed = hint, False
         if entry is Entry.WORKING_SET and guess.active:
             self._guess, self._hint = NoGuess(), Along(guess, self.formulation, self.engine.memory)
@@ -215,7 +216,7 @@ class Implicit:
             if solution.status is not Status.OPTIMAL or np.max(np.abs(plan - about)) < _CONVERGED:
                 break
             about = plan
-        return replace(solution, changes=changes)
+        return solution if changes == solution.changes else replace(solution, changes=changes)
 
     def _best_set(self, hint: Hint, x: Vec, wanted: Vec) -> Ints | None:
         """What the hint proposes for the problem in memory."""
@@ -225,10 +226,11 @@ class Implicit:
 
     def _wanted(self, reference: Reference) -> Mat:
         """(N, P) forces over the horizon: previewed where a preview is given, held from its end on."""
-        axes = [pair.translation for pair in self._pairs]
-        known = reference.specific_force[None] if reference.preview is None else reference.preview
-        stages = np.minimum(np.arange(self.settings.horizon), len(known) - 1)
-        wanted: Mat = known[stages][:, axes]
+        known, N = reference.preview, self.settings.horizon
+        if known is None:
+            return np.tile(reference.specific_force[self._axes], (N, 1))
+        stages = np.minimum(np.arange(N), len(known) - 1)
+        wanted: Mat = known[stages][:, self._axes]
         return wanted
 
     def _fallback(self, x: Vec) -> Mat:

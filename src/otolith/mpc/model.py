@@ -145,12 +145,12 @@ def planar_state(state: PlatformState, pair: AxisPair) -> Vec:
 
 def plausible(values: Mat) -> bool:
     """True when states or forces are numbers of this world, at most `HUGE` in SI units."""
-    return bool(np.all(np.abs(values) <= HUGE))  # so written, a NaN is not
+    return bool(np.abs(values).max(initial=0.0) <= HUGE)  # so written, a NaN is not
 
 
 def bounded(x: Vec) -> Vec:
     """State x with every entry finite: what is no number becomes 0, what is huge becomes ±`HUGE`."""
-    return np.clip(np.nan_to_num(x, nan=0.0, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE)
+    return np.clip(np.where(np.isnan(x), 0.0, x), -HUGE, HUGE)
 
 
 def brake(x: Vec, within: float, bounds: Vec) -> Vec:
