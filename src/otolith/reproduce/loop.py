@@ -52,6 +52,7 @@ _SECONDS: Final = {
     ("structured", 2): 0.4,
     (QPOASES, 1): 9.0,
     (ACADO, 1): 2.5,
+    (ACADO, 2): 11.0,
 }  # per ten seconds of scenario
 # The laws that give the guesses: sections 4.1.1 and 4.2.1.
 EXPLICIT: Final = {
