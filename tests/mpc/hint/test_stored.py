@@ -20,7 +20,7 @@ from tests.hints.tiny import PAIRS, SETTINGS, THESIS, tiny_hint
     ("platform", "pairs", "settings", "differs"),
     [
         ("davsi", PAIRS, SETTINGS, "limits"),
-        ("thesis", (SWAY_ROLL,), SETTINGS, "limits"),
+        ("thesis", (SWAY_ROLL,), SETTINGS, "axes, limits"),
         ("thesis", PAIRS, replace(SETTINGS, washout=constant({"position": 0.9})), "washout"),
         ("thesis", PAIRS, ImplicitSettings(horizon=51), "horizon"),
         ("thesis", PAIRS, replace(SETTINGS, blocks=(10, 40)), "blocks"),

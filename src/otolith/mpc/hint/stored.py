@@ -55,7 +55,7 @@ class Kind(StrEnum):
 def model_of(platform: Platform, pairs: Sequence[AxisPair], settings: ImplicitSettings) -> Model:
     """Everything that the QP depends on beside state and reference."""
     limits = {pair.name: asdict(platform.pair_limits(pair)) for pair in pairs}
-    chosen = {name: getattr(settings, name) for name in _SETTINGS}
+    chosen = {"axes": [pair.name for pair in pairs]} | {name: getattr(settings, name) for name in _SETTINGS}
     chosen |= {"washout": [asdict(weight) for weight in settings.washout], "soft": dict(settings.soft)}
     chosen |= {"circle": platform.circle, "limits": limits, "braking law": platform.braking.model_dump()}
     plain: Model = json.loads(json.dumps(chosen))
