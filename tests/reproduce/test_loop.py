@@ -6,13 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from otolith.core.frames import SURGE_PITCH
 from otolith.hints.fit import QUICK
+from otolith.metrics import tracking_rmse
 from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.implicit import Entry
 from otolith.mpc.model import BrakingRows
+from otolith.plant import Ideal
 from otolith.reproduce.hinted import Hinted
-from otolith.reproduce.loop import FOUR_DOF, Loop
+from otolith.reproduce.loop import FOUR_DOF, Loop, rmse_at_decisions
 from otolith.reproduce.variants import QPOASES, Start
+from otolith.simulate import simulate
 
 PAIR = "surge-pitch"
 SHORT = Loop(scenario="step:amplitude=1,duration=1.5,start=0.2,end=1")
@@ -93,3 +97,17 @@ def test_a_certified_guess_keeps_the_motion() -> None:
     (found,) = hinted.run().values()
     assert found.rmse[PAIR] == pytest.approx(SHORT.run().rmse[PAIR], rel=1e-6)
     assert found.unsolved == 0
+
+
+def test_at_its_decisions_a_controller_without_lag_has_the_error_of_its_own_model() -> None:
+    """The output of eq. 4.1 from what was commanded, with the tilt integrated here."""
+    loop = replace(SHORT, cueing="explicit", scenario="sine:amplitude=1,duration=3,start=0.5")
+    run = simulate(loop.controller(), Ideal(lag=0.0), loop.reference, platform=loop.platform, pairs=loop.dofs)
+    T, tilt, rate, errors = run.period, 0.0, 0.0, []
+    for t, command in zip(run.command_time, run.command, strict=True):
+        wanted = float(loop.reference.specific_force(np.array([t]))[0, 0])
+        errors.append(command[0] + 9.81 * np.sin(tilt) - wanted)
+        tilt, rate = tilt - T * rate - 0.5 * T**2 * command[4], rate + T * command[4]
+    expected = float(np.sqrt(np.mean(np.square(errors))))
+    assert rmse_at_decisions(run, SURGE_PITCH) == pytest.approx(expected, rel=2e-3)
+    assert abs(tracking_rmse(run)[0] / expected - 1.0) > 5e-3  # over every sample it is another

@@ -169,6 +169,7 @@ class Closed:
     """What a closed loop gave."""
 
     rmse: dict[str, float]  # [m/s²] by axis pair
+    decided: dict[str, float]  # [m/s²] the same of the instants of decision alone
     travel: dict[str, float]  # [m] RMS of the displacement by axis pair
     changes: Ints  # (m,) working-set changes of each step
     step_us: dict[str, float]  # distribution of the time of a step [µs]
@@ -227,6 +228,7 @@ def closed(loop: Loop, run: Run) -> Closed:
     rmse, travel = tracking_rmse(run), travel_rms(run)
     return Closed(
         rmse={pair.name: float(rmse[pair.translation]) for pair in loop.pairs},
+        decided={pair.name: rmse_at_decisions(run, pair) for pair in loop.pairs},
         travel={pair.name: float(travel[pair.translation]) for pair in loop.pairs},
         changes=run.changes,
         step_us=distribution(run.step_time, 1e6),
@@ -236,6 +238,15 @@ def closed(loop: Loop, run: Run) -> Closed:
         excess={one.quantity: one.between_nodes for one in excesses(run)},
         motion={pair.name: _motion(run, pair) for pair in loop.pairs},
     )
+
+
+def rmse_at_decisions(run: Run, pair: AxisPair) -> float:
+    """RMSE [m/s²] at the instants of decision alone, one plant step after them.
+
+    On a plant without lag that is the error of the explicit model's own output y_k = a_k + g tilt_k (4.1).
+    """
+    error = (run.felt_force - run.reference_force)[:: round(run.period / run.plant_period), pair.translation]
+    return float(np.sqrt(np.mean(error**2)))
 
 
 def _motion(run: Run, pair: AxisPair) -> Motion:

@@ -1,4 +1,4 @@
-"""Table C.2's two numbers that stand apart, by what the text leaves open about signals, law and rows."""
+"""When Table C.2 looks at the error, and its one number that stands apart even so."""
 
 from dataclasses import dataclass, field
 from typing import Final
@@ -8,12 +8,17 @@ from otolith.mpc.model import BrakingRows
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import Loop
 from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome
-from otolith.reproduce.studies.common import PAIR, bearing, fit, row_of
+from otolith.reproduce.studies.common import PAIR, bearing, cells, fit, row_of
 
 TABLE: Final = "table-c.2"
-APART: Final = (("combined", "rmse_without"), ("step-0.5", "rmse_with"))
-BESIDE: Final = (("combined", "rmse_with"), ("step-0.5", "rmse_without"), ("step-1", "rmse_with"))
-CELLS: Final = (*APART, *BESIDE)
+APART: Final = ("combined", "rmse_without")
+CELLS: Final = (
+    APART,
+    ("combined", "rmse_with"),
+    ("step-0.5", "rmse_without"),
+    ("step-0.5", "rmse_with"),
+    ("step-1", "rmse_with"),
+)
 NEAR: Final = 0.10
 
 
@@ -64,38 +69,48 @@ def jobs() -> list[Loop]:
 
 
 def study(answers: Answers) -> Outcome:
-    """Whether one reading brings both numbers near without losing the others."""
+    """Whether one reading brings the number near without losing the others."""
     printed = [float(row_of(TABLE, signal)[column]) for signal, column in CELLS]
-    ours = {reading.name: [answers[reading.loop(*cell)].rmse[PAIR] for cell in CELLS] for reading in READINGS}
+    ours = {
+        reading.name: [answers[reading.loop(*cell)].decided[PAIR] for cell in CELLS] for reading in READINGS
+    }
+    every = [answers[READINGS[0].loop(*cell)].rmse[PAIR] for cell in CELLS]
     fits = {name: fit(values, printed) for name, values in ours.items()}
     near = {
         name: [abs(a / b - 1.0) <= NEAR for a, b in zip(values, printed, strict=True)]
         for name, values in ours.items()
     }
-    both = [name for name, found in near.items() if all(found[: len(APART)])]
+    alone = [name for name, found in near.items() if found[0]]
     all_five = [name for name, found in near.items() if all(found)]
+    decides = fits[READINGS[0].name] < fit(every, printed)
     rows: list[tuple[Cell, ...]] = [
-        (name, f"{fits[name]:.3f}", *(f"{value:.4f}" for value in values)) for name, values in ours.items()
+        (name, f"{fits[name]:.3f}", *cells(values)) for name, values in ours.items()
     ]
     return Outcome(
         name="study-explicit-signals",
         kind="study",
-        title="Table C.2: nothing that the text leaves open explains the two numbers that stand apart",
+        title="Table C.2: errors count at the instants of decision; one number stands apart even so",
         section="C.3.2",
         text=(
-            "Ours are a fifth lower on the combined sines without braking rows and on the step of 0.5 m/s² "
-            "with them. Tried: when signals begin, how long they last, where a step’s edges lie between two "
-            "samples, the other combined signal, the law without blocking, braking rows as printed and of "
-            "another time."
+            "Over every sample of the plant ours are up to a sixth lower on small signals with braking rows; "
+            "at the instants of decision, where the law’s model has an output, they are not. Still a fifth "
+            "lower are the combined sines without braking rows. Tried: when signals begin, how long they "
+            "last, where a step’s edges lie between two samples, the other combined signal, the law without "
+            "blocking, braking rows as printed and of another time."
         ),
         claims=(
             Claim(
-                text="One reading brings both within 10 %",
-                holds=bool(both),
-                figures=", ".join(both) or _nearest(ours, printed),
+                text="At the instants of decision the errors are nearer to print than over every sample",
+                holds=decides,
+                figures=f"fit {fits[READINGS[0].name]:.3f} against {fit(every, printed):.3f}",
             ),
             Claim(
-                text="One reading brings these two and three others within 10 %",
+                text="One reading brings the combined sines without braking rows within 10 %",
+                holds=bool(alone),
+                figures=", ".join(alone) or _nearest(ours, printed),
+            ),
+            Claim(
+                text="One reading brings all five numbers within 10 %",
                 holds=bool(all_five),
                 figures=", ".join(all_five) or f"at most {max(map(sum, near.values()))} of {len(CELLS)} are",
             ),
@@ -104,18 +119,19 @@ def study(answers: Answers) -> Outcome:
             Grid(
                 title="RMSE [m/s²], without and with braking rows",
                 header=("reading", "fit", *(f"{s} {c.removeprefix('rmse_')}" for s, c in CELLS)),
-                rows=(*rows, ("published", "", *(f"{value:.4f}" for value in printed))),
+                rows=(
+                    *rows,
+                    ("every sample of the plant", f"{fit(every, printed):.3f}", *cells(every)),
+                    ("published", "", *cells(printed)),
+                ),
             ),
         ),
-        bears_on=bearing([TABLE], bool(both), Bearing.EXPLAINS),
+        bears_on=bearing([TABLE], decides, Bearing.ADOPTED),
     )
 
 
 def _nearest(ours: dict[str, list[float]], printed: list[float]) -> str:
-    """The reading with the least of the larger of the two deviations."""
-    worst = {
-        name: max(abs(a / b - 1.0) for a, b in zip(values[: len(APART)], printed, strict=False))
-        for name, values in ours.items()
-    }
+    """The reading that leaves the least on the number that stands apart."""
+    worst = {name: abs(values[0] / printed[0] - 1.0) for name, values in ours.items()}
     name = min(worst, key=worst.__getitem__)
     return f"the nearest, {name}, leaves {100.0 * worst[name]:.0f} %"
