@@ -1,8 +1,9 @@
 """Section 6.2 computed: the four cueing models on the ideal platform ("offline") and on the emulator.
 
 The emulator is our hexapod on the surrogate geometry of the platform's file; everything else is as in
-chapter 5, with the tilt rate softened by the slack of eq. 6.2. Counts are those of the dense engine, a dual
-active set warm-started from the step before, the thesis's in kind. Nothing here reads or writes files.
+chapter 5, with the tilt rate softened by the slack of eq. 6.2. Counts are those of a dual active set that is
+warm-started from the step before, the thesis's in kind (`otolith.reproduce.counted`). Nothing here reads or
+writes files.
 """
 
 from collections.abc import Callable, Iterator
