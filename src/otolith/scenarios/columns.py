@@ -106,6 +106,7 @@ class Column:
     unit: str  # as found or assumed
     assumed: bool  # nobody stated the unit
     twins: tuple[str, ...] = ()  # names of other columns that hold the same numbers
+    why: str = ""  # why this column and no other, where there was a choice
 
     def __str__(self) -> str:
         how = ", no unit stated, taken as SI" if self.assumed else ""

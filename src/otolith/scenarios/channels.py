@@ -1,0 +1,103 @@
+"""Channels of a recorded drive: what passes from the readers of files to the checks of physics.
+
+Every reader of a format ends here, and every check begins here. Each channel keeps the clock of its own sensor
+and only its valid samples; nothing is interpolated until `playback.log_scenario` resamples each channel once,
+behind an anti-alias filter, or until a check asks for values at other times (`Channel.on`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec, freeze, frozen_array
+from otolith.scenarios.columns import Column
+
+MAX_GAP: Final = 1.0  # [s] between two samples; what lies in a longer gap cannot be guessed
+FORCE: Final = ("ax", "ay", "az")
+RATE: Final = ("roll_rate", "pitch_rate", "yaw_rate")
+FELT: Final = FORCE + RATE  # what a driver feels; every other quantity only serves checks and maps
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Channel:
+    """One quantity of a recorded drive, in SI units, on the clock of its own sensor.
+
+    Values stand as the file states them, after the mapping's sign and unit: in x forward, y left, z up if the
+    file or the user is right about it, which is for the checks to find out. Samples that the file leaves blank
+    or marks as invalid are not here: a stretch without valid samples is a long step in `t`, see `holes`.
+    """
+
+    column: Column  # where it comes from: name, unit, factor, why this one
+    t: Vec  # (n,) [s] since the start of the recording, strictly increasing
+    values: Vec  # (n,) in SI units
+    rows: Ints  # (n,) number of each sample in the file, counted from 1 as `place` says
+    place: str  # what `rows` counts: "line", "sample", "message", "record"
+    source: str  # name of the file
+    notes: tuple[str, ...] = ()  # a sentence each: what was repaired or looks odd in this channel
+
+    def __post_init__(self) -> None:
+        n = len(self.t)
+        freeze(self, t=(n,), values=(n,))
+        object.__setattr__(self, "rows", frozen_array(self.rows, dtype=np.int64))
+
+    @property
+    def key(self) -> str:
+        """The quantity, one of `columns.QUANTITIES`."""
+        return self.column.key
+
+    @property
+    def step(self) -> float:
+        """Usual time between two samples [s]."""
+        return float(np.median(np.diff(self.t))) if len(self.t) > 1 else float("inf")
+
+    @property
+    def holes(self) -> Mat:
+        """Stretches without a valid sample that are longer than 1 s: beginning and end of each (k, 2) [s]."""
+        wide = np.flatnonzero(np.diff(self.t) > MAX_GAP)
+        return np.stack([self.t[wide], self.t[wide + 1]], axis=1)
+
+    def on(self, t: Vec) -> Vec:
+        """Values (k,) at times (k,) [s], joined by straight lines, constant beyond the ends.
+
+        For looking and for checks: it does not guard against aliasing, as the resampling for a reference does.
+        """
+        return np.interp(t, self.t, self.values)
+
+    def where(self, index: int) -> str:
+        """Where a sample stands in the file, for sentences: ``line 7 of drive.csv``."""
+        return f"{self.place} {self.rows[index]} of {self.source}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """What a reader understood of a file's form; `otolith log check` prints it."""
+
+    form: str  # "text, columns parted by commas", "MDF 4.10", "JSON array of records", …
+    header: str = ""  # where the names stand, "line 15"; empty where the format says it
+    units: str = ""  # where a row of units stands
+    first: str = ""  # where the data begin
+    rows: int = 0  # rows, samples or messages of data
+    clock: str = ""  # how time was read: "column 'Time' as ISO 8601"
+    unused: tuple[str, ...] = ()  # names of columns that nothing uses
+
+
+_NONE: Final[Mapping[str, "tuple[Channel, ...]"]] = MappingProxyType({})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """All channels that were chosen in a file, before any check of what their numbers mean."""
+
+    source: str
+    channels: Mapping[str, Channel]  # by quantity; those that the file lacks are not in it
+    layout: Layout
+    needs: tuple[str, ...]  # quantities that will be cued; empty: all forces and rates that the file has
+    notes: tuple[str, ...] = ()  # a sentence each, about the file as a whole
+    others: Mapping[str, tuple[Channel, ...]] = field(default=_NONE)  # second candidates, best first
+
+    def needed(self, key: str) -> bool:
+        """Whether this quantity will be cued, so that a fault in it is refused and not only said."""
+        return key in self.needs if self.needs else key in FELT
