@@ -39,7 +39,7 @@ LAW_KIND, LAW_VERSION = "otolith-law", 1
 HINT_KIND, HINT_VERSION = "otolith-hint", 2
 LAP_KIND, LAP_VERSION = "otolith-lap", 1
 _RUN_ATTRIBUTES: Final = ("scenario", "cueing", "plant", "period", "plant_period")
-_RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "singles", "settings", "status")
+_RUN_SPECIAL: Final = (*_RUN_ATTRIBUTES, "platform", "pairs", "singles", "soft", "settings", "status")
 
 
 def read_text(path: Path, what: str) -> str:
@@ -194,7 +194,7 @@ def write_run(run: Run, path: Path) -> None:
         file.attrs.update({name: getattr(run, name) for name in _RUN_ATTRIBUTES})
         file.attrs["platform"] = run.platform.model_dump_json()
         file.attrs["pairs"], file.attrs["singles"] = json.dumps(run.pairs), json.dumps(run.singles)
-        file.attrs["settings"] = json.dumps(run.settings)
+        file.attrs["soft"], file.attrs["settings"] = json.dumps(run.soft), json.dumps(run.settings)
         file.create_dataset("status", data=np.array(run.status, dtype="S16"), compression="gzip")
         for field in fields(run):
             if field.name not in _RUN_SPECIAL:
@@ -223,6 +223,7 @@ def read_run(path: Path) -> Run:
             platform=Platform.model_validate_json(file.attrs["platform"]),
             pairs=tuple(json.loads(file.attrs["pairs"])),
             singles=() if old else tuple(json.loads(file.attrs["singles"])),
+            soft=tuple(json.loads(file.attrs.get("soft", "[]"))),  # earlier files did not tell
             settings=json.loads(file.attrs["settings"]),
             status=tuple(value.decode() for value in file["status"][()]),
         )

@@ -63,7 +63,11 @@ class Command:
 
 
 class Cueing(Protocol):
-    """Turns wanted vehicle motion into platform motion, once per period."""
+    """Turns wanted vehicle motion into platform motion, once per period.
+
+    An algorithm that may pass a limit at a price names it in an attribute `soft`, a set of names such as
+    "surge-pitch tilt_rate"; without one every limit counts as hard when a run is judged.
+    """
 
     @property
     def period(self) -> float:

@@ -35,6 +35,7 @@ class Run:
     pairs: tuple[str, ...]  # names of the axis pairs that were cued, see otolith.core.frames.PAIRS
     settings: dict[str, Any]  # what the user chose, for the record: plain JSON values
     singles: tuple[str, ...] = ()  # axes that were cued on their own: "heave", "yaw"
+    soft: tuple[str, ...] = ()  # limits that the algorithm may pass at a price, e.g. "surge-pitch tilt_rate"
     period: float  # [s] of the controller
     plant_period: float  # [s]
 
@@ -191,6 +192,7 @@ def simulate(
         platform=platform,
         pairs=pairs,
         singles=singles,
+        soft=tuple(sorted(getattr(cueing, "soft", ()))),
         settings=settings or {},
         period=cueing.period,
         plant_period=plant_period,

@@ -70,6 +70,26 @@ def test_commands_are_held_to_their_own_limit(handmade: Run) -> None:
     assert found["surge-pitch command"].violations == 1
 
 
+def test_tilting_is_judged_by_the_machines_angular_acceleration_where_the_file_has_one(handmade: Run) -> None:
+    run = replace(handmade, platform=load("davsi"))
+    acceleration, command = run.acceleration.copy(), run.command.copy()
+    acceleration[39, 4], command[3, 4] = np.deg2rad(-261.0), np.deg2rad(262.0)
+    found = {
+        e.quantity: e for e in metrics.excesses(replace(run, acceleration=acceleration, command=command))
+    }
+    assert found["surge-pitch tilt_acceleration"].at_nodes == pytest.approx(np.deg2rad(1.0))
+    assert found["surge-pitch tilt_command"].at_nodes == pytest.approx(np.deg2rad(2.0))
+    assert "surge-pitch tilt_command" not in {e.quantity for e in metrics.excesses(handmade)}  # it has none
+
+
+def test_a_run_without_decisions_has_no_excess(handmade: Run) -> None:
+    names = ("time", "reference_force", "reference_rate", "felt_force", "pose", "twist", "acceleration")
+    empty = {name: getattr(handmade, name)[:0] for name in (*names, "command_time", "command")}
+    assert all(
+        e.violations == 0 and e.between_nodes == 0.0 for e in metrics.excesses(replace(handmade, **empty))
+    )
+
+
 def test_the_summary_is_plain_json_with_the_promised_keys(handmade: Run) -> None:
     summary = json.loads(json.dumps(metrics.summarise(handmade), allow_nan=False))
     assert summary["rmse"] == pytest.approx(0.2)

@@ -91,7 +91,7 @@ def test_page_shows_the_run(make_run) -> None:
     assert sorted({y for y in rate["y"] if y is not None}) == pytest.approx([-3.0, 3.0])
     for words in ("step-sine-1", "hybrid-all", "thesis", "ideal", "surge-pitch", "10 ms", '"horizon": 50'):
         assert words in page.text
-    assert "All 80 decisions are optimal; no limit was violated." in page.text
+    assert "All 80 decisions are optimal; all limits were kept at every node." in page.text
 
 
 @pytest.mark.usefixtures("light")
@@ -112,10 +112,14 @@ def test_strings_of_users_stay_text(make_run) -> None:
 
 @pytest.mark.usefixtures("light")
 def test_decisions_that_are_not_optimal_are_said_first(make_run) -> None:
-    run = make_run(4, status=("limit", "optimal", "optimal", "infeasible"))
-    page = Page(render(run, {"violations": 3}))
+    twist = np.zeros((40, 6))
+    twist[9, 4] = np.deg2rad(3.5)
+    run = make_run(4, status=("limit", "optimal", "optimal", "infeasible"), twist=twist)
+    page = Page(render(run, summarise(run)))
     words = (
-        "2 of 4 decisions are not optimal (limit 1, infeasible 1); limit violations at controller nodes: 3."
+        "1 of 4 decisions fell back to braking: the solver ended without a solution; "
+        "1 of 4 decisions fell back to braking: the problem had no solution; "
+        "hard comfort threshold broken: pitch rate by up to 0.5 deg/s beyond ±3 deg/s, at 1 of 4 nodes."
     )
     assert words in page.text
 

@@ -65,3 +65,19 @@ def test_an_unknown_measure_says_which_there_are() -> None:
     assert isinstance(measure_named("perceived"), Measure)
     with pytest.raises(InputError, match="one of rmse, perceived, false-cues"):
         measure_named("beauty")
+
+
+def test_a_limit_that_is_soft_for_one_is_held_against_none() -> None:
+    def with_limit(error: float, *, soft: bool, travel: int = 0) -> dict[str, object]:
+        rate = {"soft": soft, "nodes_beyond": 7}
+        position = {"soft": False, "nodes_beyond": travel}
+        return {"rmse": error, "violations": travel + 7 * (not soft), "limits": {"r": rate, "p": position}}
+
+    washout, mpc = with_limit(1.0, soft=False), with_limit(2.0, soft=True)
+    best, second = standings({"x": {"washout": washout, "mpc": mpc}}, RMSE)
+    assert (best.cueing, best.broken, second.broken) == ("washout", (0,), (0,))
+    far = with_limit(1.0, soft=False, travel=2)
+    best, second = standings({"x": {"washout": far, "mpc": mpc}}, RMSE)
+    assert (best.cueing, second.broken) == ("mpc", (2,))
+    hard = with_limit(2.0, soft=False)
+    assert {one.broken for one in standings({"x": {"a": hard, "b": washout}}, RMSE)} == {(7,)}

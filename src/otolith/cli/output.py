@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
+from otolith.metrics import between_nodes, breaches, failures
 from otolith.mpqp import Progress
 
 
@@ -41,12 +42,15 @@ def progress_line(now: Progress) -> str:
 
 
 def sentence(summary: dict[str, Any]) -> str:
-    """One run's key figures in one line."""
+    """One run in one line: its key figures, every decision that failed, every limit that was passed."""
     changes, micro = summary["changes"], summary["step_time_us"]
     errors = [] if summary["rmse"] is None else [f"{summary['rmse']:.4f} m/s²"]
     errors += [f"{axis} {error:.4f} rad/s" for axis, error in summary.get("rate_rmse", {}).items()]
-    return (
+    figures = (
         f"{summary['cueing']} on {summary['scenario']}: RMSE {', '.join(errors)}, "
         f"changes {changes['mean']:.2f} mean / {changes['p99']:.0f} p99 / {changes['max']:.0f} max, "
-        f"step {micro['median']:.0f} us median, {summary['violations']} limit violations"
+        f"step {micro['median']:.0f} us median"
     )
+    failed, passed = failures(summary), breaches(summary)
+    said = [*(failed or ["no decision failed"]), *(passed or ["all limits kept at every node"])]
+    return "; ".join([figures, *said, *between_nodes(summary)])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 from matplotlib.figure import Figure
@@ -32,6 +32,7 @@ from otolith.report import (
 )
 from otolith.simulate import Run, simulate
 
+BROKEN: Final = 3  # exit code of --strict
 _TOLD = 5  # interventions of a supervisor that are told one by one
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
@@ -42,6 +43,12 @@ Tuning = Annotated[
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
+Strict = Annotated[
+    bool,
+    typer.Option(
+        "--strict", help=f"Exit with code {BROKEN}, after all is written, if a hard limit was broken."
+    ),
+]
 
 
 @takes_choices
@@ -50,6 +57,7 @@ def run(
     cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")] = "hybrid-all",
     tuning: Tuning = None,
     out: Out = None,
+    strict: Strict = False,
     json: Json = False,
 ) -> None:
     """Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures."""
@@ -61,6 +69,7 @@ def run(
     page = render(result, summary, date=_today())
     _write(folder, summary, page, _figures(result.dofs, lambda dof: cueing_figure(result, dof)))
     _tell(summary if json else None, [summary], folder, console)
+    _judge([summary], strict)
 
 
 @takes_choices
@@ -80,6 +89,7 @@ def compare(
     ] = None,
     tuning: Tuning = None,
     out: Out = None,
+    strict: Strict = False,
     json: Json = False,
 ) -> None:
     """Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule."""
@@ -114,6 +124,7 @@ def compare(
     _tell(said if json else None, every, folder, console)
     for one in ranked:
         console.print(_place(one, several), highlight=False, soft_wrap=True)
+    _judge(every, strict)
 
 
 def _simulate_all(
@@ -201,6 +212,12 @@ def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Pa
     console.print(
         f"written to {folder}: report.html, figures, summary.json, run data", highlight=False, soft_wrap=True
     )
+
+
+def _judge(summaries: Sequence[dict[str, Any]], strict: bool) -> None:
+    """End with an exit code of its own where --strict was given and some run broke a hard limit."""
+    if strict and any(summary["violations"] for summary in summaries):
+        raise typer.Exit(BROKEN)
 
 
 def _place(one: Standing, several: bool) -> str:

@@ -9,18 +9,22 @@ from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_we
 from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
 from otolith.metrics.summary import compare, fidelity, summarise
 from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
+from otolith.metrics.verdict import between_nodes, breaches, failures
 from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
 __all__ = [
     "Excess",
     "FalseCue",
     "WorkspaceUse",
+    "between_nodes",
+    "breaches",
     "compare",
     "correlation",
     "delay",
     "distribution",
     "effort",
     "excesses",
+    "failures",
     "false_cues",
     "fidelity",
     "illness_percent",

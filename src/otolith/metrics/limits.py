@@ -1,10 +1,15 @@
 """Whether the platform stayed within its limits, judged by its motion and its file alone.
 
 Nothing here is shared with the controllers: it reads what the plant did and what the platform file
-allows, so that a controller's wrong model or row cannot hide its own violation.
+allows, so that a controller's wrong model or row cannot hide its own violation. Two things are told
+apart. A limit protects the machine (travel, angle, speed, acceleration) or the driver's comfort (the tilt
+rate below which tilting is not noticed). And the algorithm held it hard, or soft: at a price that it
+may pay (`Run.soft`).
 """
 
+import math
 from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,17 +17,45 @@ from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, PAIRS, AxisPair
 from otolith.simulate import Run
 
-TOLERANCE = 1e-6  # in SI units of each quantity
+TOLERANCE: Final = 1e-6  # in SI units of each quantity
+_SERIES: Final = {  # of a run -> what it is called along an axis, and about one; its unit beyond m or deg
+    "pose": ("position", "angle", ""),
+    "twist": ("velocity", "rate", "/s"),
+    "acceleration": ("acceleration", "acceleration", "/s²"),
+    "command": ("commanded acceleration", "commanded acceleration", "/s²"),
+}
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Excess:
     """How far one quantity went beyond its limit; 0 when it never did."""
 
     quantity: str  # e.g. "surge-pitch tilt_rate"
+    name: str  # as people call it, e.g. "pitch rate"
+    unit: str  # in which people read it: m, m/s, m/s², deg, deg/s or deg/s²
+    limit: tuple[float, float]  # low and high [SI]
+    soft: bool  # the algorithm may go beyond, at a price
+    comfort: bool  # it protects from what a driver notices, not the machine
     at_nodes: float  # largest excess at the controller's nodes [SI]
     between_nodes: float  # largest excess at any plant sample [SI]
     violations: int  # nodes with an excess above TOLERANCE
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain JSON values in `unit`; None for an excess that is no number, where the motion was none."""
+        scale = math.degrees(1.0) if self.unit.startswith("deg") else 1.0
+        scaled = [scale * value for value in (*self.limit, self.at_nodes, self.between_nodes)]
+        low, high, at_nodes, anywhere = (value if math.isfinite(value) else None for value in scaled)
+        return {
+            "name": self.name,
+            "soft": self.soft,
+            "comfort": self.comfort,
+            "unit": self.unit,
+            "low": low,
+            "high": high,
+            "nodes_beyond": self.violations,
+            "excess": at_nodes,
+            "excess_between_nodes": anywhere,
+        }
 
 
 def excesses(run: Run) -> list[Excess]:
@@ -38,61 +71,87 @@ def excesses(run: Run) -> list[Excess]:
 
 def _of_circle(run: Run) -> list[Excess]:
     """The limit circle of surge and sway, where the platform has one and both are cued (section 4.2)."""
-    if run.platform.circle is None or len(run.pairs) < 2:
+    radius = run.platform.circle
+    if radius is None or len(run.pairs) < 2:
         return []
-    beyond = np.maximum(np.hypot(run.pose[:, 0], run.pose[:, 1]) - run.platform.circle, 0.0)
-    beyond = np.where(np.isnan(beyond), np.inf, beyond)
-    return [_excess("circle", run.at_decisions(beyond), beyond)]
+    distance = np.hypot(run.pose[:, 0], run.pose[:, 1])
+    return [_excess(run, "circle", ("distance of surge and sway", "m"), distance, (0.0, radius))]
 
 
 def _of_pair(run: Run, pair: AxisPair) -> list[Excess]:
     limits = run.platform.pair_limits(pair)
     s, th = pair.translation, pair.rotation
     tilt_low, tilt_high = sorted(pair.sign * bound for bound in limits.tilt)  # back to the platform's angle
-    moving = {
-        "position": (run.pose[:, s], *limits.position),
-        "tilt": (run.pose[:, th], tilt_low, tilt_high),
-        "velocity": (run.twist[:, s], -limits.velocity, limits.velocity),
-        "tilt_rate": (run.twist[:, th], -limits.tilt_rate, limits.tilt_rate),
-        "acceleration": (run.acceleration[:, s], -limits.acceleration, limits.acceleration),
+    turning = _either_way(limits.tilt_acceleration)
+    bounds = {
+        "position": ("pose", s, limits.position),
+        "tilt": ("pose", th, (tilt_low, tilt_high)),
+        "velocity": ("twist", s, _either_way(limits.velocity)),
+        "tilt_rate": ("twist", th, _either_way(limits.tilt_rate)),
+        "acceleration": ("acceleration", s, _either_way(limits.acceleration)),
+        "tilt_acceleration": ("acceleration", th, turning),
+        "command": ("command", s, _either_way(limits.command)),
+        "tilt_command": ("command", th, turning),
     }
-    return _moving(run, pair.name, moving, run.command[:, s], limits.command)
+    return _judged(run, pair.name, bounds)
 
 
 def _of_single(run: Run, axis: str) -> list[Excess]:
     limits, i = run.platform.axis_limits(axis), AXES.index(axis)
-    moving = {
-        "position": (run.pose[:, i], *limits.position),
-        "velocity": (run.twist[:, i], -limits.velocity, limits.velocity),
-        "acceleration": (run.acceleration[:, i], -limits.acceleration, limits.acceleration),
+    acceleration = _either_way(limits.acceleration)
+    bounds = {
+        "position": ("pose", i, limits.position),
+        "velocity": ("twist", i, _either_way(limits.velocity)),
+        "acceleration": ("acceleration", i, acceleration),
+        "command": ("command", i, acceleration),
     }
-    return _moving(run, axis, moving, run.command[:, i], limits.acceleration)
+    return _judged(run, axis, bounds)
 
 
-def _moving(
-    run: Run, name: str, moving: dict[str, tuple[Vec, float, float]], command: Vec, largest: float
-) -> list[Excess]:
-    """Excesses of quantities (series, low, high), and of the command over ±largest."""
-    found = [
-        _excess(
-            f"{name} {quantity}", _beyond(run.at_decisions(series), low, high), _beyond(series, low, high)
-        )
-        for quantity, (series, low, high) in moving.items()
-    ]
-    commanded = _beyond(command, -largest, largest)
-    return [*found, _excess(f"{name} command", commanded, commanded)]
+def _either_way(bound: float) -> tuple[float, float]:
+    return -bound, bound
+
+
+def _judged(run: Run, dof: str, bounds: dict[str, tuple[str, int, tuple[float, float]]]) -> list[Excess]:
+    """Excesses of a degree of freedom: quantity -> series of the run, axis, low and high; none unlimited."""
+    found = []
+    for quantity, (series, axis, limit) in bounds.items():
+        if math.isfinite(limit[1]):
+            turns = axis >= len(AXES) // 2
+            *names, per = _SERIES[series]
+            words = f"{AXES[axis]} {names[turns]}", ("deg" if turns else "m") + per
+            found.append(_excess(run, f"{dof} {quantity}", words, getattr(run, series)[:, axis], limit))
+    return found
+
+
+def _excess(
+    run: Run, quantity: str, words: tuple[str, str], series: Vec, limit: tuple[float, float]
+) -> Excess:
+    """Judge a quantity, named and with its unit in `words`; commands are given at the nodes only."""
+    beyond = _beyond(series, *limit)
+    at_nodes = beyond if len(beyond) == len(run.command_time) else run.at_decisions(beyond)
+    return Excess(
+        quantity=quantity,
+        name=words[0],
+        unit=words[1],
+        limit=limit,
+        soft=quantity in run.soft,
+        comfort=quantity.endswith(" tilt_rate") and _noticed(run, quantity),
+        at_nodes=float(np.max(at_nodes, initial=0.0)),
+        between_nodes=float(np.max(beyond, initial=0.0)),
+        violations=int(np.count_nonzero(at_nodes > TOLERANCE)),
+    )
+
+
+def _noticed(run: Run, quantity: str) -> bool:
+    """Whether a pair's tilt rate is limited by what a driver notices, not by the machine."""
+    axis = AXES[PAIRS[quantity.partition(" ")[0]].rotation]
+    machine = getattr(run.platform, axis).rate_degps
+    threshold: float = getattr(run.platform.tilt_coordination, f"{axis}_degps")
+    return machine is None or threshold < machine
 
 
 def _beyond(series: Vec, low: float, high: float) -> Vec:
     """Distance outside [low, high], 0 inside; what is not a number counts as infinitely far."""
     outside: Vec = np.maximum(np.maximum(low - series, series - high), 0.0)
     return np.where(np.isnan(outside), np.inf, outside)
-
-
-def _excess(quantity: str, at_nodes: Vec, anywhere: Vec) -> Excess:
-    return Excess(
-        quantity,
-        at_nodes=float(np.max(at_nodes)),
-        between_nodes=float(np.max(anywhere)),
-        violations=int(np.count_nonzero(at_nodes > TOLERANCE)),
-    )

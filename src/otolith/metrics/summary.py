@@ -26,7 +26,9 @@ def summarise(run: Run) -> dict[str, Any]:
     """Key figures of section 5.1, the limits' excesses, and what is needed to repeat the run.
 
     `rmse` is over the force axes that were cued together [m/s²], None where there is none;
-    `rmse_per_pair` tells them apart. Yaw, where it was cued, has `rate_rmse` [rad/s].
+    `rmse_per_pair` tells them apart. Yaw, where it was cued, has `rate_rmse` [rad/s]. `violations` counts
+    the nodes at which a hard limit was broken, `soft_exceeded` those at which a soft one was exceeded;
+    `limits` tells them apart, each in its own unit.
     """
     rmse, travel = tracking_rmse(run), travel_rms(run)
     per_pair = {name: float(rmse[axis]) for name, axis in force_axes(run).items()}
@@ -45,9 +47,9 @@ def summarise(run: Run) -> dict[str, Any]:
         "travel_rms": {axis: float(travel[i]) for axis, i in moving_axes(run).items()},
         **fidelity(run),
         **effort(run),
-        "violations": sum(excess.violations for excess in over),
-        "worst_excess": {e.quantity: e.at_nodes for e in over},
-        "worst_excess_between_nodes": {e.quantity: e.between_nodes for e in over},
+        "violations": sum(excess.violations for excess in over if not excess.soft),
+        "soft_exceeded": sum(excess.violations for excess in over if excess.soft),
+        "limits": {excess.quantity: excess.as_json() for excess in over},
         "settings": run.settings,
     }
 

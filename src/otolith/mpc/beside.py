@@ -32,6 +32,11 @@ class Beside:
         """Time between two decisions [s]."""
         return self.parts[0].period
 
+    @property
+    def soft(self) -> frozenset[str]:
+        """Limits that any of them may pass at a price."""
+        return frozenset().union(*(getattr(part, "soft", ()) for part in self.parts))
+
     def reset(self, state: PlatformState) -> None:
         """Start all from `state`."""
         for part in self.parts:

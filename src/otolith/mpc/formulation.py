@@ -75,6 +75,10 @@ class Formulation:
         )
         self.radius = platform.circle if len(self.pairs) == 2 else None
         rows = [self._rows(platform, pair) for pair in self.pairs]
+        self._quantities = [
+            f"{pair.name} {r.name}" for pair, own in zip(pairs, rows, strict=True) for r in own
+        ]
+        self._quantities += ["circle"] * (self.radius is not None)  # commands, which come last, are hard
         self.A, self.B = zero_order_hold(*implicit_dynamics(setting.lag), setting.period)  # of one pair
         self.problem = self._problem(rows)
         self._lower, self._upper = self._bounds([row for of_pair in rows for row in of_pair])
@@ -90,6 +94,12 @@ class Formulation:
             X=np.empty((setting.horizon, 6 * len(self.pairs))),
         )
         self._no_reference = np.empty((0, 2 * len(self.pairs)))
+
+    @property
+    def soft(self) -> frozenset[str]:
+        """Rows that the very next node may violate at a price; those of later nodes are plans, not motion."""
+        soft = np.isfinite(self.problem.penalty[0])
+        return frozenset(name for name, is_soft in zip(self._quantities, soft, strict=False) if is_soft)
 
     def begin(self, memory: StageMemory) -> None:
         """Write what never changes."""

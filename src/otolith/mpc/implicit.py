@@ -170,6 +170,11 @@ class Implicit:
         return self.settings.period
 
     @property
+    def soft(self) -> frozenset[str]:
+        """Limits that may be passed at a price."""
+        return self.formulation.soft
+
+    @property
     def problem(self) -> StageProblem:
         """Structure of the problems that are solved."""
         return self.formulation.problem

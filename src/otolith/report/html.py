@@ -8,12 +8,12 @@ from importlib.resources import files
 
 from plotly.offline import get_plotlyjs
 
-from otolith.qp import Status
+from otolith.metrics import breaches, failures
 from otolith.report import tables, texts
 from otolith.report.motion import motion_panels
 from otolith.report.panels import Panel, effort_panels
 from otolith.report.plots import height, plot_json
-from otolith.report.series import MAX_POINTS, decimated, status_counts
+from otolith.report.series import MAX_POINTS, decimated
 from otolith.report.tables import Summary, number
 from otolith.report.view import frames_of, platform_view
 from otolith.simulate import Run
@@ -119,22 +119,12 @@ def _diagram(name: str, panel: Panel) -> str:
 def verdict(run: Run, summary: Summary, name: str = "") -> str:
     """Whether to trust the run, in one sentence: statuses and limits."""
     who = f"<strong>{escape(name)}</strong>: " if name else ""
-    counts = status_counts(run)
-    total = sum(counts.values())
-    counts.pop(Status.OPTIMAL.value, None)
-    broken = summary.get("violations")
-    if not counts and not broken:
-        kept = "; no limit was violated" if broken == 0 else ""
-        made = "are optimal" if run.residual.any() else "were made"
-        return f'<p class="good">{who}All {number(total)} decisions {made}{kept}.</p>'
-    bad = []
-    if counts:
-        reasons = ", ".join(f"{escape(status)} {number(count)}" for status, count in counts.items())
-        bad.append(f"{number(sum(counts.values()))} of {number(total)} decisions are not optimal ({reasons})")
-    if broken:
-        bad.append(f"limit violations at controller nodes: {number(broken)}")
-    text = "; ".join(bad)
-    return f'<p class="warn">{who}{text[0].upper()}{text[1:]}.</p>'
+    said = "; ".join([*failures(summary), *breaches(summary)])
+    if said:
+        return f'<p class="warn">{who}{escape(said[0].upper() + said[1:])}.</p>'
+    made = "are optimal" if run.residual.any() else "were made"
+    kept = "; all limits were kept at every node" if "limits" in summary else ""
+    return f'<p class="good">{who}All {number(len(run.status))} decisions {made}{kept}.</p>'
 
 
 def decimation(runs: Sequence[Run]) -> str:

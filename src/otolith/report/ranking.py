@@ -1,8 +1,9 @@
 """Who did best: a measure, an order within each scenario, and one over all of them.
 
-The rule. Within a scenario, algorithms that kept every limit come before those that broke one; among equals
-the smaller measure is better; equal measures share a rank. Over several scenarios the mean rank decides, then
-the mean of the measure relative to the scenario's best. There are no weights to argue about.
+The rule. Within a scenario, algorithms that kept every hard limit come before those that broke one; a limit
+that is soft for one of them is held against none. Among equals the smaller measure is better; equal measures
+share a rank. Over several scenarios the mean rank decides, then the mean of the measure relative to the
+scenario's best. There are no weights to argue about.
 """
 
 import math
@@ -86,7 +87,7 @@ class Standing:
     cueing: str
     ranks: tuple[int, ...]  # one per scenario, 1 is best
     values: tuple[float, ...]  # of the measure
-    broken: tuple[int, ...]  # limit violations at controller nodes
+    broken: tuple[int, ...]  # controller nodes with a hard limit broken
 
     @property
     def mean_rank(self) -> float:
@@ -121,9 +122,7 @@ def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Stand
     if not names or any(set(summaries) != set(names) for summaries in scenarios.values()):
         raise ValueError("a ranking needs the same algorithms in every scenario, and at least one")
     values = [[measure.of(summaries[name]) for name in names] for summaries in scenarios.values()]
-    broken = [
-        [int(summaries[name].get("violations") or 0) for name in names] for summaries in scenarios.values()
-    ]
+    broken = [_broken([summaries[name] for name in names]) for summaries in scenarios.values()]
     ranks = [_ranks(*of_scenario) for of_scenario in zip(values, broken, strict=True)]
     found = [
         Standing(
@@ -136,6 +135,17 @@ def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Stand
     ]
     best = [min(row) for row in values]
     return sorted(found, key=lambda one: (one.mean_rank, _relative(one.values, best)))
+
+
+def _broken(summaries: Sequence[Summary]) -> list[int]:
+    """Nodes at which each broke a hard limit; a limit that is soft for one of them is held against none."""
+    limits = [one.get("limits", {}) for one in summaries]
+    soft = {name for of_one in limits for name, limit in of_one.items() if limit["soft"]}
+    forgiven = [
+        sum(limit["nodes_beyond"] for name, limit in of_one.items() if name in soft and not limit["soft"])
+        for of_one in limits
+    ]
+    return [int(one.get("violations") or 0) - free for one, free in zip(summaries, forgiven, strict=True)]
 
 
 def _ranks(values: Sequence[float], broken: Sequence[int]) -> list[int]:

@@ -10,7 +10,7 @@ from otolith.report import texts
 
 Summary = Mapping[str, Any]
 ELSEWHERE: Final = frozenset(  # stands in the page's head or under its settings
-    {"scenario", "cueing", "plant", "platform", "dofs", "duration_s", "period_s", "settings"}
+    {"scenario", "cueing", "plant", "platform", "dofs", "duration_s", "period_s", "settings", "limits"}
 )
 HEADLINE: Final = {  # heading -> where in a summary
     "Mean changes per step": ("changes", "mean"),
@@ -18,7 +18,7 @@ HEADLINE: Final = {  # heading -> where in a summary
     "Changes, max": ("changes", "max"),
     "RMSE [m/s²]": ("rmse",),
     "Median step [µs]": ("step_time_us", "median"),
-    "Limit violations": ("violations",),
+    "Hard limits broken": ("violations",),
 }
 OF_A_SOLVER: Final = frozenset({"changes", "changes_against_implicit_percent", "residual_max"})
 MANY: Final = 4  # more entries than this, and the zeros among them are only counted

@@ -75,8 +75,9 @@ PANELS: Final = {
 }
 
 RULE: Final = (
-    "Within a scenario, algorithms that kept every limit come before those that broke one; then the smaller "
-    "measure is better, and equal ones share a rank."
+    "Within a scenario, algorithms that kept every hard limit come before those that broke one; a limit that "
+    "is soft for one of them is held against none. Then the smaller measure is better, and equal ones share "
+    "a rank."
 )
 RULE_OVERALL: Final = (
     " Over all scenarios the mean rank decides, then the mean of the measure relative to the best."
@@ -117,9 +118,8 @@ NAMES: Final = {
     "residual_max": ("Largest optimality residual (certificate)", ""),
     "status": ("Decisions by status", ""),
     "guesses_missed": ("Guesses that could not be had", ""),
-    "violations": ("Limit violations at controller nodes", ""),
-    "worst_excess": ("Worst excess over a limit, at controller nodes", "SI"),
-    "worst_excess_between_nodes": ("Worst excess over a limit, at any instant", "SI"),
+    "violations": ("Nodes with a hard limit broken", ""),
+    "soft_exceeded": ("Nodes with a soft limit exceeded", ""),
     "mean": ("mean", ""),
     "median": ("median", ""),
     "p50": ("median", ""),

@@ -1,0 +1,75 @@
+"""What did not go as it should in a run, in words: said alike on the command line and in reports.
+
+Everything is read from a run's summary (`otolith.metrics.summarise`), so that no two places can differ.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+Summary = Mapping[str, Any]
+
+OPTIMAL: Final = "optimal"
+FAILURES: Final = {  # status of a decision -> what it did then, and why
+    "infeasible": "fell back to braking: the problem had no solution",
+    "limit": "fell back to braking: the solver ended without a solution",
+    "uncertified": "fell back to braking: the solver's answer did not stand the test",
+    "invalid": "went without their input, which held no number or one beyond all reason",
+}
+
+
+def failures(summary: Summary) -> list[str]:
+    """One sentence per kind of decision that is not optimal, with how many there were."""
+    status = summary.get("status", {})
+    total = sum(status.values())
+    return [
+        f"{count:,} of {total:,} decisions {FAILURES.get(kind, f'ended as {kind}')}"
+        for kind, count in status.items()
+        if kind != OPTIMAL and count
+    ]
+
+
+def breaches(summary: Summary) -> list[str]:
+    """One sentence per limit that was passed at a controller's node; the machine's hard ones first."""
+    nodes = sum(summary.get("status", {}).values())
+    passed = [one for one in summary.get("limits", {}).values() if one["nodes_beyond"]]
+    passed.sort(key=lambda one: (one["soft"], one["comfort"]))
+    return [
+        f"{kind(one)} {'exceeded' if one['soft'] else 'broken'}: {one['name']} {by_how_much(one)} "
+        f"beyond {bounds(one)}, at {one['nodes_beyond']:,} of {nodes:,} nodes"
+        for one in passed
+    ]
+
+
+def between_nodes(summary: Summary) -> list[str]:
+    """One sentence per limit that was kept at the nodes, where a controller imposes it, but not between."""
+    return [
+        f"between nodes {one['name']} {by_how_much(one, 'excess_between_nodes')} beyond {bounds(one)}"
+        for one in summary.get("limits", {}).values()
+        if not one["nodes_beyond"] and one["excess_between_nodes"] != 0.0
+    ]
+
+
+def kind(limit: Summary) -> str:
+    """Whether a limit was hard or soft in a run, and whether it protects the machine or the driver."""
+    hardness = "soft" if limit["soft"] else "hard"
+    return f"{hardness} {'comfort threshold' if limit['comfort'] else 'limit'}"
+
+
+def by_how_much(limit: Summary, key: str = "excess") -> str:
+    """The largest excess in the limit's own unit."""
+    excess = limit[key]
+    return "by no number" if excess is None else f"by up to {_short(excess)} {limit['unit']}"
+
+
+def bounds(limit: Summary) -> str:
+    """A limit in its own unit."""
+    low, high, unit = limit["low"], limit["high"], limit["unit"]
+    if low == 0.0:
+        return f"{_short(high)} {unit}"
+    if abs(low + high) <= 1e-9 * high:
+        return f"±{_short(high)} {unit}"
+    return f"{_short(low)} … {_short(high)} {unit}"
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}".replace("-", "−")
