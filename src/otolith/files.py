@@ -25,9 +25,10 @@ from otolith.mpqp import Law
 from otolith.platforms import Platform, catalog, load, parse_platform
 from otolith.platforms.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.scenarios import Log, log_from
+from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import recognise
 from otolith.scenarios.erg import parse_erg
-from otolith.scenarios.recorded import Channels, Recorded
+from otolith.scenarios.recorded import Columns, Recorded
 from otolith.scenarios.table import decode, split
 from otolith.simulate import Run
 from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, road
@@ -107,9 +108,12 @@ def read_tuning(name_or_path: str) -> Tuning:
     return parse_tuning(read_text(path, "tuning"), path.name)
 
 
-def read_log(path: Path, columns: Mapping[str, str]) -> Log:
-    """A recorded drive: delimited text, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells."""
-    return log_from(_recorded(path, columns), columns=columns)
+def read_log(path: Path, columns: Mapping[str, str], *, needs: Sequence[str] = ()) -> Log:
+    """A recorded drive: delimited text, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells.
+
+    `columns` maps quantities to columns, `needs` names those that will be cued: see `reading.recording`.
+    """
+    return log_from(_recorded(path, columns), columns=columns, needs=needs)
 
 
 def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
@@ -122,8 +126,8 @@ def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
     if ending in (".mf4", ".mdf") or (ending == ".dat" and _read_bytes(path).startswith(b"MDF")):
         mapped = " ".join(columns.values())
         read = registry.LOG_FORMATS["mdf"].load()
-        channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
-        return channels
+        read_columns: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
+        return read_columns
     if ending in (".bag", ".mcap", ".db3") or path.is_dir():
         bag: Recorded = registry.LOG_FORMATS["rosbag"].load()(path.parent if ending == ".db3" else path)
         return bag
@@ -133,13 +137,14 @@ def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
     return split(text, path.name, notes)
 
 
-def _read_lap(path: Path) -> Channels:
+def _read_lap(path: Path) -> Columns:
     with _hdf5(path, LAP_KIND, LAP_VERSION) as file:
-        return Channels(
+        return Columns(
             source=path.name,
             names=COLUMNS,
             units=("",) * len(COLUMNS),
             values=tuple(file[name][()] for name in COLUMNS),
+            layout=Layout(form="a lap of otolith drive", rows=len(file[COLUMNS[0]])),
         )
 
 

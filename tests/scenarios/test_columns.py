@@ -5,12 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from otolith.core.errors import InputError
-from otolith.scenarios.columns import STANDARD_GRAVITY, choose, recognise
+from otolith.scenarios.columns import STANDARD_GRAVITY, Header, candidates, missing, recognise
 
 
 def chosen(*names: str, **mapping: str) -> dict[str, tuple[int, float]]:
-    columns = choose(names, "log.csv", mapping, [""] * len(names))
-    return {column.key: (column.index, column.factor) for column in columns}
+    found = candidates(Header("log.csv", names, [""] * len(names)), mapping)
+    return {key: (some[0].index, some[0].factor) for key, some in found.items() if some}
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,18 @@ def test_names_tell_quantity_and_unit(name: str, key: str, factor: float) -> Non
 
 @pytest.mark.parametrize(
     "name",
-    ["throttle", "lat", "gx", "x", "Fx [N]", "x [mm/s]", "y [deg]", "steering angle [deg]", "lap time", ""],
+    [
+        "throttle",
+        "latitude of start",
+        "gx",
+        "x",
+        "Fx [N]",
+        "x [mm/s]",
+        "y [deg]",
+        "steering angle [deg]",
+        "lap time",
+        "",
+    ],
 )
 def test_other_names_tell_nothing(name: str) -> None:
     assert recognise(name) is None
@@ -77,56 +88,82 @@ def test_any_name_is_read_without_failing(name: str) -> None:
         ("with:colon", 1.0),
         ("with:colon:g", STANDARD_GRAVITY),
         ("ay_g", STANDARD_GRAVITY),
+        ("-Bar [g]", -STANDARD_GRAVITY),
+        ("group_g", 1.0),
+        ("Längs [mg]", STANDARD_GRAVITY / 1000),
+        ("b_mps2", 1.0),
     ],
 )
 def test_a_mapping_goes_before_names(mapping: str, factor: float) -> None:
-    """The unit in a name counts only for the quantity that the name tells."""
-    assumed = 1.0 if mapping == "ay_g" else factor
-    assert chosen("t", "ax", "Foo", "-neg", "with:colon", "ay_g", ax=mapping)["ax"][1] == assumed
+    """The unit in a name counts for every quantity of its kind; a mere g at its end does not."""
+    names = ("t", "ax", "Foo", "-neg", "with:colon", "ay_g", "Bar [g]", "group_g", "Längs [mg]", "b_mps2")
+    assert chosen(*names, ax=mapping)["ax"][1] == pytest.approx(factor)
 
 
-def test_twins_are_taken_once_and_others_refused() -> None:
-    names = ("t", "ax", "Car.YawRate [rad/s]", "Car.YawVel [deg/s]")
-    columns = choose(names, "log.csv", {}, [""] * 4, differ=lambda one, other: False)
-    yaw = next(column for column in columns if column.key == "yaw_rate")
-    assert yaw.index == 2
-    assert str(yaw).endswith("in rad/s (the same as 'Car.YawVel [deg/s]')")
-    with pytest.raises(InputError, match=r"yaw_rate in log.csv is given by"):
-        choose(names, "log.csv", {}, [""] * 4)
+def test_names_that_are_repeated_can_be_addressed() -> None:
+    names = ("t", "acc", "speed", "acc")
+    assert chosen(*names, ax="acc#2:g")["ax"] == (3, STANDARD_GRAVITY)
+    assert chosen(*names, ax="-acc#1")["ax"] == (1, -1.0)
+    with pytest.raises(
+        InputError, match=r"ax=acc is the name of 2 columns, must be of one only \(write acc#1 or"
+    ):
+        chosen(*names, ax="acc")
+    with pytest.raises(InputError, match=r"mapped to 'acc#3'"):
+        chosen(*names, ax="acc#3")
+
+
+def test_what_was_measured_goes_before_what_was_calculated_and_words_before_letters() -> None:
+    names = ("GPS LatAcc", "LateralAcc", "y_acc", "Lat acc filtered", "LateralAcc [g]")
+    units = [""] * 5
+    found = candidates(Header("log.csv", names, units), {})["ay"]
+    assert [column.index for column in found] == [4, 1, 3, 0, 2]
+    found = candidates(Header("log.csv", ("ay", "ay"), ["g", "g"], origins=("100: gps", "101: acc")), {})[
+        "ay"
+    ]
+    assert [column.index for column in found] == [1, 0]
 
 
 def test_a_quantity_can_be_left_out() -> None:
     assert "az" not in chosen("t", "ax", "az", az="none")
 
 
-def test_a_doubtful_speed_is_ignored_for_it_only_serves_checks() -> None:
-    assert "vx" not in chosen("t", "ax", "speed", "vx")
+def test_a_speed_in_another_kind_of_unit_is_none() -> None:
     assert "vx" not in chosen("t", "ax", "velocity [rpm]")
     assert chosen("t", "ax", "speed [km/h]")["vx"][1] == pytest.approx(1 / 3.6)
 
 
 @pytest.mark.parametrize(
-    ("names", "mapping", "sentence"),
+    ("key", "names", "sentence"),
     [
         (
+            "ax",
             ("time", "foo"),
-            {},
             "longitudinal acceleration (ax) in log.csv is missing, must be mapped as ax=NAME:UNIT, "
-            "UNIT such as m/s2, NAME one of 'time', 'foo'",
+            "UNIT such as m/s2, NAME one of 'time', 'foo', or derived with ax=from-speed",
         ),
         (
+            "t",
             ("ax", "foo"),
-            {},
             "time (t) in log.csv is missing, must be mapped as t=NAME:UNIT, "
-            "UNIT such as s, NAME one of 'ax', 'foo'",
+            "UNIT such as s, NAME one of 'ax', 'foo', or t=every:0.05s if the rows are evenly spaced",
         ),
         (
-            ("t", "ax", "accel_x"),
-            {},
-            "ax in log.csv is given by 'ax' (column 2) and 'accel_x' (column 3), "
-            "must be one column (rename one, or map ax=NAME)",
+            "ax",
+            ("t", "ax [furlong]", "accel_x (V)"),
+            "longitudinal acceleration (ax) in log.csv is given only by 'accel_x (V)' in 'V', must be mapped "
+            "as ax=NAME:UNIT, UNIT such as m/s2 (one of m/s2, g, mg, cm/s2, mm/s2, ft/s2), NAME one of 't', "
+            "'ax [furlong]', 'accel_x (V)', or derived with ax=from-speed",
         ),
-        (("t", "q", "q"), {"ax": "q"}, "ax=q is the name of 2 columns, must be of one only"),
+    ],
+)
+def test_what_is_missing_is_said_with_the_remedy(key: str, names: tuple[str, ...], sentence: str) -> None:
+    assert key not in chosen(*names)
+    assert str(missing(key, Header("log.csv", names, [""] * len(names)))) == sentence
+
+
+@pytest.mark.parametrize(
+    ("names", "mapping", "sentence"),
+    [
         (
             ("t", "ax"),
             {"ay": "foo:g"},
@@ -136,17 +173,17 @@ def test_a_doubtful_speed_is_ignored_for_it_only_serves_checks() -> None:
             ("t", "ax"),
             {"axx": "ax"},
             "mapped quantity is 'axx', must be one of t, ax, ay, az, roll_rate, pitch_rate, yaw_rate, "
-            "vx, x, y (did you mean ax?)",
+            "vx, x, y, lat, lon, heading, yaw (did you mean ax?)",
         ),
         (
-            ("t", "ax [furlong]"),
-            {},
-            "unit of 'ax [furlong]' in log.csv is 'furlong', must be one of m/s2, g, mg, cm/s2, mm/s2, ft/s2 "
-            "(map it, for example ax=ax [furlong]:m/s2)",
+            ("t", "foo [km/h]"),
+            {"ax": "foo [km/h]"},
+            "unit of 'foo [km/h]' in log.csv is 'km/h', must be one of m/s2, g, mg, cm/s2, mm/s2, ft/s2 "
+            "(map it, for example ax=foo [km/h]:m/s2)",
         ),
     ],
 )
-def test_what_cannot_be_told_is_said_with_the_remedy(
+def test_a_mapping_that_cannot_be_is_said_with_the_remedy(
     names: tuple[str, ...], mapping: dict[str, str], sentence: str
 ) -> None:
     with pytest.raises(InputError) as caught:

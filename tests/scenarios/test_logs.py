@@ -76,7 +76,7 @@ def test_every_quantity_finds_its_place_in_si() -> None:
     assert_allclose(log.force[3], STANDARD_GRAVITY * np.array([0.1, 0.2, 0.3]))
     assert_allclose(log.rate[3], np.deg2rad([0.4, 0.5, 0.6]))
     assert log.columns == {
-        "t": "time_ms", "ax": "ax_g", "ay": "ay_g", "az": "az_g",
+        "ax": "ax_g", "ay": "ay_g", "az": "az_g",
         "roll_rate": "roll_rate_degps", "pitch_rate": "pitch_rate_degps", "yaw_rate": "yaw_rate_degps",
     }  # fmt: skip
 
@@ -118,29 +118,28 @@ def test_uneven_sampling_is_noted() -> None:
         ("t,ax\n", "number of rows in log.csv is 0, must be at least 2"),
         ("t,ax\n0,0\n", "number of rows in log.csv is 1, must be at least 2"),
         ("0,1\n2,3\n4,5\n", "line 1 of log.csv is numbers, must be the names of the columns"),
-        (damaged(7, "0.5,nan"), "'ax' in line 7 of log.csv is 'nan', must be a finite number"),
-        (damaged(7, "0.5,-inf"), "'ax' in line 7 of log.csv is '-inf', must be a finite number"),
+        (damaged(7, "0.5,-inf"), "'ax' in line 7 of log.csv is -inf, must be a finite number"),
         (damaged(7, "0.5,oops"), "'ax' in line 7 of log.csv is 'oops', must be a finite number"),
-        (damaged(7, "0.5,"), "'ax' in line 7 of log.csv is empty, must be a finite number"),
         (damaged(7, "0.5"), "number of values in line 7 of log.csv is 1, must be 2, as in the header"),
         (damaged(7, "0.5,1,2"), "number of values in line 7 of log.csv is 3, must be 2, as in the header"),
-        (damaged(7, ""), "line 7 of log.csv is empty, must be a row of numbers"),
-        (damaged(7, "1_0,0"), "log.csv is not readable as numbers, must be a table of numbers"),
+        (damaged(7, "1_0,0"), "'t' in line 7 of log.csv is '1_0', must be a finite number"),
         (
             damaged(7, "0.3,0"),
             "time in line 7 of log.csv is 0.3 s after the first row, must be after the row before, 0.4 s",
         ),
         (
-            damaged(7, "0.4,0"),
-            "time in line 7 of log.csv is 0.4 s after the first row, must be after the row before, 0.4 s",
+            damaged(7, "0.4,0").replace("0.7,", "0.9,").replace("0.8,", "0.9,"),
+            "time in line 7 of log.csv is 0.4 s after the first row, must be after the row before, 0.4 s "
+            "(3 stamps repeat, and evenly spaced rows do not explain them; if the rows are evenly spaced "
+            "all the same, map t=every:0.1s)",
         ),
         (
             text("t,ax", np.where(T < 1.0, T, T + 1.5), AX),
-            "gap before line 12 of log.csv, 0.9 s after the first row, is 1.6 s, must be at most 1 s",
+            "gap in ax before line 12 of log.csv, 0.9 s after the first row, is 1.6 s, must be at most 1 s",
         ),
         (
             text("t,ax", 1000 * T, AX),
-            "gap before line 3 of log.csv, 0 s after the first row, is 100 s, must be at most 1 s "
+            "gap in ax before line 3 of log.csv, 0 s after the first row, is 100 s, must be at most 1 s "
             "(is time in ms? then map t=t:ms)",
         ),
         (
@@ -196,7 +195,7 @@ def test_rows_written_twice_are_left_out() -> None:
     lines = text().splitlines()
     log = parse_log("\n".join([*lines[:9], lines[8], lines[8], *lines[9:]]), "log.csv")
     assert_plain(log)
-    assert "2 rows were written twice and left out" in log.notes
+    assert "ax: 2 rows were written twice and left out" in log.notes
 
 
 def test_a_column_written_twice_is_read_once() -> None:
@@ -204,21 +203,23 @@ def test_a_column_written_twice_is_read_once() -> None:
     assert_plain(log)
     assert "ax: column 'ax' in m/s2, no unit stated, taken as SI (the same as 'Car.ax')" in log.notes
     with pytest.raises(InputError, match=r"ax in log.csv is given by"):
-        parse_log(text("t,ax,Car.ax", T, AX, 1.1 * AX), "log.csv")
-    with pytest.raises(InputError, match=r"ax in log.csv is given by"):
-        parse_log(text("t,ax,Car.ax", T, AX, np.full(N, np.nan)), "log.csv")
+        parse_log(text("t,ax,Car.ax", T, AX, 1.5 * AX), "log.csv")
+    log = parse_log(text("t,ax,Car.ax", T, AX, 1.1 * AX), "log.csv")
+    assert_plain(log)
+    assert any(note.endswith("'Car.ax' differs") for note in log.notes)
+    assert_plain(parse_log(text("t,ax,Car.ax", T, AX, np.full(N, np.nan)), "log.csv"))
 
 
 def test_small_gaps_are_bridged_and_said() -> None:
     t = np.where(T < 1.0, T, T + 0.6)
     assert (
-        "1 gaps bridged by straight lines, the longest of 0.7 s at 0.9 s"
+        "ax: 1 gaps bridged by straight lines, the longest of 0.7 s at 0.9 s"
         in parse_log(text("t,ax", t, AX), "log.csv").notes
     )
 
 
 def test_nothing_but_one_row_over_and_over_is_refused() -> None:
-    assert refusal("t,ax\n1,2\n1,2\n1,2") == "number of different rows in log.csv is 1, must be at least 2"
+    assert refusal("t,ax\n1,2\n1,2\n1,2") == "number of samples of 'ax' in log.csv is 1, must be at least 2"
 
 
 def test_names_behind_a_comment_mark_are_read() -> None:
@@ -252,7 +253,7 @@ def test_bytes_that_are_no_text_are_refused(data: bytes) -> None:
 
 def test_a_speed_with_holes_does_not_spoil_the_log() -> None:
     log = parse_log(text("t,ax,vx", T, AX, np.full(N, np.nan)), "log.csv")
-    assert "vx: not used, it has cells that are no numbers" in log.notes
+    assert "vx: 'vx' is not used: number of samples of 'vx' in log.csv is 0, must be at least 2" in log.notes
     assert_plain(log)
 
 

@@ -89,18 +89,18 @@ REFUSED = {
         without("vx", drive=changed(ax=lambda d: d["ax"] + 2.0)),
         "speed gained by ax in log.csv is 116.3 m/s",
     ),
-    "a gap": ({name: np.r_[v[:900], v[1000:]] for name, v in good().items()}, "gap before line 902"),
+    "a gap": ({name: np.r_[v[:900], v[1000:]] for name, v in good().items()}, "gap in ax before line 902"),
     "not a number": (
-        changed(ay=lambda d: np.where(T == 3.0, np.nan, d["ay"])),
-        "line 152 of log.csv is 'nan'",
+        changed(ay=lambda d: np.where(T == 3.0, np.inf, d["ay"])),
+        "line 152 of log.csv is inf",
     ),
     "time running back": (changed(t=lambda d: np.where(T == 3.0, 1.0, T)), "time in line 152"),
     "time in ms": (changed(t=lambda d: 1000.0 * T), "is time in ms?"),
     "a spike": (changed(ax=lambda d: np.where(T == 3.0, 1e3, d["ax"])), "within ±50 m/s²"),
     "no time": (without("t"), "time (t) in log.csv is missing"),
     "another column of the same quantity": (
-        good() | {"AccX": 2.0 * good()["ax"]},
-        "ax in log.csv is given by 'ax_mps2' (column 2) and 'AccX' (column 7)",
+        good() | {"AccX [m/s2]": 2.0 * good()["ax"]},
+        "ax in log.csv is given by 'ax_mps2' (column 2) and 'AccX [m/s2]' (column 7)",
     ),
 }
 

@@ -8,14 +8,14 @@ from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
-from otolith.scenarios import Log, log_scenario
+from otolith.scenarios import Log, log_scenario, sampled_log
 from otolith.scenarios.scenario import Scenario
 
 
 def log_of(t: Vec, ax: Vec) -> Log:
     force = np.stack([ax, -ax, 0.5 * ax], axis=1)
     rate = np.stack([0.1 * ax, 0.2 * ax, 0.3 * ax], axis=1)
-    return Log(source="drives/tour.csv", t=t, force=force, rate=rate, columns={}, notes=())
+    return sampled_log("drives/tour.csv", t, force, rate)
 
 
 def sampled(scenario: Scenario, dt: float = 0.01) -> tuple[Vec, Vec]:

@@ -8,20 +8,26 @@ from numpy.testing import assert_allclose
 from otolith import files
 from otolith.core.errors import InputError, MissingExtra
 from otolith.scenarios import log_from
-from otolith.scenarios.recorded import Channels, Signal, on_one_clock
+from otolith.scenarios.channels import Layout
+from otolith.scenarios.recorded import Columns, Signal, with_own_clocks
 
 FAST, SLOW = np.arange(0.0, 5.0, 0.01), np.arange(1.0, 4.0, 0.1)
 
 
-def test_signals_of_several_clocks_are_put_on_the_fastest_where_all_run() -> None:
-    channels = on_one_clock(
-        "d.x", [Signal("ax", "m/s^2", FAST, 2.0 * FAST), Signal("ay", "g", SLOW, 0.3 * SLOW)]
-    )
-    log = log_from(channels)
-    assert log.duration == pytest.approx(SLOW[-1] - SLOW[0], abs=0.011)
+MDF = Layout(form="MDF")
+
+
+def test_signals_keep_their_clocks_and_the_drive_lasts_where_all_forces_run() -> None:
+    signals = [Signal("ax", "m/s^2", FAST, 2.0 * FAST), Signal("ay", "g", SLOW, 0.3 * SLOW)]
+    log = log_from(with_own_clocks("d.x", signals, MDF))
+    assert log.duration == pytest.approx(SLOW[-1] - SLOW[0])
+    assert len(log.channels["ax"].t) == len(FAST)
     assert_allclose(log.force[:, 0], 2.0 * (1.0 + log.t), atol=1e-9)
     assert_allclose(log.force[:, 1], 9.80665 * 0.3 * (1.0 + log.t), atol=1e-9)
-    assert "d.x: 2 clocks, all signals put on the fastest by straight lines" in log.notes
+    assert log.notes[0] == "d.x: 500 rows, 2.9 s, 100 Hz (others 10 Hz)"
+    assert any(
+        note.startswith("the drive lasts where all that is cued runs, 1 s to 3.9 s") for note in log.notes
+    )
 
 
 @pytest.mark.parametrize(
@@ -30,33 +36,34 @@ def test_signals_of_several_clocks_are_put_on_the_fastest_where_all_run() -> Non
         ([], "d.x is without a signal of at least 2 samples, must be a recorded drive"),
         (
             [Signal("ax", "", FAST[::-1], FAST)],
-            "time of 'ax' in d.x is running backwards, must be increasing",
+            "time in sample 2 of d.x is -0.01 s after the first row, must be after the row before, 0 s",
         ),
         (
             [Signal("ax", "", FAST, FAST), Signal("ay", "", FAST + 99.0, FAST)],
-            "time that the signals of d.x have in common is none, must be at least 2 samples",
+            "time that ax and ay of d.x have in common is none, must be some, or leave one of them out with "
+            "NAME=none",
         ),
     ],
 )
 def test_signals_that_do_not_belong_together_are_refused(signals: list[Signal], sentence: str) -> None:
     with pytest.raises(InputError) as caught:
-        on_one_clock("d.x", signals)
+        log_from(with_own_clocks("d.x", signals, MDF))
     assert str(caught.value) == sentence
 
 
-def channels(**values: np.ndarray) -> Channels:
-    return Channels(
+def columns(**values: np.ndarray) -> Columns:
+    return Columns(
         source="d.x", names=tuple(values), units=("",) * len(values), values=tuple(values.values())
     )
 
 
 def test_samples_are_named_in_errors() -> None:
     spoilt = FAST.copy()
-    spoilt[6] = np.nan
-    with pytest.raises(InputError, match=r"'ax' in sample 7 of d.x is nan, must be a finite number"):
-        log_from(channels(t=FAST, ax=spoilt))
-    with pytest.raises(InputError, match=r"number of samples in d.x is 1, must be at least 2"):
-        log_from(channels(t=FAST[:1], ax=FAST[:1]))
+    spoilt[6] = np.inf
+    with pytest.raises(InputError, match=r"'ax' in sample 7 of d.x is inf, must be a finite number"):
+        log_from(columns(t=FAST, ax=spoilt))
+    with pytest.raises(InputError, match=r"number of samples of 'ax' in d.x is 1, must be at least 2"):
+        log_from(columns(t=FAST[:1], ax=FAST[:1]))
 
 
 class Absent:

@@ -1,7 +1,7 @@
 """What the driver should feel: named signals, signals from parameters, recorded drives."""
 
 from otolith.scenarios.catalog import FAMILIES, SCENARIOS, TABLE_5_1, scenario
-from otolith.scenarios.logs import Log, log_from, parse_log
+from otolith.scenarios.logs import Log, log_from, parse_log, sampled_log
 from otolith.scenarios.playback import log_scenario
 from otolith.scenarios.scenario import Scenario
 
@@ -14,5 +14,6 @@ __all__ = [
     "log_from",
     "log_scenario",
     "parse_log",
+    "sampled_log",
     "scenario",
 ]

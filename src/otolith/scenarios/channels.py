@@ -1,18 +1,17 @@
 """Channels of a recorded drive: what passes from the readers of files to the checks of physics.
 
-Every reader of a format ends here, and every check begins here. Each channel keeps the clock of its own sensor
-and only its valid samples; nothing is interpolated until `playback.log_scenario` resamples each channel once,
-behind an anti-alias filter, or until a check asks for values at other times (`Channel.on`).
+Every reader of a format ends here, and every check begins here. Each channel keeps the clock of its own
+sensor and only its valid samples; nothing is interpolated until `playback.log_scenario` resamples each
+channel once, behind an anti-alias filter, or until a check asks for values at other times (`Channel.on`).
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Ints, Mat, Vec, freeze, frozen_array
+from otolith.core.arrays import Bools, Ints, Mat, Vec, freeze, frozen_array
 from otolith.scenarios.columns import Column
 
 MAX_GAP: Final = 1.0  # [s] between two samples; what lies in a longer gap cannot be guessed
@@ -25,18 +24,19 @@ FELT: Final = FORCE + RATE  # what a driver feels; every other quantity only ser
 class Channel:
     """One quantity of a recorded drive, in SI units, on the clock of its own sensor.
 
-    Values stand as the file states them, after the mapping's sign and unit: in x forward, y left, z up if the
-    file or the user is right about it, which is for the checks to find out. Samples that the file leaves blank
-    or marks as invalid are not here: a stretch without valid samples is a long step in `t`, see `holes`.
+    Values stand as the file states them, after the mapping's sign and unit: in x forward, y left, z up if
+    the file or the user is right about it, which is for the checks to find out. Samples that the file leaves
+    blank or marks as invalid are not here: a stretch without valid samples is a long step in `t`, see
+    `holes`.
     """
 
     column: Column  # where it comes from: name, unit, factor, why this one
-    t: Vec  # (n,) [s] since the start of the recording, strictly increasing
+    t: Vec  # (n,) [s] since the start of the drive (negative before it), strictly increasing
     values: Vec  # (n,) in SI units
     rows: Ints  # (n,) number of each sample in the file, counted from 1 as `place` says
     place: str  # what `rows` counts: "line", "sample", "message", "record"
     source: str  # name of the file
-    notes: tuple[str, ...] = ()  # a sentence each: what was repaired or looks odd in this channel
+    notes: tuple[str, ...] = ()  # what was repaired or looks odd, as ends of the sentence "ax: …"
 
     def __post_init__(self) -> None:
         n = len(self.t)
@@ -62,9 +62,16 @@ class Channel:
     def on(self, t: Vec) -> Vec:
         """Values (k,) at times (k,) [s], joined by straight lines, constant beyond the ends.
 
-        For looking and for checks: it does not guard against aliasing, as the resampling for a reference does.
+        For looking and for checks: it does not guard against aliasing, as the resampling for a reference
+        does.
         """
         return np.interp(t, self.t, self.values)
+
+    def known(self, t: Vec) -> Bools:
+        """Whether the channel tells anything at times (k,) [s]: not in holes, nor beyond its ends."""
+        after = np.clip(np.searchsorted(self.t, t, side="left"), 1, len(self.t) - 1)
+        inside = (t >= self.t[0]) & (t <= self.t[-1])
+        return np.asarray(inside & (self.t[after] - self.t[after - 1] <= MAX_GAP), dtype=np.bool_)
 
     def where(self, index: int) -> str:
         """Where a sample stands in the file, for sentences: ``line 7 of drive.csv``."""
@@ -80,11 +87,9 @@ class Layout:
     units: str = ""  # where a row of units stands
     first: str = ""  # where the data begin
     rows: int = 0  # rows, samples or messages of data
-    clock: str = ""  # how time was read: "column 'Time' as ISO 8601"
+    clock: str = ""  # how time was read: "column 'Time' as dates and clock times"
+    clock_name: str = ""  # the column that holds time; empty where channels have their own clocks
     unused: tuple[str, ...] = ()  # names of columns that nothing uses
-
-
-_NONE: Final[Mapping[str, "tuple[Channel, ...]"]] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,10 +99,13 @@ class Recording:
     source: str
     channels: Mapping[str, Channel]  # by quantity; those that the file lacks are not in it
     layout: Layout
-    needs: tuple[str, ...]  # quantities that will be cued; empty: all forces and rates that the file has
+    needs: tuple[str, ...]  # quantities that will be cued; empty: nobody has said
     notes: tuple[str, ...] = ()  # a sentence each, about the file as a whole
-    others: Mapping[str, tuple[Channel, ...]] = field(default=_NONE)  # second candidates, best first
+    others: Mapping[str, tuple[Channel, ...]] = field(default_factory=dict)  # second candidates, best first
 
     def needed(self, key: str) -> bool:
-        """Whether this quantity will be cued, so that a fault in it is refused and not only said."""
-        return key in self.needs if self.needs else key in FELT
+        """Whether a fault in this quantity is refused and not only said.
+
+        So it is for what will be cued; where nobody says what, for every force.
+        """
+        return key in (self.needs or FORCE)

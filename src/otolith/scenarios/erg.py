@@ -14,7 +14,8 @@ from typing import Final
 import numpy as np
 
 from otolith.core.errors import CorruptFile, InputError, one_of
-from otolith.scenarios.recorded import Channels
+from otolith.scenarios.channels import Layout
+from otolith.scenarios.recorded import Columns
 
 HEADER: Final = struct.Struct("<8sBBH4x")
 MAGIC: Final = b"CM-ERG\0\0"
@@ -37,7 +38,7 @@ ORDERS: Final = {"littleendian": ("<", 0), "bigendian": (">", 1)}
 _BYTES: Final = re.compile(r"(\d+) Bytes?")
 
 
-def parse_erg(info: str, data: bytes, source: str) -> Channels:
+def parse_erg(info: str, data: bytes, source: str) -> Columns:
     """The numeric channels of a CarMaker result, from the text of its .erg.info and the bytes of its .erg.
 
     An incomplete last record, as an interrupted simulation leaves it, is dropped with a note.
@@ -61,11 +62,12 @@ def parse_erg(info: str, data: bytes, source: str) -> Channels:
         offset = float(entries.get(f"Quantity.{name}.Offset", "0"))
         raw = table[f"f{position}"]
         values.append(raw if (factor, offset) == (1.0, 0.0) else factor * raw + offset)
-    return Channels(
+    return Columns(
         source=source,
         names=tuple(name for _, name in kept),
         units=tuple(entries.get(f"Quantity.{name}.Unit", "").strip(" -") for _, name in kept),
         values=tuple(values),
+        layout=Layout(form="CarMaker result", rows=rows),
         notes=notes,
     )
 

@@ -9,12 +9,13 @@ from asammdf import MDF
 from asammdf.blocks.utils import MdfException
 
 from otolith.core.errors import CorruptFile
+from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import recognise
-from otolith.scenarios.recorded import Channels, Signal, on_one_clock
+from otolith.scenarios.recorded import Columns, Signal, with_own_clocks
 
 
-def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Channels:
-    """The channels of an MDF file whose name is `wanted`, on one clock.
+def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
+    """The channels of an MDF file whose name is `wanted`, each on its own clock.
 
     Raises
     ------
@@ -31,7 +32,8 @@ def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Channels:
             ]
     except (MdfException, OSError, ValueError, struct.error) as error:
         raise CorruptFile(f"{path.name} is damaged or no MDF file: {error}") from error
-    return on_one_clock(path.name, [s for s in signals if np.issubdtype(s.values.dtype, np.number)])
+    numeric = [s for s in signals if np.issubdtype(s.values.dtype, np.number)]
+    return with_own_clocks(path.name, numeric, Layout(form="MDF"))
 
 
 def _signal(file: MDF, name: str, group: int, index: int) -> Signal:

@@ -9,8 +9,10 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import InputError
+from otolith.scenarios.channels import FELT
 from otolith.scenarios.logs import Log
 from otolith.scenarios.scenario import Scenario
+from otolith.scenarios.span import rate
 
 ANTI_ALIAS: Final = 0.4  # cut-off of the anti-alias filter as a share of the new sampling frequency
 ANTI_ALIAS_ORDER: Final = 8
@@ -79,7 +81,7 @@ def log_scenario(
     lead = math.floor(start / fine + 1e-9)  # fine steps from the log's beginning to the window
     tail = max(count * k, math.floor((log.duration - start) / fine + 1e-9))
     grid = start + np.arange(-lead, tail + 1, dtype=np.float64) * fine  # (m,)
-    felt = _on(grid, log.t, np.hstack([log.force, log.rate]))  # (m, 6)
+    felt = log.felt(grid)  # (m, 6), each channel from its own clock
     if k > 1:
         felt = _lowpass(felt, ANTI_ALIAS_ORDER, ANTI_ALIAS / period, fine, causal)
     if lowpass_hz is not None:
@@ -95,9 +97,9 @@ def log_scenario(
 
 
 def _oversampling(log: Log, period: float) -> int:
-    """Fine steps per period, so that the fine grid is about as dense as the log (10 % slower will do)."""
-    mean_step = log.duration / (len(log.t) - 1)
-    return max(1, math.ceil(period / mean_step - 0.1))
+    """Fine steps per period, so that the fine grid is as dense as the fastest channel (or 10 % less)."""
+    fastest = min(1.0 / rate(one) for key, one in log.channels.items() if key in FELT)
+    return max(1, math.ceil(period / fastest - 0.1))
 
 
 def _periods(log: Log, period: float, start: float, duration: float | None) -> int:

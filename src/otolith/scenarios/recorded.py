@@ -1,18 +1,20 @@
-"""What every recorded drive offers, whatever the format of its file; and channels of binary formats."""
+"""What every reader of a format gives: named columns of cells, before it is known what they mean."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Ints, Vec
 from otolith.core.errors import InputError
-from otolith.scenarios.columns import Column
+from otolith.scenarios.channels import Layout
+
+Cells = Vec | Sequence[str]  # numbers, NaN where there is none; or texts, empty where there is none
 
 
 class Recorded(Protocol):
-    """Named columns of numbers with units, one row per instant."""
+    """Named columns with units; one row per instant, or each column on a clock of its own."""
 
     @property
     def source(self) -> str:
@@ -27,85 +29,94 @@ class Recorded(Protocol):
         """Their units (c,), empty where the file states none beside the name."""
 
     @property
+    def origins(self) -> Sequence[str]:
+        """Where each column was measured (c,), as the file says it; or nothing at all."""
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the reader of the file had to assume or repair, a sentence each."""
 
-    def where(self, row: int) -> str:
-        """Where a row stands in the file, for error sentences."""
+    @property
+    def layout(self) -> Layout:
+        """Form of the file and place of the table in it."""
 
-    def numbers(self, columns: Sequence[Column]) -> Mat:
-        """The chosen columns as they stand in the file, (n, len(columns)), all finite, or an `InputError`."""
+    @property
+    def place(self) -> str:
+        """What rows are called: "line", "sample", "record", "message"."""
+
+    @property
+    def clocked(self) -> bool:
+        """Whether every column has a clock of its own, so that none of them has to be the time."""
+
+    def cells(self, indices: Sequence[int]) -> list[Cells]:
+        """The cells of these columns, each (n,)."""
+
+    def clock(self, index: int) -> Vec | None:
+        """The clock (n,) [s] of a column where `clocked`; else None."""
+
+    def rows(self, index: int) -> Ints:
+        """The number in the file of each cell (n,) of a column, from 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Channels:
-    """Columns of a binary file, sampled at the same instants."""
+class Columns:
+    """Columns that were read at once, as formats other than text allow."""
 
     source: str
     names: tuple[str, ...]  # (c,)
     units: tuple[str, ...]  # (c,)
-    values: tuple[Vec, ...]  # (c,) arrays of (n,), of any numeric type
+    values: tuple[Cells, ...]  # (c,) of (n,) each; n may differ where there are clocks
+    clocks: tuple[Vec, ...] = ()  # (c,) of (n,) [s]; empty where one of the columns is the time of all
+    layout: Layout = field(default_factory=lambda: Layout(form="numbers"))
+    place: str = "sample"
     notes: tuple[str, ...] = ()
+    origins: tuple[str, ...] = ()
 
-    def where(self, row: int) -> str:
-        """Where a row stands, for error sentences."""
-        return f"sample {row + 1} of {self.source}"
+    @property
+    def clocked(self) -> bool:
+        """Whether every column has a clock of its own."""
+        return bool(self.clocks)
 
-    def numbers(self, columns: Sequence[Column]) -> Mat:
-        """The chosen columns without conversion (n, len(columns)).
+    def cells(self, indices: Sequence[int]) -> list[Cells]:
+        """The cells of these columns."""
+        return [self.values[index] for index in indices]
 
-        Raises
-        ------
-        InputError : there are fewer than two samples, or a value is not finite.
-        """
-        chosen = [np.asarray(self.values[column.index], dtype=np.float64) for column in columns]
-        table = np.stack(chosen, axis=1)
-        if len(table) < 2:
-            raise InputError(f"number of samples in {self.source}", len(table), "at least 2")
-        bad = np.argwhere(~np.isfinite(table))
-        if len(bad):
-            row, place = bad[0]
-            where = f"{columns[place].name!r} in {self.where(int(row))}"
-            raise InputError(where, repr(float(table[row, place])), "a finite number")
-        return table
+    def clock(self, index: int) -> Vec | None:
+        """The clock of a column [s]."""
+        return np.asarray(self.clocks[index], dtype=np.float64) if self.clocks else None
+
+    def rows(self, index: int) -> Ints:
+        """Samples are counted from 1."""
+        return np.arange(1, len(self.values[index]) + 1)
 
 
 class Signal(NamedTuple):
-    """One channel with a clock of its own."""
+    """One channel with a clock of its own, as binary formats hold it."""
 
     name: str
     unit: str
     t: Vec  # (n,) [s]
-    values: Vec  # (n,)
+    values: Vec  # (n,), NaN where the file says that the sample is not valid
 
 
-def on_one_clock(source: str, signals: Sequence[Signal], notes: tuple[str, ...] = ()) -> Channels:
-    """Signals on the clock of the fastest one, the others joined by straight lines, where all of them run.
+def with_own_clocks(
+    source: str, signals: Sequence[Signal], layout: Layout, notes: tuple[str, ...] = ()
+) -> Columns:
+    """Signals as columns that keep their clocks.
 
     Raises
     ------
-    InputError : there is no signal with two samples, a clock runs backwards, or they have no time in common.
+    InputError : none of them has two samples.
     """
     usable = [signal for signal in signals if len(signal.t) > 1]
     if not usable:
         raise InputError(source, "without a signal of at least 2 samples", "a recorded drive")
-    for signal in usable:
-        if (np.diff(signal.t) < 0.0).any():
-            raise InputError(f"time of {signal.name!r} in {source}", "running backwards", "increasing")
-    master = max(usable, key=lambda signal: len(signal.t)).t
-    start = max(float(signal.t[0]) for signal in usable)
-    end = min(float(signal.t[-1]) for signal in usable)
-    t = master[(master >= start) & (master <= end)]
-    if len(t) < 2:
-        raise InputError(f"time that the signals of {source} have in common", "none", "at least 2 samples")
-    clocks = {signal.t.tobytes() for signal in usable}
-    if len(clocks) > 1:
-        notes += (f"{source}: {len(clocks)} clocks, all signals put on the fastest by straight lines",)
-    values = [np.interp(t, s.t, np.asarray(s.values, dtype=np.float64)) for s in usable]
-    return Channels(
+    return Columns(
         source=source,
-        names=("time", *(signal.name for signal in usable)),
-        units=("s", *(signal.unit for signal in usable)),
-        values=(t, *values),
+        names=tuple(signal.name for signal in usable),
+        units=tuple(signal.unit for signal in usable),
+        values=tuple(np.asarray(signal.values, dtype=np.float64) for signal in usable),
+        clocks=tuple(np.asarray(signal.t, dtype=np.float64) for signal in usable),
+        layout=layout,
         notes=notes,
     )

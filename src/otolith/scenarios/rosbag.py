@@ -15,7 +15,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import CorruptFile, InputError
-from otolith.scenarios.recorded import Channels, Signal, on_one_clock
+from otolith.scenarios.channels import Layout
+from otolith.scenarios.recorded import Columns, Signal, with_own_clocks
 
 AXES: Final = ("x", "y", "z")
 IMU: Final = "sensor_msgs/msg/Imu"
@@ -26,7 +27,7 @@ SPEEDS: Final[dict[str, Callable[[Any], float]]] = {
 FIELDS: Final = (("linear_acceleration", "m/s^2"), ("angular_velocity", "rad/s"))
 
 
-def read_rosbag(path: Path) -> Channels:
+def read_rosbag(path: Path) -> Columns:
     """Specific force and angular rate of the inertial units in a bag, and speeds, on one clock.
 
     Raises
@@ -44,7 +45,7 @@ def read_rosbag(path: Path) -> Channels:
             signals += [_speed(reader, c, single=len(speeds) == 1) for c in speeds]
     except (AnyReaderError, OSError, ValueError, KeyError) as error:
         raise CorruptFile(f"{path.name} is damaged or no ROS bag: {error}") from error
-    return on_one_clock(path.name, signals)
+    return with_own_clocks(path.name, signals, Layout(form="ROS bag"))
 
 
 def _inertial(reader: AnyReader, connection: Any, *, single: bool) -> Iterable[Signal]:

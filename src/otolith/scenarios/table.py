@@ -2,31 +2,67 @@
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import methodcaller
+from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Mat
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
-from otolith.scenarios.columns import UNITS, Column, canonical
+from otolith.scenarios.channels import Layout
+from otolith.scenarios.columns import Column
+from otolith.scenarios.header import MARKS, Place, find, is_number
+from otolith.scenarios.recorded import Cells
+
+_WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The text of a log, split into header and body."""
+    """The text of a log, split into names, units and rows."""
 
     source: str
     delimiter: str | None  # None: any white space
     names: list[str]  # (c,) of the columns
     units: list[str]  # (c,) from a row of their own, empty where there is none
-    body: list[str]  # (n,) lines of numbers
-    first_line: int  # number in the file, from 1, of body[0]
+    body: list[str]  # (n,) lines of cells
+    lines: Ints  # (n,) number of each in the file, from 1
     notes: tuple[str, ...] = ()
+    origins: tuple[str, ...] = ()
+    layout: Layout = field(default_factory=lambda: Layout(form="text"))
+    place: str = "line"
+    clocked: bool = False
 
     def where(self, row: int) -> str:
         """Where a row of the body stands, for error sentences."""
-        return f"line {self.first_line + row} of {self.source}"
+        return f"line {self.lines[row]} of {self.source}"
+
+    def rows(self, _index: int) -> Ints:
+        """The line of each cell of a column."""
+        return self.lines
+
+    def clock(self, _index: int) -> Vec | None:
+        """A table has one clock for all its columns, which is one of them."""
+        return None
+
+    def cells(self, indices: Sequence[int]) -> list[Cells]:
+        """The cells of these columns: numbers where all are, else texts."""
+        if not indices:
+            return []
+        try:
+            return list(self._loaded(indices).T)
+        except ValueError:
+            pass
+        parsed = self._parsed()
+        out: list[Cells] = []
+        for index in indices:
+            texts = [row[index].strip() for row in parsed]
+            try:
+                out.append(np.array(texts, dtype=np.float64) if "_" not in "".join(texts) else texts)
+            except ValueError:
+                out.append(texts)
+        return out
 
     def numbers(self, columns: Sequence[Column]) -> Mat:
         """The chosen columns as they stand in the file, without conversion: (n, len(columns)), all finite.
@@ -36,19 +72,24 @@ class Table:
         InputError : a cell is empty, text, NaN or infinite.
         """
         try:
-            values = np.loadtxt(
-                self.body,
-                delimiter=self.delimiter,
-                usecols=[column.index for column in columns],
-                comments=None,
-                ndmin=2,
-                dtype=np.float64,
-            )
+            values = self._loaded([column.index for column in columns])
         except ValueError:
             raise _bad_cell(self, columns) from None
         if not np.isfinite(values).all():
             raise _bad_cell(self, columns)
         return values
+
+    def _loaded(self, indices: Sequence[int]) -> Mat:
+        return np.loadtxt(
+            self.body, delimiter=self.delimiter, usecols=indices, comments=None, ndmin=2, dtype=np.float64
+        )
+
+    def _parsed(self) -> list[list[str]]:
+        if self.delimiter is None:
+            return [line.split() for line in self.body]
+        if any('"' in line for line in self.body):
+            return list(csv.reader(self.body, delimiter=self.delimiter, skipinitialspace=True))
+        return [line.split(self.delimiter) for line in self.body]
 
 
 def decode(data: bytes, source: str) -> tuple[str, tuple[str, ...]]:
@@ -70,44 +111,84 @@ def decode(data: bytes, source: str) -> tuple[str, tuple[str, ...]]:
     raise InputError(f"log {source}", "not text", "a text file, or one with the ending of its format")
 
 
-def split(text: str, source: str, notes: tuple[str, ...] = ()) -> Table:
-    """Header and body of a log; lines before the header that are empty or start with # are skipped.
+def split(
+    text: str,
+    source: str,
+    notes: tuple[str, ...] = (),
+    *,
+    header: int | None = None,
+    units: int | None = None,
+) -> Table:
+    """The table in a text: its names, units and rows, wherever it stands, see `header.find`.
 
-    Where numbers follow at once, the last line that starts with # holds the names, as numpy and the public
-    database of race tracks write them.
+    Delimiter (comma, semicolon, tab, bar, white space), decimal commas, quotes, byte order mark, line ends,
+    rows of units and sources, comments and blank lines are recognised.
 
-    Delimiter: the first of semicolon, tab, comma and bar that the header holds, else white space.
+    Parameters
+    ----------
+    header, units : lines of the names and of the units, counted from 1, where the user states them.
 
     Raises
     ------
-    InputError : the file is empty, has no header, or has rows of another width.
+    InputError : the file is empty, has no table, no names, or rows of another width.
     """
     lines = text.removeprefix("\ufeff").splitlines()
-    while lines and not lines[-1].strip():
-        lines.pop()
-    start = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
-    if start is None:
-        raise InputError(source, "empty", "a table with one line of column names and one row per time")
-    header = lines[start]
-    delimiter = next((d for d in ";\t,|" if d in header), None)
-    names = _cells(header, delimiter)
-    if all(_is_number(name) for name in names):
-        names = _commented_header(lines[:start], len(names), delimiter)
-        start -= 1
-    if not names:
-        raise InputError(f"line {start + 2} of {source}", "numbers", "the names of the columns")
-    body, first_line = lines[start + 1 :], start + 2
-    units = [""] * len(names)
-    if body and _is_unit_row(_cells(body[0], delimiter)):
-        units = [cell.strip(" []()-") for cell in _cells(body[0], delimiter)]
-        body, first_line = body[1:], first_line + 1
-    if delimiter != "," and any("," in line for line in body):
+    place = find(lines, source, header, units)
+    kept = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
+    body = [lines[i] for i in kept]
+    if place.delimiter != "," and any("," in line for line in body):
         body = "\n".join(body).replace(",", ".").split("\n")
-    if any('"' in line for line in body):
+    if any('"' in line for line in body) and not _quoted_delimiters(body, place.delimiter):
         body = "\n".join(body).replace('"', "").split("\n")
-    table = Table(source, delimiter, names, units, body, first_line, notes)
+    table = Table(
+        source=source,
+        delimiter=place.delimiter,
+        names=list(place.names),
+        units=list(place.units),
+        body=body,
+        lines=np.array(kept, dtype=np.int64) + 1,
+        notes=notes + _said(place, lines, kept, source),
+        origins=place.origins,
+        layout=Layout(
+            form=f"text, columns parted by {_WORDS[place.delimiter]}",
+            header=f"line {place.header + 1}",
+            units=f"line {place.unit_row + 1}" if place.unit_row >= 0 else "",
+            first=f"line {place.first + 1}",
+            rows=len(body),
+        ),
+    )
     _check_widths(table)
     return table
+
+
+def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:
+    """Whether quotes hide delimiters, so that they may not simply be left out."""
+    if delimiter is None:
+        return False
+    quoted = (line for line in body if '"' in line)
+    return any(
+        line.count(delimiter) + 1 != len(next(csv.reader([line], delimiter=delimiter))) for line in quoted
+    )
+
+
+def _said(place: Place, lines: Sequence[str], kept: Sequence[int], source: str) -> tuple[str, ...]:
+    """Notes about a table that does not simply begin in the first line, and about lines left out."""
+    said = []
+    plain = place.first - place.header - 1 == (place.unit_row >= 0)
+    before = sum(bool(line.strip()) for line in lines[: place.header])
+    if before or not plain:
+        units = f", units in line {place.unit_row + 1}" if place.unit_row >= 0 else ""
+        said.append(
+            f"{source}: names in line {place.header + 1}{units}, data from line {place.first + 1}"
+            + (f"; {before} lines before are not read" if before else "")
+        )
+    inside = [line for line in lines[place.first : kept[-1] if kept else 0] if not line.strip()]
+    comments = sum(line.lstrip()[:1] in MARKS for line in lines[place.first :] if line.strip())
+    if inside or comments:
+        said.append(
+            f"{source}: {len(inside)} blank lines and {comments} comments among the data were left out"
+        )
+    return tuple(said)
 
 
 def _check_widths(table: Table) -> None:
@@ -116,15 +197,14 @@ def _check_widths(table: Table) -> None:
         raise InputError(f"number of rows in {source}", len(table.body), "at least 2")
     if table.delimiter is None:
         widths = [len(line.split()) for line in table.body]
+    elif any('"' in line for line in table.body):
+        widths = [len(row) for row in csv.reader(table.body, delimiter=table.delimiter)]
     else:
         widths = [count + 1 for count in map(methodcaller("count", table.delimiter), table.body)]
-    counts = np.array(widths)
-    wrong = np.flatnonzero(counts != width)
-    if all(not table.body[row].strip() for row in wrong[:1]) and len(wrong):
-        raise InputError(table.where(int(wrong[0])), "empty", "a row of numbers")
+    wrong = np.flatnonzero(np.array(widths) != width)
     if len(wrong):
         where = f"number of values in {table.where(int(wrong[0]))}"
-        raise InputError(where, int(counts[wrong[0]]), f"{width}, as in the header")
+        raise InputError(where, int(widths[wrong[0]]), f"{width}, as in the header")
 
 
 def _bad_cell(table: Table, columns: Sequence[Column]) -> InputError:
@@ -132,33 +212,7 @@ def _bad_cell(table: Table, columns: Sequence[Column]) -> InputError:
         cells = line.split(table.delimiter)
         for column in columns:
             cell = cells[column.index].strip()
-            if not _is_number(cell) or not np.isfinite(float(cell)):
+            if not is_number(cell) or not np.isfinite(float(cell)):
                 where = f"{column.name!r} in {table.where(row)}"
                 return InputError(where, repr(cell) if cell else "empty", "a finite number")
     return InputError(table.source, "not readable as numbers", "a table of numbers")
-
-
-def _commented_header(lines: list[str], width: int, delimiter: str | None) -> list[str]:
-    """The names in the last of these lines, or none if it does not hold `width` of them."""
-    last = next((line for line in reversed(lines) if line.startswith("#")), "")
-    names = _cells(last.lstrip("# "), delimiter)
-    return names if len(names) == width and not any(map(_is_number, names)) else []
-
-
-def _cells(line: str, delimiter: str | None) -> list[str]:
-    if delimiter is None:
-        return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _is_unit_row(cells: list[str]) -> bool:
-    known = {unit for units in UNITS.values() for unit in units}
-    return any(canonical(cell.strip(" []()")) in known for cell in cells) and not any(map(_is_number, cells))

@@ -7,7 +7,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.frames import GRAVITY
-from otolith.scenarios import Log
+from otolith.scenarios import Log, sampled_log
 from otolith.vehicle.car import Car
 from otolith.vehicle.dynamics import STATES
 from otolith.vehicle.profile import Limits, Plan
@@ -69,15 +69,7 @@ class Lap:
         n = len(self.time)
         force = self.force if at_head else np.column_stack([self.acceleration, np.zeros(n)])
         turning = self.rate if at_head else self.rate * np.array([0.0, 0.0, 1.0])
-        return Log(
-            source=self.road.name,
-            t=self.time,
-            force=force,
-            rate=turning,
-            columns={},
-            notes=(),
-            place=self.position[:, :2],
-        )
+        return sampled_log(self.road.name, self.time, force, turning, place=self.position[:, :2])
 
     def summary(self, limits: Limits) -> dict[str, Any]:
         """Time, ranges and how far the driver's limits were exceeded, as plain JSON values."""

@@ -1,0 +1,225 @@
+"""Where the table stands in a text: its delimiter, the lines of its names and units, and its first row.
+
+Loggers write much before the table: titles, metadata in quotes, blank lines, comments, rows of units, types
+and sources. The table is found by its content and not by the tool's name: its rows are of one width and hold
+numbers, and its names are the line before them, of that width, that says the most.
+"""
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from otolith.core.errors import InputError
+from otolith.scenarios.units import canonical, is_unit
+from otolith.scenarios.words import parted, tells
+
+DELIMITERS: Final = (";", "\t", ",", "|", None)  # None: white space
+WINDOW: Final = 1000  # lines that are searched for the beginning of the table
+MARKS: Final = "#%!"  # that comments begin with
+_SECTION: Final = re.compile(r"\s*\[[^\]]*\]\s*")  # a line such as [data]
+_CLOCK: Final = re.compile(r"(?:.*[T ])?\d{1,3}:\d{2}(?::\d{2})?.*|\d{4}-\d{2}-\d{2}T\d.*")
+_PIPED: Final = re.compile(r'([^|]+)\|"?([^|"]*)"?(?:\|[^|]*){2,}')  # NAME|"unit"|min|max|rate
+_TAGGED: Final = re.compile(r"[^:]+:([^:]+):([^:]*):\d+:\d+:\d+")  # key:name:unit:digits:0:0
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the parts of a table stand; lines are counted from 0, -1 where there is none."""
+
+    delimiter: str | None
+    names: tuple[str, ...]  # (c,)
+    units: tuple[str, ...]  # (c,) empty where none is stated
+    origins: tuple[str, ...]  # (c,) from a row of sources; or nothing at all
+    header: int
+    unit_row: int
+    first: int  # of the rows of data
+
+
+def cells(line: str, delimiter: str | None) -> list[str]:
+    """The cells of a line, without the quotes and blanks around them."""
+    if delimiter is None:
+        return [cell.strip('"') for cell in line.split()]
+    parsed = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    return [cell.strip() for cell in parsed]
+
+
+def is_number(text: str, *, comma: bool = False) -> bool:
+    """Whether a cell is a number, with a decimal comma too if `comma`."""
+    try:
+        float(text.replace(",", ".") if comma else text)
+    except ValueError:
+        return False
+    return "_" not in text
+
+
+def find(lines: Sequence[str], source: str, header: int | None = None, units: int | None = None) -> Place:
+    """Find the table in a text.
+
+    Parameters
+    ----------
+    lines : of the file.
+    header, units : lines of the names and of the units, counted from 1, where the user states them.
+
+    Raises
+    ------
+    InputError : there is no table, it has no names, or the stated lines do not fit it.
+    """
+    for option, line in (("header", header), ("units", units)):
+        if line is not None and not 1 <= line <= len(lines):
+            raise InputError(f"--{option}", line, f"a line of {source}, 1 to {len(lines)}")
+    after = max(header or 0, units or 0)
+    delimiter, width, start = _rows(lines, after, source)
+    if header is None:
+        at, names = _names(lines[:start], width, delimiter, source, start)
+    else:
+        at, names = header - 1, _split(lines[header - 1], delimiter, width)
+        if len(names) != width:
+            field = f"number of names in line {header} of {source}"
+            raise InputError(field, len(names), f"{width}, as many as in the rows from line {start + 1} on")
+    unit_row, rows, first = _beside(lines, at, delimiter, width)
+    if units is not None:
+        unit_row, rows[units - 1] = units - 1, _split(lines[units - 1], delimiter, width)
+        first = max(first, units)
+        if len(rows[unit_row]) != width:
+            raise InputError(f"number of units in line {units} of {source}", len(rows[unit_row]), f"{width}")
+    stated = rows.get(unit_row, [""] * width)
+    named = [_unwrapped(name) for name in names]
+    return Place(
+        delimiter=delimiter,
+        names=tuple(name for name, _ in named),
+        units=tuple(own or unit.strip(" []()-") for (_, own), unit in zip(named, stated, strict=True)),
+        origins=_origins([row for line, row in rows.items() if line != unit_row], width),
+        header=at,
+        unit_row=unit_row,
+        first=first,
+    )
+
+
+def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, int, int]:
+    """Delimiter, width and first line of the longest run of rows that hold numbers."""
+    window = [(i, lines[i]) for i in range(after, min(len(lines), after + WINDOW)) if _holds(lines[i])]
+    best: tuple[tuple[float, ...], str | None, int, int] | None = None
+    for order, delimiter in enumerate(DELIMITERS):
+        run = _longest_run([(i, cells(line, delimiter)) for i, line in window], comma=delimiter != ",")
+        if run is None:
+            continue
+        rows, width, start, share = run
+        score = (float(rows > 2), round(share, 2), float(width), -float(order))
+        if best is None or score > best[0]:
+            best = score, delimiter, width, start
+    if best is not None:
+        return best[1:]
+    if any(_holds(line) for line in lines):
+        raise InputError(f"number of rows in {source}", 0, "at least 2")
+    raise InputError(source, "empty", "a table with one line of column names and one row per time")
+
+
+def _holds(line: str) -> bool:
+    """Whether a line may be a row: not blank, no comment, no mark of a section."""
+    return bool(line.strip()) and line.lstrip()[0] not in MARKS and not _SECTION.fullmatch(line)
+
+
+def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int, int, int, float] | None:
+    """Number of rows, width, first line and share of numbers of the longest run of rows of one width."""
+    best: tuple[int, int, int, float] | None = None
+    run: list[tuple[int, int, int]] = []
+    width = 0
+    for line, row in [*rows, (-1, [])]:
+        filled = [cell for cell in row if cell]
+        counted = sum(is_number(cell, comma=comma) or bool(_CLOCK.fullmatch(cell)) for cell in filled)
+        if run and (len(row) != width or not counted):
+            share = sum(c for _, c, _ in run) / sum(f for _, _, f in run)
+            if best is None or len(run) > best[0]:
+                best = len(run), width, run[0][0], share
+            run = []
+        if counted and len(row) > 1:
+            width = len(row)
+            run.append((line, counted, len(filled)))
+    return best
+
+
+def _names(
+    preamble: Sequence[str], width: int, delimiter: str | None, source: str, start: int
+) -> tuple[int, list[str]]:
+    """The line of that width before the rows that says the most, the last of equals."""
+    found: list[tuple[tuple[float, int], int, list[str]]] = []
+    for line, text in enumerate(preamble):
+        row = _split(text, delimiter, width)
+        numeric = sum(is_number(cell) for cell in row)
+        if len(row) == width and 2 * numeric <= width and any(row) and not _is_unit_row(row):
+            found.append(((_says(row), line), line, row))
+    if found:
+        return max(found)[1:]
+    texts = [i for i in range(start) if preamble[i].strip() and not _SECTION.fullmatch(preamble[i])]
+    if not texts:
+        raise InputError(f"line {start + 1} of {source}", "numbers", "the names of the columns")
+    nearest = max(texts, key=lambda i: (_says(_split(preamble[i], delimiter, width)), i))
+    count = len(_split(preamble[nearest], delimiter, width))
+    bound = (
+        f"{width}, as in the rows from line {start + 1} on (state the line of the names with --header LINE)"
+    )
+    raise InputError(f"number of names in line {nearest + 1} of {source}", count, bound)
+
+
+def _says(row: Sequence[str]) -> float:
+    """How much a line tells as one of names: quantities count one, units in brackets and mere words less."""
+    said = sum(1.0 for name in row if (u := _unwrapped(name))[0] and tells(u[0], u[1]) is not None)
+    return said + sum(0.1 for name in row if parted(name)[1]) + 0.01 * len({name for name in row if name})
+
+
+def _split(text: str, delimiter: str | None, width: int) -> list[str]:
+    """The cells of a line before the table, which may be a comment or parted otherwise than the rows."""
+    bare = text.strip().lstrip(MARKS).strip() if text.lstrip()[:1] in MARKS else text
+    own = cells(bare, delimiter)
+    if len(own) == width:
+        return own
+    if delimiter is not None and len(own) == width - 1:  # rows that end in a delimiter, names that do not
+        return [*own, ""]
+    others = (cells(bare, other) for other in DELIMITERS if other != delimiter)
+    return next((row for row in others if len(row) == width), own)
+
+
+def _beside(
+    lines: Sequence[str], header: int, delimiter: str | None, width: int
+) -> tuple[int, dict[int, list[str]], int]:
+    """Line of the units, rows without numbers that follow the names, and the first line of data."""
+    rows: dict[int, list[str]] = {}
+    line = header + 1
+    while line < len(lines):
+        text = lines[line]
+        row = _split(text, delimiter, width)
+        passive = not _holds(text) and len(row) != width
+        numeric = [cell for cell in row if is_number(cell, comma=delimiter != ",") or _CLOCK.fullmatch(cell)]
+        if not passive and (len(row) != width or (numeric and not _is_unit_row(row))):
+            break
+        if not passive:
+            rows[line] = row
+        line += 1
+    units = [at for at, row in rows.items() if _is_unit_row(row)]
+    return (units[0] if units else -1), rows, line
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """Whether most of what stands here are units, and no number but the 1 of what has none."""
+    filled = [cell.strip(" []()") for cell in row if cell.strip(" []()-")]
+    known = [cell for cell in filled if is_unit(cell)]
+    numbers = [cell for cell in filled if is_number(cell) and canonical(cell) != "1"]
+    words = [cell for cell in known if not is_number(cell)]
+    names = sum(tells(cell) is not None for cell in filled)
+    return bool(words) and not numbers and 2 * len(known) >= len(filled) and names < len(known)
+
+
+def _origins(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
+    """What rows beside the names say of where each column was measured, joined."""
+    return tuple(" ".join(row[i] for row in rows) for i in range(width)) if rows else ()
+
+
+def _unwrapped(name: str) -> tuple[str, str]:
+    """Name and unit of a name that carries both between marks: ``Yaw|"Deg/Sec"|-120|120|25``."""
+    for form in (_PIPED, _TAGGED):
+        found = form.fullmatch(name)
+        if found:
+            return found.group(1).strip(), found.group(2).strip()
+    return name, ""

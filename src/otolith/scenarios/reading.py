@@ -1,0 +1,138 @@
+"""From a file's columns to the channels of a drive: which column is which, on which clock, in which unit."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from otolith.core.errors import InputError
+from otolith.scenarios import derived
+from otolith.scenarios.cells import Samples, read_stamps, samples
+from otolith.scenarios.channels import FELT, FORCE, Channel, Layout, Recording
+from otolith.scenarios.clocks import Stamps, even_rows
+from otolith.scenarios.columns import EVERY, QUANTITIES, Column, Header, candidates, missing
+from otolith.scenarios.recorded import Recorded
+from otolith.scenarios.rivals import choose
+
+NO_MAPPING: Final[Mapping[str, str]] = MappingProxyType({})
+
+
+def recording(
+    recorded: Recorded, *, columns: Mapping[str, str] = NO_MAPPING, needs: Sequence[str] = ()
+) -> Recording:
+    """The channels of a drive, each on its own clock, in SI units; nothing is checked that needs physics.
+
+    Column names tell quantity and unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …); a
+    unit that nobody states is taken as SI, as degrees for latitude, longitude and heading. Of several columns
+    for one quantity the better is taken, see `rivals.choose`.
+
+    Parameters
+    ----------
+    columns : where names do not tell: quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the sign,
+        ``NAME#2`` for the second column of that name, ``none`` to leave the quantity out; ``t=every:0.05s``
+        for evenly spaced rows; ``ax=from-speed`` and ``ay=from-yaw-rate`` to derive what was not measured.
+    needs : quantities that will be cued and must be there; without them any that a driver feels will do.
+
+    Raises
+    ------
+    InputError : what is needed is missing or holds cells that are no numbers; no time, or time that does not
+        increase; two columns of one quality that contradict each other; an impossible mapping.
+    """
+    header = Header(recorded.source, recorded.names, recorded.units, recorded.origins, recorded.clocked)
+    found = candidates(header, columns)
+    made = derived.asked(columns)
+    needed = _needed(found, made, needs, header)
+    stamps, clock, name = _stamps(recorded, found.get("t", []), columns, header)
+    wanted = [column for key in QUANTITIES if key != "t" for column in found.get(key, [])]
+    read = samples(recorded, wanted, None if stamps is None else stamps.t)
+    choice = choose(read, {*needed, *(other for some in made.values() for other in some)}, recorded.source)
+    zero = _start(choice.chosen, [*needed, *made])
+    channels = {key: _channel(one, recorded, zero) for key, one in choice.chosen.items()}
+    channels = derived.with_derived(channels, columns, recorded.source)
+    return Recording(
+        source=recorded.source,
+        channels={key: channels[key] for key in QUANTITIES if key in channels},
+        layout=replace(_layout(recorded, [*choice.chosen.values()], clock), clock_name=name),
+        needs=tuple(needs),
+        notes=(*recorded.notes, *(() if stamps is None else (clock, *stamps.notes)), *choice.notes),
+        others={key: tuple(_channel(o, recorded, zero) for o in some) for key, some in choice.others.items()},
+    )
+
+
+def _needed(
+    found: Mapping[str, list[Column]], made: Mapping[str, object], needs: Sequence[str], header: Header
+) -> list[str]:
+    """What has to be sound: what is cued, or every force that there is; refused where it is missing."""
+    for key in needs:
+        if not found.get(key) and key not in made:
+            raise missing(key, header)
+    there = [key for key in FELT if found.get(key) or key in made]
+    if not there:
+        raise missing("ax", header)
+    return list(needs) or [key for key in there if key in FORCE] or there
+
+
+def _stamps(
+    recorded: Recorded, clocks: Sequence[Column], columns: Mapping[str, str], header: Header
+) -> tuple[Stamps | None, str, str]:
+    """The time of all rows, from the first column whose stamps increase, a sentence about it, its name."""
+    asked = columns.get("t", "")
+    if recorded.clocked:
+        if asked:
+            raise InputError(
+                "t", f"mapped to {asked!r}", f"left out: each channel of {header.source} has its own"
+            )
+        return None, "", ""
+    if asked.strip().lower().startswith(f"{EVERY}:"):
+        stamps = even_rows(asked, len(recorded.rows(0)))
+        return stamps, f"t: {stamps.said}", ""
+    if not clocks:
+        raise missing("t", header)
+    faults: list[InputError] = []
+    usable: list[tuple[bool, int, int, Stamps, Column]] = []
+    for column in clocks:
+        try:
+            stamps = read_stamps(recorded, column)
+        except InputError as error:
+            faults.append(error)
+            continue
+        steps = np.diff(stamps.t[np.isfinite(stamps.t)])
+        usable.append(
+            (
+                bool((steps < 0.0).any() or not steps.any()),
+                int((steps == 0.0).sum()),
+                len(usable),
+                stamps,
+                column,
+            )
+        )
+    if not usable:
+        raise faults[0]
+    _, _, _, stamps, column = min(usable, key=lambda one: one[:3])
+    return stamps, f"t: column {column.name!r} {stamps.said}", column.name
+
+
+def _start(chosen: Mapping[str, Samples], needed: Sequence[str]) -> float:
+    """When the last of the channels that are needed begins: there the drive begins [s]."""
+    starts = [float(chosen[key].t[0]) for key in needed if key in chosen]
+    return max(starts or [float(one.t[0]) for one in chosen.values()])
+
+
+def _channel(one: Samples, recorded: Recorded, zero: float) -> Channel:
+    return Channel(
+        column=one.column,
+        t=one.t - zero,
+        values=one.values * one.column.factor,
+        rows=one.rows,
+        place=recorded.place,
+        source=recorded.source,
+        notes=one.notes,
+    )
+
+
+def _layout(recorded: Recorded, used: Sequence[Samples], clock: str) -> Layout:
+    read = {one.column.index for one in used}
+    unused = tuple(name for index, name in enumerate(recorded.names) if index not in read)
+    return replace(recorded.layout, clock=clock.removeprefix("t: "), unused=unused)
