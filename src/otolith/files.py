@@ -31,7 +31,7 @@ from otolith.scenarios.erg import parse_erg
 from otolith.scenarios.recorded import Columns, Recorded
 from otolith.scenarios.table import decode, split
 from otolith.simulate import Run
-from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, road
+from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, parse_gpx, road
 from otolith.vehicle.lap import COLUMNS
 
 RUN_KIND, RUN_VERSION = "otolith-run", 2
@@ -63,11 +63,24 @@ def read_platform(name_or_path: str) -> Platform:
     return parse_platform(read_text(path, "platform"), path.name)
 
 
-def read_road(text: str) -> Road:
-    """A shipped road by name and parameters, or a centreline file by its path."""
+def read_road(text: str, *, smoothing: float | None = None, closed: bool | None = None) -> Road:
+    """A shipped road by name and parameters, or a centreline (.csv, .txt, .tsv) or GPX file by its path.
+
+    `smoothing` and `closed` are those of `otolith.vehicle.centreline.road_through`.
+
+    Raises
+    ------
+    InputError : no such road or file, or one of the two options for a road that is none of a file.
+    """
     path = Path(text)
-    if path.suffix.lower() == ".csv":
-        return parse_centreline(read_text(path, "centreline"), path.name)
+    ending = path.suffix.lower()
+    if ending == ".gpx":
+        return parse_gpx(read_text(path, "GPX file"), path.name, smoothing=smoothing, closed=closed)
+    if ending in (".csv", ".txt", ".tsv"):
+        return parse_centreline(read_text(path, "centreline"), path.name, smoothing=smoothing, closed=closed)
+    for option, value in (("--smoothing", smoothing), ("--closed or --open", closed)):
+        if value is not None:
+            raise InputError(option, "given", f"left out, for {text!r} is not a file of points")
     return road(text)
 
 

@@ -55,9 +55,32 @@ def test_a_centreline_and_a_car_of_ones_own_are_driven(tmp_path: Path) -> None:
     assert (tmp_path / "o.csv").exists()
 
 
+def test_what_was_made_of_a_file_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A GPX track goes in; the notes stand on the terminal and in the JSON."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)[:-1]
+    points = "".join(
+        f'<trkpt lat="{48.1 + 7e-4 * np.sin(a):.7f}" lon="{11.6 + 1e-3 * np.cos(a):.7f}"/>' for a in angle
+    )
+    road = tmp_path / "ring.gpx"
+    road.write_text(f"<gpx><trk><trkseg>{points}</trkseg></trk></gpx>")
+    options = ["--speed", "40", "--closed", "--smoothing", "0.05"]
+    done(["drive", str(road), *options, "--out", str(tmp_path / "o.csv"), "--json"])
+    said = capsys.readouterr()
+    (note,) = json.loads(said.out)["notes"]
+    assert note.startswith("x east, y north of latitude 48.1")
+    assert f"note: ring.gpx: {note}" in said.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
+        (
+            ["drive", "slalom", "--smoothing", "1"],
+            "--smoothing is given, must be left out, for 'slalom' is not",
+        ),
+        (["drive", "slalom", "--open"], "--closed or --open is given, must be left out, for 'slalom' is not"),
+        (["drive", "x.csv", "--smoothing", "-1"], "--smoothing is -1 m, must be between 0 and 20 m"),
+        (["drive", "x.gpx"], "GPX file x.gpx is not readable"),
         (["drive", "nordschleife"], "road is 'nordschleife', must be one of hockenheim"),
         (["drive", "slalom", "--speed", "0"], "--speed is 0 km/h, must be between 1 and 500 km/h"),
         (["drive", "slalom", "--out", "lap.txt"], "lap.txt, must be a name that ends in .csv or .h5"),

@@ -9,9 +9,11 @@ from scipy.integrate import cumulative_trapezoid
 
 from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
-from otolith.vehicle import Driver, Lap, drive, load_car, road
+from otolith.vehicle import Driver, Lap, Road, drive, load_car, road
+from otolith.vehicle.centreline import smooth_path
 from otolith.vehicle.drive import LeftTheRoad, check_arrival
 from otolith.vehicle.profile import Limits
+from otolith.vehicle.road import from_clothoids, plain
 from otolith.vehicle.roughness import roughened
 
 CAR, DRIVER = load_car(), Driver()
@@ -49,6 +51,40 @@ def test_from_standstill_the_hairpin_after_the_parabolika_is_braked_for_at_80_s(
     hard = lap.time[lap.acceleration[:, 0] < -3.5]
     assert ((hard > 80.0) & (hard < 86.0)).sum() > 400
     assert max(lap.summary(DRIVER.limits)["limit_excess_percent"].values()) < 8.0
+
+
+def bend(a: float, b: float, start: float) -> Road:
+    """A closed road along an ellipse, from `start` [rad] of its parameter."""
+    angle = start + np.linspace(0.0, 2.0 * np.pi, 401)
+    points = np.stack([a * np.cos(angle), b * np.sin(angle)], axis=1)
+    path, _ = smooth_path(points, closed=True, smoothing=0.0)
+    return plain(path, name="ellipse", closed=True, source="")
+
+
+@pytest.mark.parametrize("start", [0.0, 0.8, np.pi / 2])
+@pytest.mark.parametrize(("a", "b"), [(150.0, 60.0), (100.0, 25.0)])
+def test_a_lap_of_an_ellipse_keeps_the_limits_wherever_it_starts(a: float, b: float, start: float) -> None:
+    """A flying start in a bend is in the bend already: put there straight, the car overshot by 22 %."""
+    lap = drive(bend(a, b, start).limited(60 / 3.6), CAR, DRIVER)
+    assert max(lap.summary(DRIVER.limits)["limit_excess_percent"].values()) < 1.0
+    assert_allclose(lap.acceleration[0], lap.acceleration[-1], atol=0.05)  # the lap closes in what is felt
+    assert_allclose(lap.rate[0], lap.rate[-1], atol=0.01)
+
+
+def test_an_open_road_that_begins_in_a_bend_begins_in_a_steady_turn() -> None:
+    """v²κ from the first sample on, as on a skid pad."""
+    arc = from_clothoids(np.array([[200.0, 1 / 40.0, 1 / 40.0]]), name="arc").limited(10.0)
+    lap = drive(arc, CAR, DRIVER)
+    assert_allclose(lap.acceleration[:100, 1], 10.0**2 / 40.0, rtol=0.02)
+    assert lap.way[0] == 0.0
+
+
+def test_a_start_that_the_car_cannot_come_to_is_refused() -> None:
+    arc = from_clothoids(np.array([[200.0, 1 / 20.0, 1 / 20.0]]), name="arc").limited(20.0)
+    with pytest.raises(
+        LeftTheRoad, match="did not arrive at the start: the road begins too steep or too tight"
+    ):
+        drive(arc, CAR, Driver(limits=Limits(lateral=18.0)))
 
 
 def test_dead_reckoning_arrives_where_the_path_says(fast: Lap) -> None:

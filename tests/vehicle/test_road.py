@@ -94,7 +94,7 @@ def test_the_braking_road_ends_in_rest() -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("hockenhiem", "or a centreline file (.csv) (did you mean hockenheim?)"),
+        ("hockenhiem", "or a file of points (.csv, .gpx) (did you mean hockenheim?)"),
         ("slalom:gap=-3", "gap is -3.0, must be greater than 0"),
         ("slalom:gap=much", "gap is 'much', must be a number"),
         ("slalom:cone=3", "parameter of slalom is 'cone', must be one of gap, offset, cones"),

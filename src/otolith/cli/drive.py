@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from otolith import files
+from otolith.cli.options import warn
 from otolith.cli.output import print_json
 from otolith.core.errors import InputError
 from otolith.report.figures import save_figure
@@ -21,7 +22,7 @@ _DEFAULTS = Limits()
 
 def drive_(
     road: Annotated[
-        str, typer.Argument(metavar="ROAD", help="A name of 'otolith list roads', or a centreline (.csv).")
+        str, typer.Argument(metavar="ROAD", help="A name of 'otolith list roads', or points (.csv, .gpx).")
     ],
     speed: Annotated[float, typer.Option(metavar="KMH", help="No faster than this [km/h].")] = 120.0,
     standing: Annotated[
@@ -34,6 +35,17 @@ def drive_(
     gg: Annotated[
         float, typer.Option(help="How limits combine: 1 diamond, 2 ellipse, large: rectangle.")
     ] = _DEFAULTS.exponent,
+    smoothing: Annotated[
+        float | None,
+        typer.Option(
+            metavar="METRES",
+            help="How far the road may keep from a file's points (RMS; default: 0.1 m, or as they scatter).",
+        ),
+    ] = None,
+    closed: Annotated[
+        bool | None,
+        typer.Option("--closed/--open", help="Whether a file's road is a ring (default: found out)."),
+    ] = None,
     roughness: Annotated[
         str | None, typer.Option(help="Road surface of ISO 8608, A (good) to E (default: smooth).")
     ] = None,
@@ -49,7 +61,11 @@ def drive_(
     if not 1.0 <= speed <= 500.0:
         raise InputError("--speed", f"{speed:g} km/h", "between 1 and 500 km/h")
     limits = Limits(drive=accelerate, brake=brake, lateral=lateral, exponent=gg)
-    way = files.read_road(road)
+    if smoothing is not None and not 0.0 <= smoothing <= 20.0:
+        raise InputError("--smoothing", f"{smoothing:g} m", "between 0 and 20 m")
+    way = files.read_road(road, smoothing=smoothing, closed=closed)
+    for note in way.notes:
+        warn(console, f"{way.source}: {note}")
     if roughness is not None:
         way = roughened(way, roughness, np.random.default_rng(seed))
     path = out or Path("out") / f"{way.name}-{speed:g}.csv"

@@ -1,7 +1,7 @@
 """A virtual drive: road, driver and car, and what the driver feels along the way."""
 
 from otolith.vehicle.car import Car, load_car, parse_car
-from otolith.vehicle.centreline import parse_centreline
+from otolith.vehicle.centreline import parse_centreline, parse_gpx
 from otolith.vehicle.drive import drive
 from otolith.vehicle.driver import Driver
 from otolith.vehicle.lap import Lap
@@ -18,5 +18,6 @@ __all__ = [
     "load_car",
     "parse_car",
     "parse_centreline",
+    "parse_gpx",
     "road",
 ]

@@ -1,55 +1,82 @@
 """Roads through points: a measured centreline from a file, or a curve that a manoeuvre prescribes."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from scipy.interpolate import splev, splprep
+from scipy.interpolate import splev, splprep, splrep
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
-from otolith.scenarios.columns import Column
-from otolith.scenarios.table import Table, split
-from otolith.vehicle.road import SPACING, Path, Road, plain
+from otolith.vehicle.road import MAX_LENGTH, MIN_LENGTH, MIN_RADIUS, SPACING, Path, Road, plain
+from otolith.vehicle.survey import Survey, noted, survey_of_gpx, survey_of_table
+from otolith.vehicle.tidy import (
+    meets_its_start,
+    one_lap,
+    scatter,
+    way_along,
+    without_repeats,
+    without_seam,
+    without_strays,
+)
 
 SMOOTHING: Final = 0.1  # [m] RMS by which the path may leave measured points: their usual noise
+NOISIEST: Final = 10.0  # [m] RMS; points that scatter by more are no road
 DEGREE: Final = 5  # of the spline, so that the curvature is smooth
 MIN_POINTS: Final = 8
-_REQUIRED: Final = ("x_m", "y_m")
-_OPTIONAL: Final = ("w_tr_right_m", "w_tr_left_m", "z_m", "banking_deg")
 
 
-def parse_centreline(text: str, source: str, *, smoothing: float = SMOOTHING) -> Road:
-    """Road from delimited text with the columns x_m, y_m and, optionally, w_tr_right_m, w_tr_left_m
-    (the form of TUMFTM/racetrack-database), z_m (elevation) and banking_deg (+ = left side up).
+def parse_centreline(
+    text: str, source: str, *, smoothing: float | None = None, closed: bool | None = None
+) -> Road:
+    """Road from delimited text with columns x and y [m], or lat and lon [deg].
 
-    A spline of degree 5 goes past the points; it is closed if its ends are about one spacing apart.
+    Further columns are used where they are there: w_tr_right_m and w_tr_left_m (the form of
+    TUMFTM/racetrack-database), or width_m of both, z_m (elevation) and banking_deg (+ = left side up). What
+    was assumed or mended stands in the road's notes. Other parameters and errors: `road_through`.
+    """
+    return road_through(survey_of_table(text, source), smoothing=smoothing, closed=closed)
+
+
+def parse_gpx(text: str, source: str, *, smoothing: float | None = None, closed: bool | None = None) -> Road:
+    """Road from a GPX file, along its longest track or route. Parameters and errors: `road_through`."""
+    return road_through(survey_of_gpx(text, source), smoothing=smoothing, closed=closed)
+
+
+def road_through(survey: Survey, *, smoothing: float | None = None, closed: bool | None = None) -> Road:
+    """Road past points: repeated and stray ones are left out, overlapping laps cut, noise smoothed.
 
     Parameters
     ----------
-    source : name of the file, for the road's name and for errors.
-    smoothing : [m] RMS distance that the spline may keep from the points; 0 goes through all of them.
+    smoothing : [m] RMS distance that the spline may keep from the points; 0 goes through all of them. By
+        default `SMOOTHING`, or as much as the points scatter, where that is more.
+    closed : whether the road leads back to its first point. By default it does where it meets itself again,
+        going the same way, or where its ends are less than three distances of points apart and the way from
+        the last to the first does not turn back.
 
     Raises
     ------
-    InputError : columns missing, fewer than 8 points, a repeated point, numbers that are none, widths
-        that are not positive, or a path that no car can follow.
+    InputError : fewer than 8 points, points that scatter by more than 10 m, widths that are not positive, or
+        a path that no car can follow.
     """
-    table = split(text, source)
-    columns = _columns(table)
-    data = dict(zip((c.key for c in columns), table.numbers(columns).T, strict=True))
-    points = np.stack([data["x_m"], data["y_m"]], axis=1)
-    _check(points, table)
-    gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    closing = float(np.linalg.norm(points[-1] - points[0]))
-    closed = closing < 3.0 * float(np.median(gaps))
-    if closed and closing > 1e-6:  # a ring that is not written twice at its seam
-        data = {key: np.r_[values, values[0]] for key, values in data.items()}
+    _check_count(survey)
+    survey = without_strays(without_repeats(survey))
+    _check_count(survey)
+    _check_length(survey)
+    allowed, survey = _allowed(survey, smoothing)
+    survey, is_lap = one_lap(survey) if closed is not False else (survey, False)
+    _check_count(survey)
+    ring = (is_lap or meets_its_start(survey.points)) if closed is None else closed
+    survey = without_seam(survey) if ring else survey
+    points, along = survey.points, survey.along
+    if ring:
         points = np.vstack([points, points[0]])
-    path, s = smooth_path(points, closed=closed, smoothing=smoothing)
-    flat = plain(path, name=source.removesuffix(".csv"), closed=closed, source=source)
-    return _furnished(flat, s, data)
+        along = {key: np.r_[values, values[0]] for key, values in along.items()}
+    path, s = smooth_path(points, closed=ring, smoothing=allowed)
+    _check_path(path, s, survey)
+    name = survey.source.rpartition(".")[0] or survey.source
+    flat = plain(path, name=name, closed=ring, source=survey.source)
+    return replace(_furnished(flat, s, along), notes=survey.notes)
 
 
 def smooth_path(points: Mat, *, closed: bool, smoothing: float) -> tuple[Path, Vec]:
@@ -73,23 +100,55 @@ def smooth_path(points: Mat, *, closed: bool, smoothing: float) -> tuple[Path, V
     return path, np.interp(chord, fine, way)
 
 
-def _columns(table: Table) -> list[Column]:
-    names = [name.strip().lower() for name in table.names]
-    missing = [name for name in _REQUIRED if name not in names]
-    if missing:
-        form = "x_m, y_m, w_tr_right_m, w_tr_left_m"
-        raise InputError(f"column {missing[0]} of {table.source}", "missing", f"there, as in {form}")
-    known: Sequence[str] = [name for name in (*_REQUIRED, *_OPTIONAL) if name in names]
-    return [Column(name, names.index(name), name, 1.0, "", assumed=False) for name in known]
+def _allowed(survey: Survey, smoothing: float | None) -> tuple[float, Survey]:
+    """How far [m RMS] the spline may keep from the points, and the survey with its elevation smoothed."""
+    if smoothing is not None:
+        return smoothing, survey
+    noise = scatter(survey.points)
+    if not noise <= NOISIEST:
+        bound = f"at most {NOISIEST:g} m for them to tell a road"
+        raise InputError(f"scatter of the points in {survey.source}", f"{noise:.3g} m RMS", bound)
+    if noise > SMOOTHING:
+        note = f"the points scatter by {noise:.2g} m (RMS): the road may keep as far from them, and is smooth"
+        survey = noted(survey, note)
+    return max(SMOOTHING, noise), _levelled(survey)
 
 
-def _check(points: Mat, table: Table) -> None:
-    if len(points) < MIN_POINTS:
-        raise InputError(f"number of points in {table.source}", len(points), f"at least {MIN_POINTS}")
-    repeated = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6)
-    if len(repeated):
-        where = f"point in {table.where(int(repeated[0]) + 1)}"
-        raise InputError(where, "the same as the one before", "another one")
+def _levelled(survey: Survey) -> Survey:
+    """The survey with elevations [m] that scatter no more: what a receiver makes up is not to be felt."""
+    z = survey.along.get("z")
+    noise = 0.0 if z is None else scatter(z[:, None])
+    if z is None or noise <= SMOOTHING:
+        return survey
+    way = way_along(survey.points)
+    smooth = splev(way, splrep(way, z, k=3, s=len(way) * noise**2))
+    note = f"the elevation scatters by {noise:.2g} m (RMS) and is smoothed as much"
+    return noted(replace(survey, along={**survey.along, "z": smooth}), note)
+
+
+def _check_count(survey: Survey) -> None:
+    if len(survey.points) < MIN_POINTS:
+        count = len(survey.points)
+        raise InputError(f"number of points in {survey.source}", count, f"at least {MIN_POINTS}")
+
+
+def _check_length(survey: Survey) -> None:
+    """Refuse what is too short or too long for a road in metres."""
+    length = float(way_along(survey.points)[-1])
+    if not MIN_LENGTH <= length <= MAX_LENGTH:
+        meant = "degrees belong into columns lat and lon" if length < MIN_LENGTH else "is it in mm?"
+        bound = f"between {MIN_LENGTH:g} and {MAX_LENGTH:g} m ({meant})"
+        raise InputError(f"length of the road in {survey.source}", f"{length:.3g} m", bound)
+
+
+def _check_path(path: Path, s: Vec, survey: Survey) -> None:
+    """Refuse a path that no car can follow, with the place in the file and what may help."""
+    tightest = int(np.argmax(np.abs(path.curvature)))
+    radius = 1.0 / max(abs(float(path.curvature[tightest])), 1e-9)
+    if radius < MIN_RADIUS:
+        nearest = int(np.argmin(np.abs(s[: len(survey.places)] - tightest * path.step)))
+        bound = f"at least {MIN_RADIUS:g} m (where points are not exact, --smoothing METRES helps)"
+        raise InputError(f"radius of the road near {survey.places[nearest]}", f"{radius:.3g} m", bound)
 
 
 def _furnished(road: Road, s: Vec, data: dict[str, Vec]) -> Road:
@@ -98,16 +157,16 @@ def _furnished(road: Road, s: Vec, data: dict[str, Vec]) -> Road:
     def along(key: str, default: Vec) -> Vec:
         return np.interp(road.way, s, data[key]) if key in data else default
 
-    width = np.stack(
-        [along("w_tr_right_m", road.width[:, 0]), along("w_tr_left_m", road.width[:, 1])], axis=1
-    )
+    halves = {"right": 0.5 * data["width"], "left": 0.5 * data["width"]} if "width" in data else {}
+    data = {**halves, **data}
+    width = np.stack([along("right", road.width[:, 0]), along("left", road.width[:, 1])], axis=1)
     if width.min() <= 0.0:
         raise InputError(f"width of {road.source}", f"{width.min():g} m", "greater than 0 m")
     return replace(
         road,
         width=width,
-        elevation=_smooth(along("z_m", road.elevation), road),
-        banking=_smooth(np.radians(along("banking_deg", road.banking)), road),
+        elevation=_smooth(along("z", road.elevation), road),
+        banking=_smooth(np.radians(along("banking", road.banking)), road),
     )
 
 

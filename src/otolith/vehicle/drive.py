@@ -10,7 +10,7 @@ from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
 from otolith.vehicle.car import Car, CarNumbers
 from otolith.vehicle.driver import PERIOD, Driver, DriverNumbers, decide
-from otolith.vehicle.dynamics import EXTRAS, STATES, RoadNumbers, advance
+from otolith.vehicle.dynamics import EXTRAS, STATES, RoadNumbers, advance, at
 from otolith.vehicle.lap import Lap, lap_from_records
 from otolith.vehicle.profile import Plan, plan_speed
 from otolith.vehicle.road import Road
@@ -21,6 +21,7 @@ TIME_FACTOR: Final = 2.0  # a drive may take so much longer than planned …
 TIME_EXTRA: Final = 30.0  # [s] … and so much more
 AT_REST: Final = 0.02  # [m/s]
 RESTING: Final = 2.0  # [s] recorded after coming to rest
+ROLL_IN: Final = 6.0  # [s] that a flying start has been driving: what a car does before is forgotten by then
 
 
 class LeftTheRoad(OtolithError):
@@ -55,23 +56,45 @@ def drive(
     plan = plan_speed(road, driver.limits, power=p.P, mass=p.m, standing=standing)
     planned = float(np.sum(road.step / np.maximum(0.5 * (plan.speed[1:] + plan.speed[:-1]), 0.5)))
     numbers = road_numbers(road, plan)
-    x = _start(plan, p, standing=standing)
+    x, command = np.zeros(STATES), np.zeros(2)
+    if not standing:
+        _roll_in(x, command, numbers, (p, driver.numbers(car)), (step, every))
     rows = int((TIME_FACTOR * planned + TIME_EXTRA) / (keep * step)) + 2
     records = np.empty((rows, STATES + EXTRAS))
-    count = _run(x, numbers, p, driver.numbers(car), records, np.array([step, every, keep, road.length]))
+    clockwork = np.array([step, every, keep, road.length])
+    count = _run(x, command, numbers, p, driver.numbers(car), records, clockwork)
     records = records[:count]
     check_arrival(records, road, rows)
     time = np.arange(count, dtype=np.float64) * (keep * step)
     return lap_from_records(time, records, road=road, car=car, plan=plan)
 
 
-def _start(plan: Plan, p: CarNumbers, *, standing: bool) -> Vec:
-    """State at the first node: at rest, or rolling with the driving force that the plan takes there."""
-    x = np.zeros(STATES)
-    if not standing:
-        v = plan.speed[0]
-        x[3], x[13] = v, plan.acceleration[0] + p.drag * v * v / p.m + p.roll_resistance * GRAVITY
-    return x
+def _roll_in(
+    x: Vec,
+    command: Vec,
+    road: RoadNumbers,
+    who: tuple[CarNumbers, DriverNumbers],
+    clock: tuple[float, int],
+) -> None:
+    """Replace state `x` and `command`, both zero, by those of a car that comes rolling to the first node.
+
+    It drives the last `ROLL_IN` seconds before that node: of a closed road its end; of an open one, a road
+    that leads to it as it begins, at the speed of its first node. Put into a bend without them, the car would
+    have to start turning all at once, and its sideways acceleration would overshoot by a fifth.
+    """
+    p, d = who
+    length = road.step * (road.table.shape[1] - 1)
+    if not road.closed:
+        held = np.ascontiguousarray(np.repeat(road.table[:, :1], 2, axis=1))
+        held[[3, 5]] = 0.0  # neither crest nor acceleration lasts
+        road = road._replace(table=held, profile=np.zeros((2, 2)), profile_step=1.0)
+    x[0] = -min(ROLL_IN * road.table[4, 0], length)
+    x[3], a = (at(road.table[row], road.step, road.closed, x[0]) for row in (4, 5))
+    x[13] = command[1] = a + p.drag * x[3] ** 2 / p.m + p.roll_resistance * GRAVITY
+    _approach(x, command, road, p, d, np.array(clock))
+    if not (x[0] >= 0.0 and abs(x[1]) < OFF_ROAD):
+        raise LeftTheRoad("the car did not arrive at the start: the road begins too steep or too tight")
+    x[0] = 0.0
 
 
 def road_numbers(road: Road, plan: Plan) -> RoadNumbers:
@@ -88,13 +111,29 @@ def road_numbers(road: Road, plan: Plan) -> RoadNumbers:
 
 
 @kernel
-def _run(x: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, records: Mat, clockwork: Vec) -> int:
+def _approach(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, clock: Vec) -> None:
+    """Advance `x` and `command` from a negative way to the first node.
+
+    clock: step [s], steps per decision.
+    """
+    work, k = np.zeros((6, STATES)), 0
+    while x[0] < 0.0 and x[3] > AT_REST and abs(x[1]) < OFF_ROAD:
+        if k % int(clock[1]) == 0:
+            decide(x, road, p, d, command)
+        advance(x, command, road, p, clock[0], work)
+        k += 1
+
+
+@kernel
+def _run(
+    x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, records: Mat, clockwork: Vec
+) -> int:
     """Fill `records` row by row until the road ends; the number of rows. `x` is left at the end.
 
     clockwork: step [s], steps per decision, steps per record, length of the road [m].
     """
     dt, every, keep, length = clockwork[0], int(clockwork[1]), int(clockwork[2]), clockwork[3]
-    work, command, rest, count, k = np.zeros((6, STATES)), np.zeros(2), 0.0, 0, 0
+    work, rest, count, k = np.zeros((6, STATES)), 0.0, 0, 0
     while count < len(records) and x[0] < length and abs(x[1]) < OFF_ROAD and rest < RESTING:
         if k % every == 0:
             decide(x, road, p, d, command)

@@ -78,6 +78,7 @@ class Lap:
         return {
             "road": self.road.name,
             "source": self.road.source,
+            "notes": list(self.road.notes),
             "car": self.car.name,
             "estimated": list(self.car.estimates),
             "time_s": float(self.time[-1]),

@@ -40,6 +40,7 @@ class Road:
     profile: Mat | None = None  # (m + 1, 2) [m] roughness under left and right wheels, see `roughness`
     closed: bool = False
     source: str = ""  # where it comes from, and its licence
+    notes: tuple[str, ...] = ()  # what was assumed of a file or mended in it, a sentence each
 
     def __post_init__(self) -> None:
         n = len(self.curvature)

@@ -134,7 +134,9 @@ def road(text: str) -> Road:
     """
     name, _, rest = text.strip().partition(":")
     if name not in ROADS:
-        raise InputError("road", repr(name), one_of(ROADS, name, otherwise=", or a centreline file (.csv)"))
+        raise InputError(
+            "road", repr(name), one_of(ROADS, name, otherwise=", or a file of points (.csv, .gpx)")
+        )
     return ROADS[name].build(**arguments(rest, name, ROADS[name].build))
 
 
