@@ -148,7 +148,10 @@ HAIRPIN = np.vstack(
 @pytest.mark.parametrize(
     ("file", "sentence"),
     [
-        (text(*ring(), header="a,b"), "column x_m of t.csv is missing, must be there, as in x_m, y_m"),
+        (
+            text(*ring(), header="road,track"),
+            "column x_m of t.csv is missing, must be there, as in x_m, y_m",
+        ),
         (text(*ring(6), header="x_m,y_m"), "number of points in t.csv is 5, must be at least 8"),
         (text(*np.repeat(ring(6), 2, axis=1), header="x_m,y_m"), "number of points in t.csv is 5, must be"),
         (

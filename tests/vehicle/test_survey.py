@@ -143,7 +143,7 @@ def test_a_gpx_file_that_tells_no_road_is_refused(text: str, sentence: str) -> N
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (table("a,b", X, Y), "column x_m of t.csv is missing, must be there, as in x_m, y_m"),
+        (table("road,track", X, Y), "column x_m of t.csv is missing, must be there, as in x_m, y_m"),
         (table("x_m,b", X, Y), "column y_m of t.csv is missing"),
         (table("lat,b", LAT, Y), "column lon of t.csv is missing"),
         (table("x_m,y_m,easting", X, Y, Y), "x in t.csv is given by 'x_m' and 'easting', must be one column"),
