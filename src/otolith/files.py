@@ -121,15 +121,24 @@ def read_tuning(name_or_path: str) -> Tuning:
     return parse_tuning(read_text(path, "tuning"), path.name)
 
 
-def read_log(path: Path, columns: Mapping[str, str], *, needs: Sequence[str] = ()) -> Log:
+def read_log(
+    path: Path,
+    columns: Mapping[str, str],
+    *,
+    needs: Sequence[str] = (),
+    header: int | None = None,
+    units: int | None = None,
+) -> Log:
     """A recorded drive: delimited text, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells.
 
     `columns` maps quantities to columns, `needs` names those that will be cued: see `reading.recording`.
+    `header` and `units` are the lines of a text that hold names and units, where they are not found.
     """
-    return log_from(_recorded(path, columns), columns=columns, needs=needs)
+    recorded = _recorded(path, columns, (header, units))
+    return log_from(recorded, columns=columns, needs=needs)
 
 
-def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
+def _recorded(path: Path, columns: Mapping[str, str], lines: tuple[int | None, int | None]) -> Recorded:
     ending = path.suffix.lower()
     if not path.exists():
         raise InputError(f"log {path}", "absent", "an existing file")
@@ -147,7 +156,7 @@ def _recorded(path: Path, columns: Mapping[str, str]) -> Recorded:
     if ending == ".h5":
         return _read_lap(path)
     text, notes = decode(_read_bytes(path), path.name)
-    return split(text, path.name, notes)
+    return split(text, path.name, notes, header=lines[0], units=lines[1])
 
 
 def _read_lap(path: Path) -> Columns:

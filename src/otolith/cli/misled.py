@@ -8,6 +8,7 @@ import typer
 from rich.table import Table
 
 from otolith import files
+from otolith.cli.options import recorded_drive
 from otolith.cli.output import print_json, wide_console
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
@@ -72,8 +73,7 @@ def _drive(run: Run, log: Path | None) -> Log:
     named = log or run.settings.get("log")
     if named is None:
         raise InputError("the run", "not of a recorded drive", "one of 'otolith run --log', or given --log")
-    columns = dict(text.split("=", 1) for text in run.settings.get("column", []))
-    return files.read_log(Path(named), columns)
+    return recorded_drive(Path(named), run.settings)
 
 
 def _place(drive: Log) -> Mat:

@@ -2,7 +2,7 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -23,7 +23,7 @@ from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.mpc.washout import WashoutWeight, constant, preset
 from otolith.perception import sense
 from otolith.platforms import Platform
-from otolith.scenarios import Scenario, log_scenario, scenario
+from otolith.scenarios import Log, Scenario, log_scenario, scenario
 from otolith.scenarios.perceived import perceived
 
 _ALONG: Final = {
@@ -32,6 +32,7 @@ _ALONG: Final = {
     "heave": "vertical",
     "yaw": "yaw",
 }  # degree of freedom -> axis of a scenario
+_NEEDS: Final = {"surge-pitch": "ax", "sway-roll": "ay", "heave": "az", "yaw": "yaw_rate"}  # of a log
 SOFTENED: Final = (
     "tilt_rate",
     "tilt",
@@ -82,6 +83,12 @@ class Choices:
             metavar="QUANTITY=COLUMN[:UNIT]",
             help="Where a log keeps a quantity, e.g. ax=LongAcc:g; repeatable.",
         ),
+    ] = None
+    header: Annotated[
+        int | None, typer.Option(metavar="LINE", help="Line of a log that holds the names of its columns.")
+    ] = None
+    units: Annotated[
+        int | None, typer.Option(metavar="LINE", help="Line of a log that holds the units of its columns.")
     ] = None
     lowpass: Annotated[float | None, typer.Option(metavar="HZ", help="Low-pass a log at this frequency.")] = (
         None
@@ -176,15 +183,15 @@ class Choices:
         if isinstance(design.hint, Refused):
             warn(console, f"hint refused, running without it: {design.hint.reason}")
         if self.log is None and self.scenario is not None:
-            if self.lowpass is not None or self.causal or self.column:
-                raise InputError("--lowpass, --causal or --column", "given", "used together with --log")
+            if self.lowpass is not None or self.causal or self.column or self.header or self.units:
+                options = "--lowpass, --causal, --column, --header or --units"
+                raise InputError(options, "given", "used together with --log")
             along = [scenario(self.scenario, literal=self.literal, axis=_ALONG[dof]) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")
-        columns = dict(_assignment("--column", text) for text in self.column or [])
-        log = files.read_log(self.log, columns)
+        log = recorded_drive(self.log, asdict(self))
         for note in log.notes:
             warn(console, note)
         period = design.implicit.period
@@ -208,6 +215,14 @@ class Choices:
             if value is not None
         }
         return chosen | ({"hint_refused": design.hint.reason} if isinstance(design.hint, Refused) else {})
+
+
+def recorded_drive(path: Path, settings: Mapping[str, Any]) -> Log:
+    """The drive in a file, read as `Choices` or the record of a run say: columns, header, units, dofs."""
+    columns = dict(_assignment("--column", text) for text in settings.get("column") or [])
+    needs = [_NEEDS[dof] for dof in settings.get("dofs", "").split(",") if dof in _NEEDS]
+    lines = {"header": settings.get("header"), "units": settings.get("units")}
+    return files.read_log(path, columns, needs=needs, **lines)
 
 
 def takes_choices(command: Callable[..., None]) -> Callable[..., None]:

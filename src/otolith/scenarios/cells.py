@@ -123,7 +123,7 @@ def _clocked(raw: Samples, place: _Place, *, coarse: bool) -> Samples:
         notes += (f"{len(raw.values) - len(t)} of {len(raw.values)} cells of {place.name!r} are blank",)
     again = np.diff(t, prepend=np.nan) == 0.0
     if fault is None and again.any() and coarse:
-        even = clocks.even_out(t)
+        even = None if _interleaved(values, again) else clocks.even_out(t)
         if even is None:
             fault = _standing(t, rows, place, again)
         else:
@@ -137,6 +137,19 @@ def _clocked(raw: Samples, place: _Place, *, coarse: bool) -> Samples:
     if fault is None and (np.diff(t) <= 0.0).any():
         fault = _backwards(t, rows, place)
     return Samples(raw.column, t, values, rows, notes, fault)
+
+
+def _interleaved(values: Vec, again: Bools) -> bool:
+    """Whether rows of equal stamps take turns between several sources, as those of two cars in one file do.
+
+    The next value of a smooth signal is nearer than the one after it; where sources take turns, it is not.
+    """
+    together = min(round(len(again) / max(1, int((~again).sum()))), 4)
+    if together < 2 or len(values) < 8:
+        return False
+    near = float(np.sqrt(np.mean(np.diff(values) ** 2)))
+    apart = float(np.sqrt(np.mean((values[together:] - values[:-together]) ** 2)))
+    return near > 1.5 * apart
 
 
 def _backwards(t: Vec, rows: Ints, place: _Place) -> InputError:

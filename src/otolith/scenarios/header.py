@@ -85,7 +85,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
         if len(rows[unit_row]) != width:
             raise InputError(f"number of units in line {units} of {source}", len(rows[unit_row]), f"{width}")
     stated = rows.get(unit_row, [""] * width)
-    named = [_unwrapped(name) for name in names]
+    named = _numbered([_unwrapped(name) for name in names])
     return Place(
         delimiter=delimiter,
         names=tuple(name for name, _ in named),
@@ -130,6 +130,7 @@ def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int
         filled = [cell for cell in row if cell]
         counted = sum(is_number(cell, comma=comma) or bool(_CLOCK.fullmatch(cell)) for cell in filled)
         if run and (len(row) != width or not counted):
+            run = _without_names(run)
             share = sum(c for _, c, _ in run) / sum(f for _, _, f in run)
             if best is None or len(run) > best[0]:
                 best = len(run), width, run[0][0], share
@@ -138,6 +139,13 @@ def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int
             width = len(row)
             run.append((line, counted, len(filled)))
     return best
+
+
+def _without_names(run: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+    """The run without first rows that hold far fewer numbers than the others: names such as "1" and "2"."""
+    usual = sorted(counted for _, counted, _ in run)[len(run) // 2]
+    start = next(i for i, (_, counted, _) in enumerate(run) if 2 * counted > usual)
+    return run[start:]
 
 
 def _names(
@@ -214,6 +222,15 @@ def _is_unit_row(row: Sequence[str]) -> bool:
 def _origins(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
     """What rows beside the names say of where each column was measured, joined."""
     return tuple(" ".join(row[i] for row in rows) for i in range(width)) if rows else ()
+
+
+def _numbered(named: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Columns named "1" and "2" after one with a unit are the other parts of its vector, in its unit."""
+    out: list[tuple[str, str]] = []
+    for name, unit in named:
+        follows = bool(out) and name.isdigit() and (name == "1" or out[-1][0] == str(int(name) - 1))
+        out.append((name, unit or (out[-1][1] or parted(out[-1][0])[1] if follows else "")))
+    return out
 
 
 def _unwrapped(name: str) -> tuple[str, str]:

@@ -137,6 +137,8 @@ def _refuse_mad_turning(means: Mapping[str, Vec], columns: Mapping[str, Column],
 
 
 def _refuse_mad_gain(t: Vec, data: Mapping[str, Vec], columns: Mapping[str, Column], source: str) -> None:
+    if "ax" not in data:
+        return
     gain = float(np.trapezoid(data["ax"], t))
     if abs(gain) > GAIN and len(t) > 2 and t[-1] > LEVEL:
         hint = f"a sensor that is not level, or {columns['ax'].name!r} in a wrong unit or sign?"
@@ -145,6 +147,8 @@ def _refuse_mad_gain(t: Vec, data: Mapping[str, Vec], columns: Mapping[str, Colu
 
 
 def _refuse_frozen(t: Vec, data: Mapping[str, Vec], speed: Vec, source: str) -> None:
+    if "ax" not in data:
+        return
     forces = np.stack([data[key] for key in ("ax", "ay") if key in data], axis=1)
     still = np.r_[False, (np.diff(forces, axis=0) == 0.0).all(axis=1), False]
     edges = np.flatnonzero(np.diff(still.astype(np.int8))).reshape(-1, 2)
@@ -158,7 +162,7 @@ def _refuse_frozen(t: Vec, data: Mapping[str, Vec], speed: Vec, source: str) -> 
 def _refuse_exchanged(
     means: Mapping[str, Vec], expected: Mapping[str, Vec], columns: Mapping[str, Column], source: str
 ) -> None:
-    if "ay" not in means or "ay" not in expected:
+    if not {"ax", "ay"} <= means.keys() or "ay" not in expected:
         return
     ax, ay = means["ax"], means["ay"]
     straight = abs(_correlation(_smooth("ax", ax), expected["ax"])), abs(_correlation(ay, expected["ay"]))

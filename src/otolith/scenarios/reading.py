@@ -13,6 +13,7 @@ from otolith.scenarios.cells import Samples, read_stamps, samples
 from otolith.scenarios.channels import FELT, FORCE, Channel, Layout, Recording
 from otolith.scenarios.clocks import Stamps, even_rows
 from otolith.scenarios.columns import EVERY, QUANTITIES, Column, Header, candidates, missing
+from otolith.scenarios.longform import widened
 from otolith.scenarios.recorded import Recorded
 from otolith.scenarios.rivals import choose
 
@@ -40,6 +41,7 @@ def recording(
     InputError : what is needed is missing or holds cells that are no numbers; no time, or time that does not
         increase; two columns of one quality that contradict each other; an impossible mapping.
     """
+    recorded = widened(recorded, columns)
     header = Header(recorded.source, recorded.names, recorded.units, recorded.origins, recorded.clocked)
     found = candidates(header, columns)
     made = derived.asked(columns)
@@ -80,10 +82,9 @@ def _stamps(
     """The time of all rows, from the first column whose stamps increase, a sentence about it, its name."""
     asked = columns.get("t", "")
     if recorded.clocked:
-        if asked:
-            raise InputError(
-                "t", f"mapped to {asked!r}", f"left out: each channel of {header.source} has its own"
-            )
+        if asked and recorded.layout.clock_name not in (asked, asked.rpartition(":")[0]):
+            bound = f"left out: every signal of {header.source} has a clock of its own"
+            raise InputError("t", f"mapped to {asked!r}", bound)
         return None, "", ""
     if asked.strip().lower().startswith(f"{EVERY}:"):
         stamps = even_rows(asked, len(recorded.rows(0)))

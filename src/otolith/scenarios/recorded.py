@@ -67,6 +67,9 @@ class Columns:
     units: tuple[str, ...]  # (c,)
     values: tuple[Cells, ...]  # (c,) of (n,) each; n may differ where there are clocks
     clocks: tuple[Vec, ...] = ()  # (c,) of (n,) [s]; empty where one of the columns is the time of all
+    lines: tuple[
+        Ints, ...
+    ] = ()  # (c,) of (n,): place of each value in the file; empty where it is its number
     layout: Layout = field(default_factory=lambda: Layout(form="numbers"))
     place: str = "sample"
     notes: tuple[str, ...] = ()
@@ -86,8 +89,8 @@ class Columns:
         return np.asarray(self.clocks[index], dtype=np.float64) if self.clocks else None
 
     def rows(self, index: int) -> Ints:
-        """Samples are counted from 1."""
-        return np.arange(1, len(self.values[index]) + 1)
+        """The place of each value, which is its number from 1 where nothing else is known."""
+        return self.lines[index] if self.lines else np.arange(1, len(self.values[index]) + 1)
 
 
 class Signal(NamedTuple):

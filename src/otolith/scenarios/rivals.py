@@ -13,6 +13,7 @@ from otolith.scenarios.channels import FELT
 
 SAME: Final = 0.01  # RMS difference of two columns, as a share of their RMS, at which they are taken as one
 ALIKE: Final = 0.9  # correlation of two columns that measure one thing
+FINER: Final = 1.5  # times as many different values
 SLOPE: Final = 1.25  # … and the factor between them
 AGREES: Final = 0.7  # correlation with what speed and yaw rate expect, of the one to believe
 DISAGREES: Final = 0.5  # … and at most of the others
@@ -66,6 +67,10 @@ def _one(
     first = supported or sound[0]
     twins = [one for one in sound if one is not first and _same(first, one)]
     left = [one for one in sound if one is not first and one not in twins]
+    finest = max([first, *twins], key=lambda one: len(np.unique(one.values)))
+    if len(np.unique(finest.values)) > FINER * len(np.unique(first.values)):  # written with more digits
+        twins = [one for one in [first, *twins] if one is not finest]
+        first = finest
     rivals = [one for one in left if _rank(one) == _rank(first) and not _alike(first, one)]
     if rivals and required and supported is None:
         listed = " and ".join(
