@@ -17,19 +17,16 @@ from typing import Any, Final
 import h5py
 import numpy as np
 
-from otolith import registry
 from otolith.core.arrays import frozen_array
 from otolith.core.errors import CorruptFile, InputError, one_of
+from otolith.logfiles import recorded
 from otolith.mpc.hint.stored import StoredHint, digest
 from otolith.mpqp import Law
 from otolith.platforms import Platform, catalog, load, parse_platform
 from otolith.platforms.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.scenarios import Log, log_from
 from otolith.scenarios.channels import Layout
-from otolith.scenarios.columns import recognise
-from otolith.scenarios.erg import parse_erg
-from otolith.scenarios.recorded import Columns, Recorded
-from otolith.scenarios.table import decode, split
+from otolith.scenarios.recorded import Columns
 from otolith.simulate import Run
 from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, parse_gpx, road
 from otolith.vehicle.lap import COLUMNS
@@ -134,29 +131,9 @@ def read_log(
     `columns` maps quantities to columns, `needs` names those that will be cued: see `reading.recording`.
     `header` and `units` are the lines of a text that hold names and units, where they are not found.
     """
-    recorded = _recorded(path, columns, (header, units))
-    return log_from(recorded, columns=columns, needs=needs)
-
-
-def _recorded(path: Path, columns: Mapping[str, str], lines: tuple[int | None, int | None]) -> Recorded:
-    ending = path.suffix.lower()
-    if not path.exists():
-        raise InputError(f"log {path}", "absent", "an existing file")
-    if ending == ".erg":
-        info = path.with_name(f"{path.name}.info")
-        return parse_erg(read_text(info, "description of the log"), _read_bytes(path), path.name)
-    if ending in (".mf4", ".mdf") or (ending == ".dat" and _read_bytes(path).startswith(b"MDF")):
-        mapped = " ".join(columns.values())
-        read = registry.LOG_FORMATS["mdf"].load()
-        read_columns: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
-        return read_columns
-    if ending in (".bag", ".mcap", ".db3") or path.is_dir():
-        bag: Recorded = registry.LOG_FORMATS["rosbag"].load()(path.parent if ending == ".db3" else path)
-        return bag
-    if ending == ".h5":
-        return _read_lap(path)
-    text, notes = decode(_read_bytes(path), path.name)
-    return split(text, path.name, notes, header=lines[0], units=lines[1])
+    if path.suffix.lower() == ".h5":
+        return log_from(_read_lap(path), columns=columns, needs=needs)
+    return log_from(recorded(path, columns, header=header, units=units), columns=columns, needs=needs)
 
 
 def _read_lap(path: Path) -> Columns:
@@ -168,13 +145,6 @@ def _read_lap(path: Path) -> Columns:
             values=tuple(file[name][()] for name in COLUMNS),
             layout=Layout(form="a lap of otolith drive", rows=len(file[COLUMNS[0]])),
         )
-
-
-def _read_bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"log {path}", f"not readable ({error.strerror})", "a readable file") from error
 
 
 @contextlib.contextmanager

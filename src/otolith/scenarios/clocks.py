@@ -36,6 +36,7 @@ class Stamps(NamedTuple):
     t: Vec  # (n,) [s] from the first one; NaN where a cell is blank
     said: str  # how they were read, for a note
     notes: tuple[str, ...] = ()
+    zero: float = 0.0  # [s] of the first one on the file's own clock, to set several tables side by side
 
 
 def even_rows(mapping: str, count: int) -> Stamps:
@@ -95,9 +96,9 @@ def clock_times(cells: Sequence[str], column: Column, where: Callable[[int], str
         zones.add(zone)
     if len(zones) > 1:
         raise InputError(f"time zone in {column.name!r}", " and ".join(sorted(map(repr, zones))), "one zone")
-    dated = any(days)
-    t = t - t[np.isfinite(t)][0] if np.isfinite(t).any() else t
-    return Stamps(t if dated else _over_midnight(t), f"as {'dates and ' if dated else ''}clock times")
+    dated, zero = any(days), float(t[np.isfinite(t)][0]) if np.isfinite(t).any() else 0.0
+    said = f"as {'dates and ' if dated else ''}clock times"
+    return Stamps(t - zero if dated else _over_midnight(t), said, zero=zero)
 
 
 def _numeric(values: Vec, column: Column) -> Stamps:
@@ -115,7 +116,7 @@ def _numeric(values: Vec, column: Column) -> Stamps:
         bound = f"at least {FASTEST:g} s (map t={column.name}:UNIT, UNIT one of {READABLE['time']})"
         raise InputError(where, f"{step:.3g} s", bound)
     note = () if unit == column.unit else (f"t: numbers of this size are {unit} since 1970, taken as that",)
-    return Stamps(t, f"in {unit}", note)
+    return Stamps(t, f"in {unit}", note, zero=float(known[0]) * scale)
 
 
 def _epoch(values: Vec) -> tuple[str, float]:
@@ -136,12 +137,11 @@ def _packed(values: Vec) -> tuple[Vec, str, tuple[str, ...]] | None:
     hours, minutes = np.divmod(minutes, 100.0)
     if np.nanmax(seconds) >= 60.0 or np.nanmax(minutes) >= 60.0:
         return None
-    t = 3600.0 * hours + 60.0 * minutes + seconds
+    t = _over_midnight(3600.0 * hours + 60.0 * minutes + seconds)
     leaps = np.abs(np.diff(known)) > 39.0
-    unpacked = np.diff(t[np.isfinite(t)])
-    if not leaps.any() or (np.abs(unpacked[leaps]) > 2.0).any():
+    if not leaps.any() or (np.abs(np.diff(t[np.isfinite(t)])[leaps]) > 2.0).any():
         return None
-    return _over_midnight(t), "as clock times HHMMSS.sss", ()
+    return t, "as clock times HHMMSS.sss", ()
 
 
 def _clock_time(cell: str) -> tuple[str, float, str] | None:

@@ -1,0 +1,95 @@
+"""Recorded drives on disk: which format a file is in, read within bounds."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from otolith import registry
+from otolith.core.errors import InputError
+from otolith.scenarios.columns import recognise
+from otolith.scenarios.erg import parse_erg
+from otolith.scenarios.jsonlog import looks_like_json, parse_json
+from otolith.scenarios.recorded import Recorded
+from otolith.scenarios.table import decode, split
+
+MAX_FILE: Final = 2**30  # [bytes] of a log, 1 GiB
+MAX_LINE: Final = 2**20  # [bytes] of one line of a table, 1 MiB
+MAX_JSON: Final = 2**26  # [bytes] of one line of JSON, 64 MiB: all of it is taken to pieces in memory
+CHUNK: Final = 2**20  # [bytes] read at once
+
+
+def recorded(
+    path: Path, columns: Mapping[str, str], *, header: int | None = None, units: int | None = None
+) -> Recorded:
+    """The columns of a recorded drive; the ending of the name tells the format, else it is text.
+
+    Parameters
+    ----------
+    columns : what the user maps, so that formats of thousands of channels need not give all of them.
+    header, units : lines of a text that hold names and units, counted from 1, where they are not found.
+
+    Raises
+    ------
+    InputError : the file is absent, unreadable, too large, or holds no table.
+    CorruptFile : it is damaged, or not of the format that its name says.
+    """
+    ending = path.suffix.lower()
+    if not path.exists():
+        raise InputError(f"log {path}", "absent", "an existing file")
+    if ending == ".erg":
+        info, _ = decode(_bytes(path.with_name(f"{path.name}.info"), "description of the log"), path.name)
+        return parse_erg(info, _bytes(path), path.name)
+    if ending in (".mf4", ".mdf") or (ending == ".dat" and _begins(path, b"MDF")):
+        mapped = " ".join(columns.values())
+        read = registry.LOG_FORMATS["mdf"].load()
+        channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
+        return channels
+    if ending in (".bag", ".mcap", ".db3") or path.is_dir():
+        bag: Recorded = registry.LOG_FORMATS["rosbag"].load()(path.parent if ending == ".db3" else path)
+        return bag
+    text, notes = decode(_text(path), path.name)
+    if ending in (".json", ".jsonl", ".ndjson") or looks_like_json(text):
+        return parse_json(text, path.name)
+    return split(text, path.name, notes, header=header, units=units)
+
+
+def _bytes(path: Path, what: str = "log") -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise _unreadable(path, error, what) from error
+
+
+def _begins(path: Path, mark: bytes) -> bool:
+    try:
+        with path.open("rb") as file:
+            return file.read(len(mark)) == mark
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+def _text(path: Path) -> bytes:
+    """The bytes of a text, read no further than a line that is too long to be a row."""
+    read, line, limit = bytearray(), 0, MAX_LINE
+    try:
+        with path.open("rb") as file:
+            while chunk := file.read(CHUNK):
+                if not read and looks_like_json(chunk[:1000].decode("latin-1").lstrip("ï»¿")):
+                    limit = MAX_JSON
+                read += chunk
+                first, last = chunk.find(b"\n"), chunk.rfind(b"\n")
+                _bounded(f"a line of log {path}", line + (len(chunk) if first < 0 else first), limit)
+                line = line + len(chunk) if last < 0 else len(chunk) - last - 1
+                _bounded(f"log {path}", len(read), MAX_FILE)
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    return bytes(read)
+
+
+def _bounded(what: str, size: int, limit: int) -> None:
+    if size > limit:
+        raise InputError(f"size of {what}", f"more than {limit >> 20} MiB", f"at most {limit >> 20} MiB")
+
+
+def _unreadable(path: Path, error: OSError, what: str = "log") -> InputError:
+    return InputError(f"{what} {path}", f"not readable ({error.strerror})", "a readable file")
