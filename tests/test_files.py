@@ -1,110 +1,21 @@
-"""What is written comes back equal; what is damaged or foreign is refused; nothing half-written stays."""
+"""Files are found by name and by path, and written whole or not at all."""
 
-from dataclasses import fields
+import contextlib
+import os
+import struct
+from collections.abc import Callable
+from importlib import resources
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
 from otolith import files
-from otolith.core.errors import CorruptFile, InputError
-from otolith.core.frames import SURGE_PITCH
-from otolith.mpc.explicit import ExplicitSettings, explicit_problem
-from otolith.mpqp import Law, enumerate_regions
-from otolith.platforms import load
+from otolith.core import disk
+from otolith.core.disk import NotWritten
+from otolith.core.errors import InputError, OtolithError
 from otolith.simulate import Run
-
-
-@pytest.fixture(scope="module")
-def law() -> Law:
-    """A small law: horizon 2, so that this file stays fast."""
-    thesis = load("thesis")
-    problem = explicit_problem(
-        thesis.pair_limits(SURGE_PITCH), thesis.braking, ExplicitSettings(horizon=2, block_from=None)
-    )
-    return enumerate_regions(problem)
-
-
-def test_a_run_comes_back_equal(handmade: Run, tmp_path: Path) -> None:
-    files.write_run(handmade, tmp_path / "deep" / "run.h5")
-    back = files.read_run(tmp_path / "deep" / "run.h5")
-    for field in fields(Run):
-        before, after = getattr(handmade, field.name), getattr(back, field.name)
-        if isinstance(before, np.ndarray):
-            np.testing.assert_array_equal(after, before)
-            assert after.dtype == before.dtype
-        else:
-            assert after == before, field.name
-    assert [path.name for path in (tmp_path / "deep").iterdir()] == ["run.h5"]
-
-
-def test_a_run_of_the_first_version_is_read_without_the_rates_it_did_not_keep(
-    handmade: Run, tmp_path: Path
-) -> None:
-    path = tmp_path / "run.h5"
-    files.write_run(handmade, path)
-    with h5py.File(path, "r+") as file:
-        file.attrs["version"] = 1
-        del file.attrs["singles"], file["reference_rate"]
-    old = files.read_run(path)
-    assert old.singles == ()
-    assert np.isnan(old.reference_rate).all()
-    np.testing.assert_array_equal(old.reference_force, handmade.reference_force)
-
-
-def test_a_law_comes_back_equal_in_what_it_says(law: Law, tmp_path: Path) -> None:
-    files.write_laws([law], tmp_path / "law.h5")
-    (back,) = files.read_laws(tmp_path / "law.h5")
-    assert len(back) == len(law)
-    assert back.problem.digest == law.problem.digest
-    rng = np.random.default_rng(0)
-    low, high = law.problem.lower, law.problem.upper
-    for theta in rng.uniform(low, high, (50, 5)):
-        one, other = law.evaluate(theta), back.evaluate(theta)
-        assert one.found == other.found
-        if one.found:
-            np.testing.assert_array_equal(one.z, other.z)
-
-
-def test_an_altered_law_is_refused(law: Law, tmp_path: Path) -> None:
-    path = tmp_path / "law.h5"
-    files.write_laws([law], path)
-    with h5py.File(path, "r+") as file:
-        part = file["part-0"]
-        name = next(name for name, data in part.items() if data.dtype.kind == "f" and data.size > 10)
-        values = part[name][()]
-        values.flat[3] += 1e-3
-        part[name][...] = values
-    with pytest.raises(CorruptFile, match="does not match its SHA-256"):
-        files.read_laws(path)
-
-
-@pytest.mark.parametrize("keep", [0, 100, 2000])
-def test_a_truncated_file_is_refused(handmade: Run, tmp_path: Path, keep: int) -> None:
-    path = tmp_path / "run.h5"
-    files.write_run(handmade, path)
-    path.write_bytes(path.read_bytes()[:keep])
-    with pytest.raises(CorruptFile, match="is damaged or no otolith-run file"):
-        files.read_run(path)
-
-
-def test_a_foreign_kind_and_another_version_are_refused(handmade: Run, law: Law, tmp_path: Path) -> None:
-    path = tmp_path / "run.h5"
-    files.write_run(handmade, path)
-    with pytest.raises(CorruptFile, match="is not an otolith-law file"):
-        files.read_laws(path)
-    with h5py.File(path, "r+") as file:
-        file.attrs["version"] = 99
-    with pytest.raises(CorruptFile, match="has version 99 of otolith-run, this program reads 2"):
-        files.read_run(path)
-    with h5py.File(path, "r+") as file:
-        file.attrs["version"] = files.RUN_VERSION
-        del file["pose"]
-    with pytest.raises(CorruptFile, match="damaged"):
-        files.read_run(path)
-    with pytest.raises(InputError, match="absent, must be an existing file"):
-        files.read_run(tmp_path / "no.h5")
+from tests.mutilation import flipped
 
 
 def test_a_failure_while_writing_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
@@ -125,7 +36,7 @@ def test_a_failure_while_writing_leaves_the_old_file_and_nothing_else(tmp_path: 
 
 def test_an_unwritable_place_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="not writable"):
+    with pytest.raises(NotWritten, match=r"below.txt could not be written: (Not a directory|File exists)"):
         files.write_text(tmp_path / "file" / "below.txt", "x")
 
 
@@ -139,3 +50,123 @@ def test_platforms_are_found_by_name_and_by_path(tmp_path: Path) -> None:
     binary.write_bytes(b"name = '\xff'")
     with pytest.raises(InputError, match="not UTF-8 at byte 8, must be a UTF-8 text file"):
         files.read_platform(str(binary))
+
+
+def hostile_text(path: Path, head: str, unit: str, size: int) -> Path:
+    """A file that begins as it should and then repeats one unit until it has `size` bytes."""
+    path.write_text(head + unit * (size // len(unit)))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("unit", "size", "told"),
+    [
+        ("a", 2_000_000, "more than 1,000,000 bytes, must be at most 1,000,000 bytes"),
+        ("[", 200_000, "length of line 1 of rig.toml is 200,000 characters, must be at most 2,000"),
+        ("a.", 200_000, "length of line 1 of rig.toml is 200,000 characters, must be at most 2,000"),
+        ("[\n", 400_000, "a value in rig.toml is nested too deeply, must be a few levels deep"),
+    ],
+)
+def test_settings_that_would_keep_the_parser_busy_are_one_sentence(
+    tmp_path: Path, unit: str, size: int, told: str
+) -> None:
+    head = "x = " if unit.endswith("\n") else ""
+    path = hostile_text(tmp_path / "rig.toml", head, unit, size)
+    for read in (files.read_platform, files.read_tuning, files.read_car):
+        with pytest.raises(InputError) as refused:
+            read(str(path))
+        assert told in str(refused.value)
+
+
+def test_a_log_of_one_endless_line_is_refused(tmp_path: Path) -> None:
+    path = hostile_text(tmp_path / "drive.csv", "t_s,ax_mps2\n0,0\n", "1,", 20_000_000)
+    with pytest.raises(InputError, match=r"length of line 3 of drive.csv is 20,000,000 characters"):
+        files.read_log(path, {})
+
+
+def write_erg(folder: Path) -> Path:
+    """Two seconds of a CarMaker result."""
+    record = np.dtype([("t", "<f8"), ("ax", "<f4"), ("yaw", "<f8")])
+    rows = np.zeros(200, dtype=record)
+    rows["t"] = np.arange(200) / 100
+    path = folder / "drive.erg"
+    head = struct.pack("<8sBBH4x", b"CM-ERG", 1, 0, record.itemsize)
+    path.write_bytes(head + rows.tobytes())
+    named = (("Time", "Double"), ("Car.ax", "Float"), ("Car.YawRate", "Double"))
+    lines = [
+        f"File.At.{k}.Name = {name}\nFile.At.{k}.Type = {kind}" for k, (name, kind) in enumerate(named, 1)
+    ]
+    lines += ["Quantity.Car.ax.Unit = m/s^2", "Quantity.Car.ax.Factor = 1.0"]
+    path.with_name("drive.erg.info").write_text("File.ByteOrder = LittleEndian\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def write_csv(folder: Path) -> Path:
+    path = folder / "drive.csv"
+    path.write_text("t_s,ax_mps2,ay_mps2\n" + "".join(f"{k / 50:.2f},0.1,0.2\n" for k in range(200)))
+    return path
+
+
+def write_mdf(folder: Path) -> Path:
+    asammdf = pytest.importorskip("asammdf", exc_type=ImportError)
+    t = np.arange(0.0, 2.0, 0.01)
+    path = folder / "drive.mf4"
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(np.sin(t), t, name="AccX", unit="m/s2", encoding="utf-8")])
+        file.save(path, overwrite=True)
+    return path
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf's own clean-up
+@pytest.mark.parametrize(
+    ("write", "name", "count"),
+    [
+        (write_erg, "drive.erg", 150),
+        (write_erg, "drive.erg.info", 150),
+        (write_csv, "drive.csv", 150),
+        (write_mdf, "drive.mf4", 100),
+    ],
+)
+def test_a_flipped_bit_in_a_log_is_read_or_refused_and_nothing_else(
+    tmp_path: Path, write: Callable[[Path], Path], name: str, count: int
+) -> None:
+    drive = write(tmp_path)
+    files.read_log(drive, {})
+    for _ in flipped(tmp_path / name, count=count):
+        with contextlib.suppress(OtolithError):
+            files.read_log(drive, {})
+
+
+@pytest.mark.parametrize("read", [files.read_platform, files.read_tuning])
+def test_a_flipped_bit_in_settings_is_read_or_refused_and_nothing_else(
+    tmp_path: Path, read: Callable[[str], object]
+) -> None:
+    path = tmp_path / "davsi.toml"
+    folder = resources.files("otolith.platforms") / ("catalog" if read is files.read_platform else "tunings")
+    path.write_text((folder / "davsi.toml").read_text(encoding="utf-8"))
+    read(str(path))
+    for _ in flipped(path, count=300):
+        with contextlib.suppress(OtolithError):
+            read(str(path))
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full disk here")
+def test_a_full_disk_is_one_sentence_for_every_kind_of_file(
+    handmade: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever writes the temporary file writes, in truth, to the device that is always full."""
+
+    def full(**options: object) -> tuple[int, str]:
+        place = tmp_path / f"{options['prefix']}x{options['suffix']}"
+        place.symlink_to("/dev/full")
+        return os.open(place, os.O_RDWR), str(place)
+
+    monkeypatch.setattr(disk.tempfile, "mkstemp", full)
+    for write in (
+        lambda: files.write_run(handmade, tmp_path / "run.h5"),
+        lambda: files.write_json(tmp_path / "summary.json", {"a": 1}),
+        lambda: files.write_figure(tmp_path / "a.png", lambda path: path.write_bytes(b"x")),
+    ):
+        with pytest.raises(NotWritten, match="No space left on device; nothing half-written was left"):
+            write()
+        assert list(tmp_path.iterdir()) == []

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from otolith import registry
-from otolith.core.errors import InputError
+from otolith.core.errors import InputError, damage_told
 from otolith.scenarios.columns import recognise
 from otolith.scenarios.erg import parse_erg
 from otolith.scenarios.jsonlog import looks_like_json, parse_json
@@ -36,16 +36,21 @@ def recorded(
     ending = path.suffix.lower()
     if not path.exists():
         raise InputError(f"log {path}", "absent", "an existing file")
+    verdict = f"{path.name} is damaged, or not of the format that its name says"
     if ending == ".erg":
         info, _ = decode(_bytes(path.with_name(f"{path.name}.info"), "description of the log"), path.name)
-        return parse_erg(info, _bytes(path), path.name)
+        with damage_told(verdict):
+            return parse_erg(info, _bytes(path), path.name)
     if ending in (".mf4", ".mdf") or (ending == ".dat" and _begins(path, b"MDF")):
         mapped = " ".join(columns.values())
         read = registry.LOG_FORMATS["mdf"].load()
-        channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
+        with damage_told(verdict):
+            channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
         return channels
     if ending in (".bag", ".mcap", ".db3") or path.is_dir():
-        bag: Recorded = registry.LOG_FORMATS["rosbag"].load()(path.parent if ending == ".db3" else path)
+        read = registry.LOG_FORMATS["rosbag"].load()
+        with damage_told(verdict):
+            bag: Recorded = read(path.parent if ending == ".db3" else path)
         return bag
     text, notes = decode(_text(path), path.name)
     if ending in (".json", ".jsonl", ".ndjson") or looks_like_json(text):

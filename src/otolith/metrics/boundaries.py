@@ -14,11 +14,13 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Vec, freeze
+from otolith.core.disk import check_lines
 from otolith.core.errors import InputError, one_of
 from otolith.metrics.omct import Response
 from otolith.scenarios.omct import TESTS
 
 COLUMNS: Final = ("test", "omega_radps", "modulus_low", "modulus_high", "phase_low_deg", "phase_high_deg")
+_LONGEST_LINE: Final = 1_000  # characters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,14 +74,18 @@ def parse_boundaries(text: str, source: str) -> dict[str, Boundary]:
     ------
     InputError : a column is missing, a test unknown, a cell no number, or frequencies do not increase.
     """
+    check_lines(text.splitlines(), source, most=_LONGEST_LINE)
     reader = csv.DictReader(io.StringIO(text))
     missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
     if missing:
         raise InputError(f"column {missing[0]} of {source}", "missing", f"there: {', '.join(COLUMNS)}")
     rows: dict[str, list[list[float]]] = {}
-    for line, cells in enumerate(reader, start=2):
-        where = f"line {line} of {source}"
-        rows.setdefault(_test(cells["test"], where), []).append(_bounds(cells, where))
+    try:
+        for cells in reader:
+            where = f"line {reader.line_num} of {source}"
+            rows.setdefault(_test(cells["test"], where), []).append(_bounds(cells, where))
+    except csv.Error as error:
+        raise InputError(f"line {reader.line_num} of {source}", f"no CSV ({error})", "a row") from error
     return {name: _boundary(name, values, source) for name, values in rows.items()}
 
 

@@ -5,7 +5,6 @@ The file is TOML; degrees only where a name says `deg`. Everything that leaves t
 """
 
 import math
-import tomllib
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
@@ -29,7 +28,7 @@ from otolith.platforms.bounds import (
 )
 from otolith.platforms.geometry import HexapodTable
 from otolith.platforms.hexapod import Hexapod
-from otolith.platforms.sentences import sentence, syntax_sentence
+from otolith.platforms.sentences import sentence, toml_fields
 
 INVARIANCE = 2.0  # least c_v²/c_u, see `Braking`
 T = TypeVar("T", "Translation", "Rotation")
@@ -255,10 +254,7 @@ def parse_platform(text: str, source: str) -> Platform:
     InputError : no TOML, or a field is unknown, missing, or beyond its bound. Where several fields are
         wrong, the sentence names one of them.
     """
-    try:
-        fields = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also of integers and nesting beyond all reason
-        raise syntax_sentence(error, text, source) from None
+    fields = toml_fields(text, source)
     try:
         return Platform.model_validate(fields)
     except ValidationError as error:

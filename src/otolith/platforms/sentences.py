@@ -1,13 +1,16 @@
 """One sentence for the user out of whatever is wrong with a platform file."""
 
 import re
+import tomllib
 from typing import Any, Final, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from otolith.core.disk import check_lines
 from otolith.core.errors import InputError, one_of
 
+LONGEST_LINE: Final = 2_000  # characters of a line of TOML
 _KINDS: Final = {
     "string_type": "a text in quotes",
     "string_too_short": "a text of at least 1 character",
@@ -24,7 +27,24 @@ def sentence(error: ValidationError, model: type[BaseModel], source: str) -> Inp
     return _one(details[0], model, source)
 
 
-def syntax_sentence(error: Exception, text: str, source: str) -> InputError:
+def toml_fields(text: str, source: str) -> dict[str, Any]:
+    """Fields of a TOML file, by its text; `source` names it in errors.
+
+    Raises
+    ------
+    InputError : no TOML, nested too deeply, or a line longer than `LONGEST_LINE`, of which an honest file has
+        no need and with which a hostile one would keep the parser busy for hours.
+    """
+    check_lines(text.splitlines(), source, most=LONGEST_LINE)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"a value in {source}", "nested too deeply", "a few levels deep") from None
+    except ValueError as error:
+        raise _syntax_sentence(error, text, source) from None
+
+
+def _syntax_sentence(error: Exception, text: str, source: str) -> InputError:
     """What is wrong with TOML's syntax, with the line quoted; `error` is tomllib's."""
     reason, _, where = str(error).partition(" (at ")
     lines = text.splitlines() or [""]

@@ -4,7 +4,6 @@ A washout knows no limits, so its parameters are what makes it fit a platform; e
 its own. Degrees only where a name says `deg`; what reads the values converts them.
 """
 
-import tomllib
 from importlib.resources import files
 from typing import Annotated, Final, Self
 
@@ -12,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from otolith.core.errors import InputError, one_of
 from otolith.platforms.bounds import Within, refuse
-from otolith.platforms.sentences import sentence, syntax_sentence
+from otolith.platforms.sentences import sentence, toml_fields
 
 _FOLDER: Final = files("otolith.platforms") / "tunings"
 
@@ -171,10 +170,7 @@ def load_tuning(name: str) -> Tuning:
 
 def parse_tuning(text: str, source: str) -> Tuning:
     """Tuning from the text of its TOML file; errors as `otolith.platforms.parse_platform`."""
-    try:
-        fields = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise syntax_sentence(error, text, source) from None
+    fields = toml_fields(text, source)
     try:
         return Tuning.model_validate(fields)
     except ValidationError as error:

@@ -9,12 +9,14 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.disk import check_lines
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import Column
 from otolith.scenarios.header import MARKS, Place, find, is_number
 from otolith.scenarios.recorded import Cells
 
+LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
 
@@ -133,6 +135,7 @@ def split(
     InputError : the file is empty, has no table, no names, or rows of another width.
     """
     lines = text.removeprefix("\ufeff").splitlines()
+    check_lines(lines, source, most=LONGEST_LINE)
     place = find(lines, source, header, units)
     kept = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
     body = [lines[i] for i in kept]

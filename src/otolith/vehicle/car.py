@@ -1,7 +1,6 @@
 """A car as its user describes it: a TOML file, checked, and the numbers the equations of motion take."""
 
 import math
-import tomllib
 from importlib.resources import files
 from typing import Annotated, Final, NamedTuple
 
@@ -10,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import GRAVITY
 from otolith.platforms.bounds import Within
-from otolith.platforms.sentences import sentence, syntax_sentence
+from otolith.platforms.sentences import sentence, toml_fields
 
 CARS: Final = ("tesla-model-s",)
 AIR_DENSITY: Final = 1.2  # [kg/m³] at 20 °C
@@ -228,10 +227,7 @@ def parse_car(text: str, source: str) -> Car:
     ------
     InputError : no TOML, or a field is unknown, missing or beyond its bound.
     """
-    try:
-        fields = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise syntax_sentence(error, text, source) from None
+    fields = toml_fields(text, source)
     try:
         car = Car.model_validate(fields)
     except ValidationError as error:

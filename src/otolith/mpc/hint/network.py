@@ -70,6 +70,7 @@ class Network:
             frozen_array(arrays["outputs"], dtype=np.int64),
         )
         fits = all(w.shape == (n, len(b)) for w, b, n in zip(weights, biases, sizes, strict=False))
+        fits = fits and network.deviation.shape == network.mean.shape == (FEATURES,)
         if not fits or not np.array_equal(network.sizes, sizes) or len(network.outputs) != sizes[-1]:
             raise ValueError("the network's layers do not fit each other")
         return network

@@ -136,10 +136,15 @@ class StoredHint:
             raise CorruptFile(f"the hint lacks the array {error.args[0]}") from error
         except (ValueError, TypeError, IndexError) as error:
             raise CorruptFile(f"the hint is damaged: {error}") from error
-        hint._check_outputs()
+        hint._check()
         return hint
 
-    def _check_outputs(self) -> None:
+    def _check(self) -> None:
+        """The parts belong to as many pairs as the model has; the table's rows are all that networks name."""
+        pairs, levels = len(self.model["axes"]), len(self.laws.levels)
+        found = (len(self.networks), len(self.table.deviation), len(self.laws.parameters))
+        if found != (pairs, PARAMETERS * pairs, levels * pairs) or pairs == 0:
+            raise CorruptFile("the hint's networks, table or laws are not those of its model's axes")
         _, M, rows = self.table.sets.shape
         for network in self.networks:
             if not ((abs(network.outputs) >= 1) & (abs(network.outputs) <= M * rows)).all():

@@ -35,8 +35,11 @@ class Table:
         sets = frozen_array(arrays["table.sets"], dtype=np.int8)
         if len(parameters) != len(which) or not ((which >= 0) & (which < len(sets))).all() or sets.ndim != 3:
             raise ValueError("the table's entries refer to what does not exist")
+        deviation = frozen_array(arrays["table.deviation"])
+        if parameters.ndim != 2 or deviation.shape != parameters.shape[1:] or not (deviation > 0.0).all():
+            raise ValueError("the table's parameters and their deviations do not belong together")
         return cls(
-            frozen_array(arrays["table.deviation"]),
+            deviation,
             parameters,
             frozen_array(which, dtype=np.int64),
             sets,

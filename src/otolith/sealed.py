@@ -1,0 +1,174 @@
+"""Runs, explicit laws and hints as sealed HDF5 files; see `otolith.core.hdf5` for what the seal is worth."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.arrays import frozen_array
+from otolith.core.errors import damage_told
+from otolith.core.frames import PAIRS
+from otolith.core.hdf5 import Content, read_sealed, write_sealed
+from otolith.mpc.hint.stored import StoredHint
+from otolith.mpqp import Law
+from otolith.platforms import Platform
+from otolith.simulate import Run
+
+RUN_KIND, RUN_VERSION = "otolith-run", 3
+LAW_KIND, LAW_VERSION = "otolith-law", 2
+HINT_KIND, HINT_VERSION = "otolith-hint", 3
+SINGLES: Final = ("heave", "yaw")
+# Shapes of a run's series: n plant samples, m decisions.
+_SERIES: Final[dict[str, tuple[Any, ...]]] = {
+    "time": ("n",),
+    "reference_force": ("n", 3),
+    "reference_rate": ("n", 3),
+    "felt_force": ("n", 3),
+    "pose": ("n", 6),
+    "twist": ("n", 6),
+    "acceleration": ("n", 6),
+    "command_time": ("m",),
+    "command": ("m", 6),
+    "status": ("m",),
+    "changes": ("m",),
+    "residual": ("m",),
+    "guess_missed": ("m",),
+    "step_time": ("m",),
+}
+_KINDS: Final = {"status": "S", "changes": "i", "guess_missed": "b"}  # kinds of numbers; all others: "f"
+_TEXTS: Final = ("scenario", "cueing", "plant")
+_PERIODS: Final = ("period", "plant_period")
+
+
+def write_run(run: Run, path: Path) -> None:
+    """Store a run: one data set per series, attributes for the rest."""
+    attributes = {name: getattr(run, name) for name in (*_TEXTS, *_PERIODS)}
+    attributes["platform"] = run.platform.model_dump_json()
+    attributes |= {name: json.dumps(getattr(run, name)) for name in ("pairs", "singles", "soft", "settings")}
+    arrays = {name: np.asarray(getattr(run, name)) for name in _SERIES if name != "status"}
+    arrays["status"] = np.array(run.status, dtype="S16")
+    write_sealed(path, attributes, arrays, kind=RUN_KIND, version=RUN_VERSION)
+
+
+def read_run(path: Path) -> Run:
+    """Read a run back, equal to the one written.
+
+    Raises
+    ------
+    InputError : there is no such file.
+    CorruptFile : not a run of this version, damaged, or its series do not belong together.
+    """
+    content = read_sealed(path, kind=RUN_KIND, version=RUN_VERSION)
+    with damage_told(f"{path} is no sound {RUN_KIND} file"):
+        return _run(content)
+
+
+def _run(content: Content) -> Run:
+    told, arrays = content.attributes, content.arrays
+    plain: dict[str, Any] = {name: str(told[name]) for name in _TEXTS}
+    plain |= {name: float(told[name]) for name in _PERIODS}
+    _check_series(arrays, period=plain["period"], plant_period=plain["plant_period"])
+    series: dict[str, Any] = {name: frozen_array(arrays[name], dtype=None) for name in _SERIES}
+    status = tuple(value.decode() for value in series.pop("status"))
+    run = Run(
+        **plain,
+        **series,
+        platform=Platform.model_validate_json(told["platform"]),
+        pairs=tuple(json.loads(told["pairs"])),
+        singles=tuple(json.loads(told["singles"])),
+        soft=tuple(map(str, json.loads(told["soft"]))),
+        settings=json.loads(told["settings"]),
+        status=status,
+    )
+    if not (set(run.pairs) <= set(PAIRS) and set(run.singles) <= set(SINGLES) and run.dofs):
+        raise ValueError(f"it names the degrees of freedom {run.dofs}")
+    if not isinstance(run.settings, dict):
+        raise ValueError("its settings are not a table of names and values")
+    return run
+
+
+def _check_series(arrays: Mapping[str, NDArray[Any]], *, period: float, plant_period: float) -> None:
+    """Every series has the kind and the shape that follow from the two clocks.
+
+    Raises
+    ------
+    ValueError : one has not; the text says which.
+    """
+    n, m = len(arrays["time"]), len(arrays["command_time"])
+    if not (0.0 < plant_period <= period < np.inf and n == m * round(period / plant_period) > 0):
+        raise ValueError(
+            f"{n} samples every {plant_period:g} s do not belong to {m} decisions every {period:g} s"
+        )
+    for name, letters in _SERIES.items():
+        shape = tuple({"n": n, "m": m}.get(letter, letter) for letter in letters)
+        found, kind = arrays[name], _KINDS.get(name, "f")
+        if found.shape != shape or found.dtype.kind != kind:
+            raise ValueError(
+                f"{name} has shape {found.shape} of {found.dtype}, must be {shape} of kind {kind}"
+            )
+    for name, step in (("time", plant_period), ("command_time", period)):
+        if not np.allclose(np.diff(arrays[name]), step, rtol=1e-6, atol=1e-9):
+            raise ValueError(f"{name} does not run in steps of {step:g} s")
+
+
+def write_laws(laws: Sequence[Law], path: Path) -> None:
+    """Store explicit laws, one group of arrays each."""
+    arrays = {
+        f"part-{number}/{name}": array
+        for number, law in enumerate(laws)
+        for name, array in law.to_arrays().items()
+    }
+    write_sealed(path, {"parts": len(laws)}, arrays, kind=LAW_KIND, version=LAW_VERSION)
+
+
+def read_laws(path: Path) -> tuple[Law, ...]:
+    """Read explicit laws; at least one.
+
+    Raises
+    ------
+    InputError : there is no such file.
+    CorruptFile : not laws of this version, damaged, or arrays that do not belong together.
+    """
+    content = read_sealed(path, kind=LAW_KIND, version=LAW_VERSION)
+    with damage_told(f"{path} is no sound {LAW_KIND} file"):
+        return _laws(content)
+
+
+def _laws(content: Content) -> tuple[Law, ...]:
+    groups: dict[str, dict[str, NDArray[Any]]] = {}
+    for name, array in content.arrays.items():
+        group, _, own = name.partition("/")
+        groups.setdefault(group, {})[own] = array
+    parts = int(content.attributes["parts"])
+    if not 1 <= parts == len(groups) or set(groups) != {f"part-{number}" for number in range(len(groups))}:
+        raise ValueError(f"it declares {parts} laws and holds {len(groups)}")
+    return tuple(Law.from_arrays(groups[f"part-{number}"]) for number in range(parts))
+
+
+def write_hint(hint: StoredHint, path: Path) -> None:
+    """Store a hint with the model that it belongs to."""
+    attributes = {"model": json.dumps(hint.model), "training": json.dumps(hint.training)}
+    write_sealed(path, attributes, hint.to_arrays(), kind=HINT_KIND, version=HINT_VERSION)
+
+
+def read_hint(path: Path) -> StoredHint:
+    """Read a hint.
+
+    Raises
+    ------
+    InputError : there is no such file.
+    CorruptFile : not a hint of this version, damaged, or arrays that do not belong together.
+    """
+    content = read_sealed(path, kind=HINT_KIND, version=HINT_VERSION)
+    with damage_told(f"{path} is no sound {HINT_KIND} file"):
+        return _hint(content)
+
+
+def _hint(content: Content) -> StoredHint:
+    model, training = (json.loads(content.attributes[name]) for name in ("model", "training"))
+    if not (isinstance(model, dict) and isinstance(training, dict)):
+        raise ValueError("its model or training is not a table of names and values")
+    return StoredHint.from_arrays(content.arrays, model, training)
