@@ -1,6 +1,7 @@
 """Files are found by name and by path, and written whole or not at all."""
 
 import contextlib
+import gc
 import os
 import struct
 from collections.abc import Callable
@@ -122,7 +123,6 @@ def write_mdf(folder: Path) -> Path:
     ("write", "name", "count"),
     [
         (write_erg, "drive.erg", 150),
-        (write_erg, "drive.erg.info", 150),
         (write_csv, "drive.csv", 150),
         (write_mdf, "drive.mf4", 100),
     ],
@@ -135,6 +135,7 @@ def test_a_flipped_bit_in_a_log_is_read_or_refused_and_nothing_else(
     for _ in flipped(tmp_path / name, count=count):
         with contextlib.suppress(OtolithError):
             files.read_log(drive, {})
+    gc.collect()  # what asammdf leaves behind of a damaged file complains here and not in another test
 
 
 @pytest.mark.parametrize("read", [files.read_platform, files.read_tuning])
