@@ -1,5 +1,6 @@
 """Measurement data of ASAM MDF, versions 3 and 4, through asammdf (extra `logs`)."""
 
+import logging
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,8 @@ from otolith.core.errors import CorruptFile
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import recognise
 from otolith.scenarios.recorded import Columns, Signal, with_own_clocks
+
+logging.getLogger("asammdf").disabled = True  # what it logs of a damaged file comes as one sentence of ours
 
 
 def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
