@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from otolith import registry
+from otolith.core.disk import read_bytes
 from otolith.core.errors import InputError, damage_told
 from otolith.scenarios.columns import recognise
 from otolith.scenarios.erg import parse_erg
@@ -38,9 +39,9 @@ def recorded(
         raise InputError(f"log {path}", "absent", "an existing file")
     verdict = f"{path.name} is damaged, or not of the format that its name says"
     if ending == ".erg":
-        info, _ = decode(_bytes(path.with_name(f"{path.name}.info"), "description of the log"), path.name)
+        info, _ = decode(read_bytes(path.with_name(f"{path.name}.info"), "description of the log"), path.name)
         with damage_told(verdict):
-            return parse_erg(info, _bytes(path), path.name)
+            return parse_erg(info, read_bytes(path, "log", most=MAX_FILE), path.name)
     if ending in (".mf4", ".mdf") or (ending == ".dat" and _begins(path, b"MDF")):
         mapped = " ".join(columns.values())
         read = registry.LOG_FORMATS["mdf"].load()
@@ -56,13 +57,6 @@ def recorded(
     if ending in (".json", ".jsonl", ".ndjson") or looks_like_json(text):
         return parse_json(text, path.name)
     return split(text, path.name, notes, header=header, units=units)
-
-
-def _bytes(path: Path, what: str = "log") -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise _unreadable(path, error, what) from error
 
 
 def _begins(path: Path, mark: bytes) -> bool:
@@ -96,5 +90,5 @@ def _bounded(what: str, size: int, limit: int) -> None:
         raise InputError(f"size of {what}", f"more than {limit >> 20} MiB", f"at most {limit >> 20} MiB")
 
 
-def _unreadable(path: Path, error: OSError, what: str = "log") -> InputError:
-    return InputError(f"{what} {path}", f"not readable ({error.strerror})", "a readable file")
+def _unreadable(path: Path, error: OSError) -> InputError:
+    return InputError(f"log {path}", f"not readable ({error.strerror})", "a readable file")

@@ -19,7 +19,6 @@ from otolith.core.errors import InputError, OtolithError
 
 SETTINGS_BYTES: Final = 1_000_000  # most that a file of settings (TOML) may hold
 TABLE_BYTES: Final = 50_000_000  # most that a table of points may hold: a road, a curve
-LOG_BYTES: Final = 1_000_000_000  # most that a recorded drive as text may hold
 _HOST: Final = re.sub(r"\W+", "", platform.node())[:20] or "host"
 _PART: Final = re.compile(r"\..+\.part-(\w+)-(\d+)-\w+(\.\w+)?")
 _ABANDONED: Final = 86_400.0  # [s] after which a temporary file of another machine counts as left behind
