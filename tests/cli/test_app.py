@@ -22,7 +22,7 @@ def test_help_imports_no_command_and_names_all() -> None:
     script = (
         "import sys\nfrom otolith.cli import main\n"
         "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
-        "loaded = [name for name in ('numpy', 'numba', 'plotly', 'scipy') if name in sys.modules]\n"
+        "loaded = [name for name in ('numpy', 'numba', 'matplotlib', 'scipy') if name in sys.modules]\n"
         "print('loaded:', loaded)\n"
     )
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout

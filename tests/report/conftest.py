@@ -9,6 +9,7 @@ import pytest
 from otolith.core.arrays import Vec
 from otolith.core.frames import GRAVITY, PAIRS, specific_force
 from otolith.platforms import load
+from otolith.report import page
 from otolith.simulate import Run
 
 PERIOD, EVERY = 0.01, 10
@@ -80,3 +81,12 @@ def make_run() -> MakeRun:
         return Run(**(values | fields))
 
     return build
+
+
+@pytest.fixture
+def light(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave plotly's megabyte out where a test does not need it."""
+    real = page.asset
+    monkeypatch.setattr(
+        page, "asset", lambda name: "/* plotly */" if name.startswith("plotly") else real(name)
+    )

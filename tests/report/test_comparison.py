@@ -3,15 +3,12 @@ import re
 import pytest
 
 from otolith.metrics import compare
-from otolith.report import MEASURES, html, render_contest, save_figure
+from otolith.report import MEASURES, render_contest, save_figure
 from otolith.report.figures import overview_figure
 from otolith.report.overview import false_cue_panel, overview_panels, use_panel
 from tests.report.test_html import Page
 
-
-@pytest.fixture(autouse=True)
-def light(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(html, "get_plotlyjs", lambda: "/* plotly */")
+pytestmark = pytest.mark.usefixtures("light")
 
 
 @pytest.fixture
@@ -27,7 +24,8 @@ def contest(make_run):
 
 def test_one_page_ranks_every_algorithm_on_every_scenario(contest) -> None:
     page = Page(render_contest(contest, date="today"))
-    assert set(page.plots) == set(page.ids)
+    assert set(page.plots) <= set(page.ids)
+    assert len(page.ids) == len(set(page.ids))
     for number in (0, 1):
         for key in ("force", "tilt", "position", "false-cues"):
             assert f"s{number}-surge-pitch-compare-{key}" in page.plots
@@ -40,10 +38,10 @@ def test_one_page_ranks_every_algorithm_on_every_scenario(contest) -> None:
 
 def test_a_broken_limit_stands_in_the_table_and_costs_the_rank(contest) -> None:
     text = render_contest(contest, by=MEASURES["false-cues"])
-    table = text[text.index("Ranking") : text.index("At a glance")]
+    table = text[text.index("Who is best") : text.index("At a glance")]
     broken = contest["hard"][1]["bold"]["violations"]
     assert broken > 0
-    assert re.search(r"limits broken [\d\s\u202f]+×", table)
+    assert re.search(r"hard limits broken [\d\s\u202f]+×", table)
     assert table.index(">calm<") < table.index(">bold<")
 
 

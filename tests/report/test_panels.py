@@ -5,8 +5,9 @@ from numpy.testing import assert_allclose
 from otolith.platforms import load
 from otolith.report import texts
 from otolith.report.motion import motion_comparison, motion_panels
-from otolith.report.overview import false_cue_panel, overview_panels, use_panel
+from otolith.report.overview import false_cue_panel, overview_panels, trade_panel, use_panel
 from otolith.report.panels import Panel, changes_panel, comparison_panels, effort_panels, run_panels
+from otolith.report.ranking import MEASURES
 from otolith.report.series import MAX_POINTS
 
 
@@ -126,6 +127,7 @@ def test_every_panel_is_explained(make_run) -> None:
         false_cue_panel([run], "surge-pitch"),
         use_panel([run]),
         *overview_panels({"one": {"only": {}}}),
+        trade_panel({"only": {}}, MEASURES["rmse"]),
     )
     assert {panel.key for panel in panels} == set(texts.PANELS)
 

@@ -97,9 +97,11 @@ def test_the_page_is_complete_and_escapes_what_it_is_told() -> None:
 
 def test_numbers_carry_their_verdict_and_reasons_their_study() -> None:
     text = page(DOCUMENT)
-    assert '<td class="v1" title="agrees"><span class="published">2</span> <b>2.01</b>' in text
+    assert (
+        '<td class="v1" title="agrees" data-head="first"><span class="published">2</span> <b>2.01</b>' in text
+    )
     assert '<span class="published">&gt; 2</span> <b>9</b>' in text
-    assert "<td>–</td>" in text  # step has no second column
+    assert '<td data-head="second">–</td>' in text  # step has no second column
     assert '<a href="#study-weights">Weights decide</a>' in text
     assert "<code>otolith reproduce study-elsewhere</code>" in text
 

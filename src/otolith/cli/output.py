@@ -1,6 +1,7 @@
 """What commands print."""
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,7 +46,9 @@ def sentence(summary: dict[str, Any]) -> str:
     """One run in one line: its key figures, every decision that failed, every limit that was passed."""
     changes, micro = summary["changes"], summary["step_time_us"]
     errors = [] if summary["rmse"] is None else [f"{summary['rmse']:.4f} m/s²"]
-    errors += [f"{axis} {error:.4f} rad/s" for axis, error in summary.get("rate_rmse", {}).items()]
+    errors += [
+        f"{axis} {math.degrees(error):.3f} deg/s" for axis, error in summary.get("rate_rmse", {}).items()
+    ]
     figures = (
         f"{summary['cueing']} on {summary['scenario']}: RMSE {', '.join(errors)}, "
         f"changes {changes['mean']:.2f} mean / {changes['p99']:.0f} p99 / {changes['max']:.0f} max, "

@@ -26,9 +26,10 @@ def summarise(run: Run) -> dict[str, Any]:
     """Key figures of section 5.1, the limits' excesses, and what is needed to repeat the run.
 
     `rmse` is over the force axes that were cued together [m/s²], None where there is none;
-    `rmse_per_pair` tells them apart. Yaw, where it was cued, has `rate_rmse` [rad/s]. `violations` counts
-    the nodes at which a hard limit was broken, `soft_exceeded` those at which a soft one was exceeded;
-    `limits` tells them apart, each in its own unit.
+    `rmse_per_pair` tells them apart; `wanted_rms` is what a platform that stands still would get. Yaw,
+    where it was cued, has `rate_rmse` [rad/s]. `violations` counts the nodes at which a hard limit was
+    broken, `soft_exceeded` those at which a soft one was exceeded; `limits` tells them apart, each in its
+    own unit.
     """
     rmse, travel = tracking_rmse(run), travel_rms(run)
     per_pair = {name: float(rmse[axis]) for name, axis in force_axes(run).items()}
@@ -43,6 +44,7 @@ def summarise(run: Run) -> dict[str, Any]:
         "period_s": run.period,
         "rmse": math.sqrt(sum(value**2 for value in per_pair.values())) if per_pair else None,
         "rmse_per_pair": per_pair,
+        "wanted_rms": _wanted(run),
         **_rates(run),
         "travel_rms": {axis: float(travel[i]) for axis, i in moving_axes(run).items()},
         **fidelity(run),
@@ -95,6 +97,14 @@ def _rates(run: Run) -> dict[str, Any]:
         "rate_rmse": {name: float(physical[i]) for name, i in axes.items()},
         "perceived_rate_rmse": {name: float(sensed[i]) for name, i in axes.items()},
     }
+
+
+def _wanted(run: Run) -> dict[str, float]:
+    """Root mean square of what should be felt: force [m/s²], and for yaw its rate [rad/s]."""
+    force, rate = force_axes(run), rate_axes(run)
+    wanted = {name: run.reference_force[:, i] for name, i in force.items()}
+    wanted |= {name: run.reference_rate[:, i] for name, i in rate.items()}
+    return {name: float(np.sqrt(np.mean(series**2))) for name, series in wanted.items()}
 
 
 def _known(values: Mapping[str, float]) -> dict[str, float | None]:

@@ -6,19 +6,20 @@ from typing import Final
 
 from otolith.report import tables, texts
 from otolith.report.html import (
-    decimation,
+    DRAWN,
     diagrams,
     facts,
-    page,
+    points_each,
     record,
-    section,
     settings_text,
     verdict,
 )
 from otolith.report.motion import motion_comparison
-from otolith.report.overview import false_cue_panels, overview_panels, use_panel
+from otolith.report.overview import false_cue_panels, overview_panels, trade_panel, use_panel
+from otolith.report.page import Part, page, table
 from otolith.report.panels import Panel, changes_panel, require_one_scenario
 from otolith.report.ranking import MEASURES, ByCueing, Measure, Standing, standings
+from otolith.report.reasons import why
 from otolith.report.series import labels
 from otolith.report.tables import Summary
 from otolith.simulate import Run
@@ -51,16 +52,25 @@ def render_comparison(
         raise ValueError(f"{len(runs)} runs need as many summaries, got {len(summaries)}")
     by_name = dict(zip(labels(runs), summaries, strict=True))
     first = runs[0]
-    sections = [
-        section("Ranking", ranking_table(standings({first.scenario: by_name}, by), [first.scenario], by)),
-        section("Comparison", tables.headline(list(by_name), summaries) + _verdicts(runs, summaries)),
-        *(section(title, diagrams(key, panels)) for key, title, panels in _diagrams_of(runs)),
-        section("The solver’s effort", diagrams("effort", [changes_panel(runs)])),
-        section("All key figures", tables.side_by_side(list(by_name), summaries)),
-        section("Settings", settings_text(_records(runs))),
+    scenarios = {first.scenario: by_name}
+    ranked = standings(scenarios, by)
+    groups = _diagrams_of(runs)
+    trade, effort = trade_panel(by_name, by), changes_panel(runs)
+    points = points_each([panel for _, _, panels in groups for panel in panels])
+    parts = [
+        Part("Who is best, and why", _why(scenarios, ranked, by) + diagrams("ranking", [trade])),
+        Part("Side by side", tables.headline(list(by_name), summaries) + _verdicts(runs, summaries)),
+        *(
+            Part(title, diagrams(key, panels, points=points), folded=k > 0)
+            for k, (key, title, panels) in enumerate(groups)
+        ),
+        Part("The solver’s effort", diagrams("effort", [effort]), folded=True),
+        Part("The rule and the ranking", ranking_table(ranked, list(scenarios), by), folded=True),
+        Part("All key figures", tables.side_by_side(list(by_name), summaries), folded=True),
+        Part("How it was made", facts(runs, date) + settings_text(_records(runs)), folded=True),
     ]
-    lead = f"Compared: {_strong(by_name)}."
-    return page(first.scenario, "Comparison", lead, facts(first, date) + decimation(runs), sections)
+    lead = f'<p class="lead">Compared: {_strong(by_name)}.</p>'
+    return page(first.scenario, "Comparison", lead, parts, scripts=DRAWN)
 
 
 def render_contest(
@@ -76,26 +86,37 @@ def render_contest(
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     ranked = standings(summaries, by)
     everything = [run for runs, _ in contest.values() for run in runs]
-    sections = [
-        section("Ranking", ranking_table(ranked, list(contest), by)),
-        section("At a glance", f'<div class="small">{diagrams("all", overview_panels(summaries))}</div>'),
+    groups = {scenario: _diagrams_of(runs) for scenario, (runs, _) in contest.items()}
+    points = points_each([p for of_one in groups.values() for _, _, panels in of_one for p in panels])
+    trades = [trade_panel(of_one, by, of=scenario) for scenario, of_one in summaries.items()]
+    glance = "".join(diagrams(f"s{number}", [panel]) for number, panel in enumerate(trades))
+    glance += diagrams("all", overview_panels(summaries))
+    parts = [
+        Part("Who is best, and why", _why(summaries, ranked, by) + ranking_table(ranked, list(contest), by)),
+        Part("At a glance", f'<div class="small">{glance}</div>'),
     ]
     for number, (scenario, (runs, of_one)) in enumerate(contest.items()):
         ordered = [of_one[run.cueing] for run in runs]
         body = tables.headline(list(of_one), ordered) + _verdicts(runs, ordered)
         body += "".join(
-            f'<h3 class="dof">{escape(title)}</h3>{diagrams(f"s{number}-{key}", panels)}'
-            for key, title, panels in _diagrams_of(runs)
+            f'<h3 class="dof">{escape(title)}</h3>{diagrams(f"s{number}-{key}", panels, points=points)}'
+            for key, title, panels in groups[scenario]
         )
-        sections.append(section(scenario, body))
-    for scenario, (_, of_one) in contest.items():
-        title = f"All key figures: {scenario}"
-        sections.append(section(title, tables.side_by_side(list(of_one), list(of_one.values()))))
-    sections.append(section("Settings", settings_text(_records(everything[: len(ranked)]))))
-    lead = f"Compared: {_strong([one.cueing for one in ranked])} on {_strong(contest)}."
-    head = facts(everything[0], date) + decimation(everything)
+        every = tables.side_by_side(list(of_one), ordered)
+        body += f"<details><summary>All key figures</summary>{every}</details>"
+        parts.append(Part(scenario, body, folded=True))
+    made = facts(everything, date) + settings_text(_records(everything[: len(ranked)]))
+    parts.append(Part("How it was made", made, folded=True))
+    lead = f'<p class="lead">Compared: {_strong([one.cueing for one in ranked])} on {_strong(contest)}.</p>'
     title = f"{len(ranked)} algorithms on {len(contest)} scenarios"
-    return page(title, "Comparison", lead, head, sections)
+    return page(title, "Comparison", lead, parts, scripts=DRAWN)
+
+
+def _why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Measure) -> str:
+    """The reasons, in words."""
+    return (
+        f'<ul class="why">{"".join(f"<li>{escape(text)}</li>" for text in why(scenarios, ranked, by))}</ul>'
+    )
 
 
 def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Measure) -> str:
@@ -104,19 +125,19 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Meas
     heads = ["Cueing", *(["Mean rank", "Wins"] if several else []), *scenarios]
     rows = []
     for one in ranked:
-        cells = [f"<td>{one.mean_rank:.2f}</td><td>{one.wins}</td>"] if several else []
-        for rank, value, broken in zip(one.ranks, one.values, one.broken, strict=True):
-            note = f"limits broken {tables.number(broken)}×" if broken else f"rank {rank}"
+        cells = [f"<td>{one.mean_rank:.2f}</td>", f"<td>{one.wins}</td>"] if several else []
+        for k, (rank, value, broken) in enumerate(zip(one.ranks, one.values, one.broken, strict=True)):
+            shared = sum(other.ranks[k] == rank for other in ranked) > 1
+            note = f"hard limits broken {tables.number(broken)}×, " if broken else ""
+            note += f"rank {rank}" + (", tied" if shared else "")
             kind = " class=out" if broken else (" class=best" if rank == 1 else "")
             cells.append(f"<td{kind}>{tables.number(value)}<small>{note}</small></td>")
-        rows.append(f'<tr><th scope="row">{escape(one.cueing)}</th>{"".join(cells)}</tr>')
-    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
+        rows.append((escape(one.cueing), cells))
     rule = (
-        f"<p>{escape(by.words)} [{escape(by.unit)}] in each cell, smaller is better. {texts.RULE}"
-        f"{texts.RULE_OVERALL if several else ''}</p>"
+        f'<p class="note">{escape(by.words)} [{escape(by.unit)}] in each cell, smaller is better. '
+        f"{texts.RULE}{texts.RULE_OVERALL if several else ''}</p>"
     )
-    table = f'<table class="models"><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table>'
-    return rule + f'<div class="wide">{table}</div>'
+    return f'<div class="wide">{table("models", heads, rows)}</div>{rule}'
 
 
 def _diagrams_of(runs: Sequence[Run]) -> list[tuple[str, str, list[Panel]]]:

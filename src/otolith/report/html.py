@@ -1,16 +1,15 @@
-"""One run as one HTML page that needs nothing else, no network, no files; and what every page is made of."""
+"""One run as one HTML page: the picture, five figures on their scales, and all else folded."""
 
 import json
-from collections.abc import Mapping, Sequence
-from functools import cache
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from importlib.resources import files
+from typing import Final
 
-from plotly.offline import get_plotlyjs
-
-from otolith.metrics import breaches, failures
+from otolith.metrics import between_nodes, breaches, failures
 from otolith.report import tables, texts
+from otolith.report.gauges import gauges_html
 from otolith.report.motion import motion_panels
+from otolith.report.page import Part, page
 from otolith.report.panels import Panel, effort_panels
 from otolith.report.plots import height, plot_json
 from otolith.report.series import MAX_POINTS, decimated
@@ -22,6 +21,9 @@ LEGGED = "hexapod"  # how the names of plants with legs begin, see otolith.regis
 MOVING = (
     "Drag the picture to turn it. Legs turn from blue, short, over green to red, long; the dot is the head."
 )
+DRAWN: Final = ("plotly/plotly-basic.min.js", "page.js")  # scripts of a page with diagrams
+LEAST: Final = 800  # points of a curve; about one per pixel of a page
+BUDGET: Final = 60_000  # points of a page, some 0.6 MB
 
 
 def render(run: Run, summary: Summary, *, date: str = "") -> str:
@@ -32,99 +34,96 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
     summary : key figures, plain JSON values by name, nested as liked; see `otolith.metrics.summarise`.
     date : when the run was made, as it should read.
     """
-    sections = [section("Key figures", verdict(run, summary) + tables.key_figures(summary))]
-    sections += [section(texts.DOFS[dof], diagrams(dof, motion_panels(run, dof))) for dof in run.dofs]
+    of_dofs = {dof: motion_panels(run, dof) for dof in run.dofs}
+    of_effort = effort_panels(run)
+    points = points_each([*(panel for panels in of_dofs.values() for panel in panels), *of_effort])
+    felt = "".join(diagrams(dof, panels[:1], points=points) for dof, panels in of_dofs.items())
+    picture = f'<div class="small">{felt}</div>' if len(run.dofs) > 1 else felt
+    parts = [
+        Part("Wanted and felt", picture),
+        Part("Key figures", gauges_html(summary)),
+        Part("Limits", tables.limits(summary), folded=not breaches(summary)),
+    ]
+    for dof, (_, *others) in of_dofs.items():
+        words = f"{texts.DOFS[dof]}: how the platform moved"
+        parts.append(Part(words, diagrams(dof, others, points=points), folded=True))
     if run.plant.startswith(LEGGED):
         view = platform_view(run.platform.six_legs(), *frames_of(run))
-        sections.append(section("The platform in motion", f'<p class="note">{MOVING}</p>{view}'))
-    sections.append(section("The solver’s effort", diagrams("effort", effort_panels(run))))
-    sections.append(section("Settings", settings_text(record(run))))
+        parts.append(Part("The platform in motion", f'<p class="note">{MOVING}</p>{view}', folded=True))
+    parts += [
+        Part("The solver’s effort", diagrams("effort", of_effort, points=points), folded=True),
+        Part("All figures", tables.key_figures(summary), folded=True),
+        Part("How it was made", facts([run], date) + settings_text(record(run)), folded=True),
+    ]
     lead = (
-        f"Cued by <strong>{escape(run.cueing)}</strong> on platform "
-        f"<strong>{escape(run.platform.name)}</strong>."
+        f'<p class="lead">Cued by <strong>{escape(run.cueing)}</strong> on platform '
+        f"<strong>{escape(run.platform.name)}</strong>, plant <strong>{escape(run.plant)}</strong></p>"
+        + verdict(run, summary)
     )
-    return page(run.scenario, "Run report", lead, facts(run, date) + decimation([run]), sections)
+    return page(
+        run.scenario,
+        "Run report",
+        lead,
+        [part for part in parts if part.body],
+        styles=("platform.css",),
+        scripts=DRAWN,
+        contents="",
+    )
 
 
-def page(title: str, kind: str, lead: str, facts: str, sections: Sequence[str]) -> str:
-    """A whole page; everything but the title is HTML."""
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(title)} – Otolith</title>
-<style>{_asset("page.css")}{_asset("platform.css")}</style>
-</head>
-<body>
-<header>
-<p class="kind">Otolith <span>{escape(kind)}</span></p>
-<h1>{escape(title)}</h1>
-<p class="lead">{lead}</p>
-{facts}
-</header>
-<main>
-<noscript><p class="warn">The diagrams need JavaScript; the figures in the tables do not.</p></noscript>
-{"".join(sections)}
-</main>
-<footer>Made by Otolith. SI units, with degrees in the diagrams. This page is complete in itself.</footer>
-<script>{get_plotlyjs()}</script>
-<script>{_asset("page.js")}</script>
-</body>
-</html>
-"""
+def points_each(panels: Iterable[Panel]) -> int:
+    """Points of each curve, so that a page with many of them stays small."""
+    curves = sum(len(panel.curves) for panel in panels)
+    return min(MAX_POINTS, max(LEAST, BUDGET // max(1, curves)))
 
 
-@cache
-def _asset(name: str) -> str:
-    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")
-
-
-def facts(run: Run, date: str) -> str:
-    """What a run was made with, as a list."""
+def facts(runs: Sequence[Run], date: str) -> str:
+    """What runs of one kind were made with, told of the first, as a list."""
+    run = runs[0]
     steps = len(run.command_time)
     known = {
         "platform": run.platform.name,
         "plant": run.plant,
         "degrees of freedom": f"{2 * len(run.pairs) + len(run.singles)} ({', '.join(run.dofs)})",
+        "soft limits": ", ".join(run.soft),
         "duration": f"{steps * run.period:.4g} s, {number(steps)} steps",
         "controller period": f"{1e3 * run.period:.4g} ms",
         "plant period": f"{1e3 * run.plant_period:.4g} ms",
         "date": date,
     }
     entries = (f"<div><dt>{k}</dt><dd>{escape(v)}</dd></div>" for k, v in known.items() if v)
-    return f'<dl class="facts">{"".join(entries)}</dl>'
+    return f'<dl class="facts">{"".join(entries)}</dl>{decimation(runs)}'
 
 
-def section(title: str, body: str) -> str:
-    """A titled part of a page."""
-    return f"<section><h2>{escape(title)}</h2>{body}</section>\n"
-
-
-def diagrams(prefix: str, panels: Sequence[Panel]) -> str:
+def diagrams(prefix: str, panels: Sequence[Panel], *, points: int = MAX_POINTS) -> str:
     """Interactive diagrams below each other; the prefix makes their names unique on the page."""
-    return "".join(_diagram(f"{prefix}-{panel.key}", panel) for panel in panels)
+    return "".join(_diagram(f"{prefix}-{panel.key}", panel, points) for panel in panels)
 
 
-def _diagram(name: str, panel: Panel) -> str:
+def _diagram(name: str, panel: Panel, points: int) -> str:
     linked = " data-linked" if panel.over_time else ""
+    first, _, rest = texts.PANELS[panel.key].partition(". ")
+    more = f" <details><summary>How to read it</summary><p>{rest}</p></details>" if rest else ""
     return (
-        f"<figure><figcaption><h3>{escape(panel.title)}</h3><p>{texts.PANELS[panel.key]}</p></figcaption>"
+        f"<figure><figcaption><h3>{escape(panel.title)}</h3><p>{first.removesuffix('.')}.</p>{more}"
+        "</figcaption>"
         f'<div class="plot" style="min-height: {height(panel)}px" id="{escape(name)}"{linked} role="img" '
         f'aria-label="{escape(panel.title)}"></div>'
-        f'<script type="application/json" data-plot="{escape(name)}">{plot_json(panel)}</script></figure>\n'
+        f'<script type="application/json" data-plot="{escape(name)}">'
+        f"{plot_json(panel, points=points)}</script></figure>\n"
     )
 
 
 def verdict(run: Run, summary: Summary, name: str = "") -> str:
-    """Whether to trust the run, in one sentence: statuses and limits."""
+    """Whether to trust the run, in one paragraph: decisions that failed, limits that were passed."""
     who = f"<strong>{escape(name)}</strong>: " if name else ""
-    said = "; ".join([*failures(summary), *breaches(summary)])
-    if said:
-        return f'<p class="warn">{who}{escape(said[0].upper() + said[1:])}.</p>'
+    failed, passed = failures(summary), breaches(summary)
     made = "are optimal" if run.residual.any() else "were made"
-    kept = "; all limits were kept at every node" if "limits" in summary else ""
-    return f'<p class="good">{who}All {number(len(run.status))} decisions {made}{kept}.</p>'
+    said = failed or [f"all {len(run.status):,} decisions {made}"]
+    said += passed or (["all limits were kept at every node"] if "limits" in summary else [])
+    text = escape("; ".join([*said, *between_nodes(summary)]))
+    mood = "warn" if failed or summary.get("violations") else "mild" if passed else "good"
+    return f'<p class="{mood}">{who}{text[0].upper()}{text[1:]}.</p>'
 
 
 def decimation(runs: Sequence[Run]) -> str:
@@ -134,8 +133,8 @@ def decimation(runs: Sequence[Run]) -> str:
     longest = max(len(run.time) for run in runs)
     return (
         f'<p class="note">A curve has up to {number(longest)} samples, of which at most {number(MAX_POINTS)} '
-        "are drawn, chosen so that the lowest and the highest of every stretch are kept. "
-        "Key figures are of all samples.</p>"
+        "are drawn, fewer where there are many curves, chosen so that the lowest and the highest of every "
+        "stretch are kept. Figures are of all samples.</p>"
     )
 
 

@@ -4,7 +4,6 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.resources import files
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -16,6 +15,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from otolith.core.arrays import Bools, Vec
 from otolith.metrics.boundaries import Boundary
 from otolith.metrics.omct import Response
+from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREEN, VERMILION
 from otolith.scenarios.omct import MotionTest
 
@@ -78,31 +78,14 @@ def omct_page(
     """The figure, every number, and what they mean, as one HTML page that needs nothing else."""
     entries = "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts.items())
     tables = "".join(_table(test, of_test, boundaries) for test, of_test in by_test(responses).items())
-    picture = _svg(omct_figure(responses, boundaries))
-    css = (files("otolith.report") / "assets" / "page.css").read_text(encoding="utf-8")
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(title)} – Otolith</title>
-<style>{css} .bode svg {{ width: 100%; height: auto; background: white; }}</style>
-</head>
-<body>
-<header>
-<p class="kind">Otolith <span>Objective motion cueing test</span></p>
-<h1>{escape(title)}</h1>
-<p class="lead">{LEAD}</p>
-<dl class="facts">{entries}</dl>
-</header>
-<main>
-<section><h2>Modulus and phase</h2><figure class="bode">{picture}</figure></section>
-<section><h2>In numbers</h2>{tables}</section>
-</main>
-<footer>Made by Otolith. This page is complete in itself.</footer>
-</body>
-</html>
-"""
+    parts = [
+        Part("Modulus and phase", f'<div class="drawing">{_svg(omct_figure(responses, boundaries))}</div>'),
+        Part("What it says", f"<p>{LEAD}</p>"),
+        Part("In numbers", tables, folded=True),
+        Part("How it was made", f'<dl class="facts">{entries}</dl>', folded=True),
+    ]
+    lead = f'<p class="lead">{escape(", ".join(f"{k} {v}" for k, v in facts.items()))}</p>'
+    return page(title, "Objective motion cueing test", lead, parts, styles=("platform.css",))
 
 
 LEAD: Final = (
@@ -171,16 +154,14 @@ def _shade(ax: Axes, omega: Vec, low: Vec, high: Vec) -> None:
 
 
 def _table(test: MotionTest, of_test: Sequence[Response], boundaries: Boundaries) -> str:
-    unit = f" <small>[{escape(test.unit)}]</small>" if test.unit else ""
-    heads = ["Frequency <small>[rad/s]</small>", f"Modulus{unit}", "Phase <small>[deg]</small>", "Distortion"]
+    unit = f" [{test.unit}]" if test.unit else ""
+    heads = ["Frequency [rad/s]", f"Modulus{unit}", "Phase [deg]", "Distortion"]
     heads += ["Within boundaries"] if test.name in boundaries else []
-    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in _row(r, boundaries))}</tr>" for r in of_test)
-    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
-    return (
-        f"<h3>{test.number} {escape(test.name)}</h3>"
-        f'<div class="wide"><table class="models"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div>"
-    )
+    rows = [
+        (first, [f"<td>{cell}</td>" for cell in cells])
+        for first, *cells in (_row(r, boundaries) for r in of_test)
+    ]
+    return f'<h3>{test.number} {escape(test.name)}</h3><div class="wide">{table("models", heads, rows)}</div>'
 
 
 def _row(r: Response, boundaries: Boundaries) -> list[str]:

@@ -84,6 +84,44 @@ def use_panel(runs: Sequence[Run]) -> Panel:
     )
 
 
+def trade_panel(summaries: ByCueing, by: Measure, *, of: str = "") -> Panel:
+    """What each algorithm gained for the travel that it took on one scenario: one mark each.
+
+    Those that broke a hard limit are red and say so. `of` names the scenario in the title.
+    """
+    kept = [color for color in palette.CYCLE if color != palette.VERMILION]
+    curves = []
+    for k, (name, summary) in enumerate(summaries.items()):
+        broke = bool(summary.get("violations"))
+        curves.append(
+            Curve(
+                label=f"{name} (broke a hard limit)" if broke else name,
+                x=np.array([USE.of(summary)]),
+                y=np.array([by.of(summary)]),
+                color=palette.VERMILION if broke else kept[k % len(kept)],
+                kind="marks",
+            )
+        )
+    largest = max((float(curve.y[0]) for curve in curves if np.isfinite(curve.y[0])), default=0.0) or 1.0
+    end = Curve(
+        label="end of the reach",
+        x=np.array([100.0, 100.0]),
+        y=np.array([0.0, 1.15 * largest]),
+        color=palette.VERMILION,
+        dash="dash",
+        width=1.0,
+    )
+    words = f"{by.words} against travel"
+    return Panel(
+        key="trade",
+        title=f"{of}: {words}" if of else words,
+        axes=(Axis(label=f"{by.words} [{by.unit}]", span=(0.0, 1.15 * largest)),),
+        curves=(*curves, end),
+        x_label="largest use of the reach [%]",
+        x_span=(0.0, 1.06 * max([100.0, *(float(curve.x[0]) for curve in curves)])),
+    )
+
+
 def overview_panels(scenarios: Mapping[str, ByCueing]) -> tuple[Panel, ...]:
     """One small diagram per measure: algorithms as rows, scenarios as dots."""
     summary = next(iter(next(iter(scenarios.values())).values()))

@@ -2,9 +2,7 @@
 
 import io
 import math
-from functools import cache
 from html import escape
-from importlib.resources import files
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -22,6 +20,7 @@ from otolith.platforms.fit import table_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach
 from otolith.platforms.together import together
+from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
 from otolith.report.view import FRAMES_PER_SECOND, frames_of, platform_view
 from otolith.simulate import Run
@@ -198,28 +197,30 @@ def platform_page(
     view = platform_view(hexapod, *frames_of(run)) if run else platform_view(hexapod, *tour(hexapod))
     moving = f"{run.cueing} on {run.scenario}" if run else "every axis to both of its ends"
     share = 100.0 * summary["reachable_share_of_box"]
-    rows = "".join(_row(axis, entry) for axis, entry in summary["ranges"].items())
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(platform.name)} – Otolith</title>
-<style>{_asset("page.css")}{_asset("platform.css")}</style></head>
-<body><header><p class="kind">Otolith <span>Platform</span></p><h1>{escape(platform.name)}</h1>
-<p class="lead">{escape(platform.description)}</p></header><main>
-<section><h2>In motion</h2><p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>
-{view}</section>
-<section><h2>Reach of each axis alone</h2><div class="wide"><table><thead><tr><th>axis</th><th>legs reach</th>
-<th>the file allows</th></tr></thead><tbody>{rows}</tbody></table></div>
-<p class="note">Of the box of all these ranges at once the legs reach {share:.1f} %.
-{escape(together_sentence(summary))}</p>
-</section>
-<section><h2>Across two axes</h2><p>Coloured: the legs are within their strokes, the other four axes neutral.
-Dashed: what the file allows each axis alone.</p><div class="drawing">{_svg(figure)}</div></section>
-</main><footer>Made by Otolith. This page is complete in itself.</footer></body></html>
-"""
+    rows = [(axis, _row(entry)) for axis, entry in summary["ranges"].items()]
+    ranges = table("models", ("axis", "legs reach", "the file allows"), rows)
+    at_once = (
+        f"Of the box of all these ranges at once the legs reach {share:.1f} %. {together_sentence(summary)}"
+    )
+    parts = [
+        Part(
+            "In motion", f"<p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>\n{view}"
+        ),
+        Part(
+            "Reach of each axis alone",
+            f'<div class="wide">{ranges}</div><p class="note">{escape(at_once)}</p>',
+        ),
+        Part(
+            "Across two axes",
+            "<p>Coloured: the legs are within their strokes, the other four axes neutral. Dashed: what the "
+            f'file allows each axis alone.</p><div class="drawing">{_svg(figure)}</div>',
+        ),
+    ]
+    lead = f'<p class="lead">{escape(platform.description)}</p>'
+    return page(platform.name, "Platform", lead, parts, styles=("platform.css",))
 
 
-def _row(axis: str, entry: dict[str, list[float]]) -> str:
+def _row(entry: dict[str, list[float]]) -> list[str]:
     unit = next(iter(entry)).removeprefix("reach_")
     digits = 3 if unit == "m" else 1
 
@@ -228,10 +229,7 @@ def _row(axis: str, entry: dict[str, list[float]]) -> str:
             return "–"
         return f"{ends[0]:+.{digits}f} … {ends[1]:+.{digits}f} {unit}".replace("-", "−")
 
-    return (
-        f"<tr><td>{axis}</td><td>{shown(entry[f'reach_{unit}'])}</td>"
-        f"<td>{shown(entry.get(f'file_{unit}'))}</td></tr>"
-    )
+    return [f"<td>{shown(entry[f'reach_{unit}'])}</td>", f"<td>{shown(entry.get(f'file_{unit}'))}</td>"]
 
 
 def _svg(figure: Figure) -> str:
@@ -240,8 +238,3 @@ def _svg(figure: Figure) -> str:
         figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
     text = stream.getvalue()
     return text[text.index("<svg") :]
-
-
-@cache
-def _asset(name: str) -> str:
-    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")

@@ -1,15 +1,20 @@
-"""Panels as interactive diagrams: plotly's description of each, as JSON for the page."""
+"""Panels as interactive diagrams: plotly.js's description of each, as JSON for the page.
 
+The page carries the library's basic bundle (`assets/plotly/README.md`); plotly's reference names the fields.
+"""
+
+import base64
 import html
+import json
 from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-import plotly.graph_objects as go
 
 from otolith.core.arrays import Vec
 from otolith.report.palette import BLUE, GREY
 from otolith.report.panels import Axis, Bound, Curve, Panel
+from otolith.report.series import MAX_POINTS, decimate
 
 HEIGHT: Final = 320  # [px]
 MODES: Final = {
@@ -28,21 +33,18 @@ SCALE: Final = 1.4  # screen pixels for a paper's point
 GRID: Final = "rgba(128,128,128,0.25)"
 
 
-def plot_json(panel: Panel) -> str:
-    """Data and layout of `panel` for plotly.js; safe inside a script element."""
-    figure = go.Figure()
-    for k, curve in enumerate(panel.curves):
-        figure.add_trace(_curve(curve, k))
-    for bound in panel.bounds:
-        figure.add_trace(_bound(bound, panel))
-    figure.update_layout(_layout(panel))
-    text: str = figure.to_json()
+def plot_json(panel: Panel, *, points: int = MAX_POINTS) -> str:
+    """Data and layout of `panel`, with at most so many points a line; safe inside a script element."""
+    curves = [_curve(curve, k, points) for k, curve in enumerate(panel.curves)]
+    bounds = [_bound(bound, panel) for bound in panel.bounds]
+    text = json.dumps(
+        {"data": curves + bounds, "layout": _layout(panel)}, ensure_ascii=False, separators=(",", ":")
+    )
     return text.replace("<", "\\u003c")
 
 
 def _layout(panel: Panel) -> dict[str, Any]:
     layout: dict[str, Any] = {
-        "template": "none",
         "height": height(panel),
         "margin": {
             "l": 140 if panel.axes[0].ticks else 64,
@@ -76,7 +78,7 @@ def _layout(panel: Panel) -> dict[str, Any]:
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
-    span = tuple(np.log10(axis.span)) if axis.log else axis.span
+    span = [float(np.log10(end)) if axis.log else end for end in axis.span]
     ink = {"color": axis.color} if axis.color else {}
     return {
         "title": {"text": axis.label, "font": ink},
@@ -106,52 +108,56 @@ def _named_rows(axis: Axis) -> dict[str, Any]:
     }
 
 
-def _curve(curve: Curve, place: int) -> go.Scatter:
-    return go.Scatter(
-        x=curve.x,
-        y=_short(curve.y),
-        name=_label(curve.label),
-        mode=MODES[curve.kind],
-        yaxis=_side(curve.axis),
-        line={
+def _curve(curve: Curve, place: int, points: int) -> dict[str, Any]:
+    x, y = decimate(curve.x, curve.y, points) if curve.kind in ("line", "dots") else (curve.x, curve.y)
+    marked = curve.kind == "marks"
+    return {
+        "type": "scatter",
+        "x": _short(x),
+        "y": _short(y),
+        "name": _label(curve.label),
+        "mode": MODES[curve.kind],
+        "yaxis": _side(curve.axis),
+        "line": {
             "color": curve.color,
             "width": SCALE * curve.width,
             "dash": curve.dash,
             "shape": "hv" if curve.kind == "stairs" else "linear",
         },
-        marker={
+        "marker": {
             "color": curve.color,
             "size": SIZES.get(curve.kind, 0),
-            "symbol": SYMBOLS[(place - 1) % len(SYMBOLS)] if curve.kind == "marks" else "circle",
+            "symbol": SYMBOLS[(place - 1) % len(SYMBOLS)] if marked else "circle",
         },
-        fill="tozeroy" if curve.kind == "stairs" else "none",
-        cliponaxis=curve.kind != "marks",
-    )
+        "fill": "tozeroy" if curve.kind == "stairs" else "none",
+        "cliponaxis": not marked,
+    }
 
 
-def _bound(bound: Bound, panel: Panel) -> go.Scatter:
+def _bound(bound: Bound, panel: Panel) -> dict[str, Any]:
     """Both sides of a limit as one trace, broken between; a far one leaves its words in the legend only."""
     xs: Sequence[float | None] = () if bound.far else (*panel.x_span, None) * len(bound.values)
     ys = [None if x is None else bound.values[k // 3] for k, x in enumerate(xs)]
-    return go.Scatter(
-        x=list(xs) or [None],
-        y=ys or [None],
-        name=_label(bound.label),
-        mode="lines",
-        yaxis=_side(bound.axis),
-        line={"color": bound.color, "width": 0 if bound.far else 1.2, "dash": bound.dash},
-        hoverinfo="skip",
-        showlegend=True,
-    )
+    return {
+        "type": "scatter",
+        "x": list(xs) or [None],
+        "y": ys or [None],
+        "name": _label(bound.label),
+        "mode": "lines",
+        "yaxis": _side(bound.axis),
+        "line": {"color": bound.color, "width": 0 if bound.far else 1.2, "dash": bound.dash},
+        "hoverinfo": "skip",
+        "showlegend": True,
+    }
 
 
 def _side(axis: int) -> str:
     return "y" if axis == 0 else "y2"
 
 
-def _short(values: Vec) -> Any:
-    """Single precision, half the bytes: seven digits are more than a screen shows."""
-    return values.astype(np.float32)
+def _short(values: Vec) -> dict[str, str]:
+    """Single precision, as plotly.js reads typed arrays: seven digits are more than a screen shows."""
+    return {"dtype": "f4", "bdata": base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")}
 
 
 def _label(text: str) -> str:

@@ -1,57 +1,116 @@
-"""Key figures as HTML tables. Known names become words with units; unknown ones are shown as they are."""
+"""Key figures as HTML tables. Known names become words with units; unknown ones are shown as they are.
 
-import itertools
+Units are those of the diagrams: angles and their rates in degrees, whatever a summary keeps.
+"""
+
 import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any, Final
 
+from otolith.metrics.verdict import bounds, kind
 from otolith.report import texts
+from otolith.report.page import table
+from otolith.report.ranking import largest_use, misleading
 
 Summary = Mapping[str, Any]
-ELSEWHERE: Final = frozenset(  # stands in the page's head or under its settings
+ELSEWHERE: Final = frozenset(  # stands in the page's head, in a table of its own, or under the settings
     {"scenario", "cueing", "plant", "platform", "dofs", "duration_s", "period_s", "settings", "limits"}
 )
-HEADLINE: Final = {  # heading -> where in a summary
-    "Mean changes per step": ("changes", "mean"),
-    "Changes, p99": ("changes", "p99"),
-    "Changes, max": ("changes", "max"),
-    "RMSE [m/s²]": ("rmse",),
-    "Median step [µs]": ("step_time_us", "median"),
-    "Hard limits broken": ("violations",),
-}
 OF_A_SOLVER: Final = frozenset({"changes", "changes_against_implicit_percent", "residual_max"})
+IN_DEGREES: Final = frozenset({"rate_rmse", "perceived_rate_rmse", "travel_rms", "wanted_rms"})  # of turning
+TURNING: Final = frozenset({"roll", "pitch", "yaw"})
 MANY: Final = 4  # more entries than this, and the zeros among them are only counted
 
 
 def key_figures(summary: Summary) -> str:
     """Table with one row per key figure of one run."""
+    shown = in_degrees(summary)
     rows = [
-        _row(name_with_unit(key), [f"<td>{_cell(_at(summary, (key,)))}</td>"])
-        for key in summary
+        _row(name_with_unit(key), [f"<td>{_cell(_at(shown, (key,)))}</td>"])
+        for key in shown
         if key not in ELSEWHERE
     ]
     return f'<table class="figures"><tbody>{"".join(rows)}</tbody></table>'
 
 
+def in_degrees(summary: Summary) -> Summary:
+    """The summary with what turns in degrees, as in the diagrams."""
+    turned = {
+        key: {axis: math.degrees(v) if axis in TURNING else v for axis, v in summary[key].items()}
+        for key in IN_DEGREES & set(summary)
+    }
+    return {**summary, **turned}
+
+
+def limits(summary: Summary) -> str:
+    """Every limit: what it protects, how it was held, how often and by how much it was passed."""
+    rows = []
+    for limit in summary.get("limits", {}).values():
+        hardness = kind(limit)
+        mark = " class=out" if limit["nodes_beyond"] and not limit["soft"] else ""
+        cells = [
+            f"<td>{escape(bounds(limit))}</td>",
+            f"<td>{escape(hardness)}</td>",
+            f"<td{mark}>{number(limit['nodes_beyond'])}</td>",
+            f"<td{mark}>{_excess(limit, 'excess')}</td>",
+            f"<td>{_excess(limit, 'excess_between_nodes')}</td>",
+        ]
+        rows.append((escape(limit["name"]), cells))
+    heads = ("Limit", "Bounds", "How it was held", "Nodes beyond", "By at most", "At any instant")
+    return f'<p class="note">{texts.LIMITS}</p>{_wide(table("models", heads, rows))}' if rows else ""
+
+
+def _excess(limit: Summary, key: str) -> str:
+    value = limit[key]
+    if value is None:
+        return "no number"
+    return f"{number(float(f'{value:.3g}'))} {escape(limit['unit'])}" if value else "–"
+
+
 def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
-    """Models below each other: effort, effort against a baseline, tracking (Tables 5.5 to 5.7)."""
-    columns = {head: [_at(summary, path) for summary in summaries] for head, path in HEADLINE.items()}
-    ordered = dict(itertools.islice(columns.items(), 1)) | dict([_against(names, summaries)]) | columns
-    cells = [_column(values, best=True) for values in ordered.values()]
-    body = "".join(_row(escape(n), row) for n, row in zip(names, zip(*cells, strict=True), strict=True))
-    return _models("Cueing", list(ordered), body)
+    """Algorithms below each other: how well they cue, what it takes; what their solvers do stands last."""
+    against, percentages = _against(names, summaries)
+    force = any(summary.get("rmse") is not None for summary in summaries)
+    error = {"Error [m/s²]": [_at(s, ("rmse",)) for s in summaries]} if force else {}
+    if any("rate_rmse" in summary for summary in summaries):
+        error["Yaw rate error [deg/s]"] = [_at(in_degrees(s), ("rate_rmse", "yaw")) for s in summaries]
+    columns: dict[str, list[object]] = {
+        **error,
+        "Misled [s]": [misleading(s) if "false_cues" in s else None for s in summaries],
+        "Reach used [%]": [100.0 * largest_use(s) if "workspace" in s else None for s in summaries],
+        "Hard limits broken": [_at(s, ("violations",)) for s in summaries],
+        "Decisions failed": [_failed(s) for s in summaries],
+        "Median step [µs]": [_at(s, ("step_time_us", "median")) for s in summaries],
+        "Mean changes": [_at(s, ("changes", "mean")) for s in summaries],
+        against: percentages,
+        "Changes, p99": [_at(s, ("changes", "p99")) for s in summaries],
+        "Changes, max": [_at(s, ("changes", "max")) for s in summaries],
+    }
+    cells = [_column(values, best=head != "Reach used [%]") for head, values in columns.items()]
+    rows = [(escape(n), list(row)) for n, row in zip(names, zip(*cells, strict=True), strict=True)]
+    return _wide(table("models", ["Cueing", *columns], rows))
+
+
+def _failed(summary: Summary) -> object:
+    status = summary.get("status")
+    return None if status is None else sum(count for name, count in status.items() if name != "optimal")
 
 
 def side_by_side(names: Sequence[str], summaries: Sequence[Summary]) -> str:
     """Every key figure in a row, every model in a column."""
+    shown = [in_degrees(summary) for summary in summaries]
     paths: dict[tuple[str, ...], None] = {}
-    for summary in summaries:
+    for summary in shown:
         for path in _paths(summary):
             if path[0] not in ELSEWHERE:
                 paths[path] = None
-    body = "".join(_row(_heading(path), _column([_at(s, path) for s in summaries])) for path in paths)
-    return _models("Key figure", names, body)
+    rows = [(_heading(path), _column([_at(s, path) for s in shown])) for path in paths]
+    return _wide(table("models", ["Key figure", *names], rows))
+
+
+def _wide(text: str) -> str:
+    return f'<div class="wide">{text}</div>'
 
 
 def name_with_unit(key: str) -> str:
@@ -115,12 +174,6 @@ def _grid(rows: Mapping[str, Mapping[str, object]]) -> str:
         for name, row in shown.items()
     )
     return f'<table class="grid"><thead><tr><td></td>{heads}</tr></thead><tbody>{body}</tbody></table>'
-
-
-def _models(corner: str, heads: Sequence[str], body: str) -> str:
-    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in (corner, *heads))
-    table = f'<table class="models"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
-    return f'<div class="wide">{table}</div>'
 
 
 def _row(head: str, cells: Sequence[str]) -> str:

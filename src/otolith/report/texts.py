@@ -67,12 +67,22 @@ PANELS: Final = {
     "overview-false-cues": "How long cues were inverted, unwanted or missing.",
     "overview-rate": "How far the felt yaw rate was from the wanted one, in the mean of squares.",
     "overview-use": "The share of the reach that was used at most; beyond 100 % the limit was broken.",
+    "trade": (
+        "Low and to the left is best: little error for little travel. An algorithm further right spends more "
+        "of the reach for what it gains; one beyond the dashed line would have hit its end."
+    ),
     "compare-changes": (
         "Each curve gives the share of steps that needed at least so many working-set changes. Lower "
         "and further left is better. The right end, the rare and costly steps, decides whether a "
         "controller keeps its period."
     ),
 }
+
+LIMITS: Final = (
+    "Judged by the motion and the platform’s file alone. An algorithm may pass a soft limit at a price; a "
+    "comfort threshold is what a driver begins to notice, the other limits are the machine’s. Controllers "
+    "impose limits at their nodes, once per period; the last column tells what happened in between."
+)
 
 RULE: Final = (
     "Within a scenario, algorithms that kept every hard limit come before those that broke one; a limit that "
@@ -94,9 +104,10 @@ DOFS: Final = {
 NAMES: Final = {
     "rmse": ("Tracking error of specific force (RMSE)", "m/s²"),
     "rmse_per_pair": ("Tracking error per axis pair (RMSE)", "m/s²"),
-    "rate_rmse": ("Tracking error of angular rate (RMSE)", "rad/s"),
-    "perceived_rate_rmse": ("Tracking error after the semicircular canals (RMSE)", "rad/s"),
-    "travel_rms": ("Travel used (RMS)", "m, rad"),
+    "wanted_rms": ("Size of what was wanted (RMS)", "m/s², deg/s"),
+    "rate_rmse": ("Tracking error of angular rate (RMSE)", "deg/s"),
+    "perceived_rate_rmse": ("Tracking error after the semicircular canals (RMSE)", "deg/s"),
+    "travel_rms": ("Travel used (RMS)", "m, deg"),
     "correlation": ("Correlation of felt and wanted", ""),
     "delay_s": ("Delay", "s"),
     "scale_ratio": ("Mean size, felt over wanted", ""),

@@ -5,11 +5,11 @@ It reads the plain values that `otolith reproduce` writes, so that a page can be
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cache
 from html import escape
-from importlib.resources import files
 from typing import Any, Final
 
+from otolith.report.page import Part, anchor
+from otolith.report.page import page as frame
 from otolith.report.thesis_figures import columns, draw, svg
 
 Values = Mapping[str, Any]
@@ -60,21 +60,28 @@ def page(document: Values) -> str:
         `otolith.reproduce.Outcome.as_json` gives, by its name.
     """
     items: Mapping[str, Values] = document["items"]
-    body = [_summary(items), _contents(items)]
+    parts = [Part("In short", _summary(items))]
     for key, heading in CHAPTERS.items():
-        own = {n: item for n, item in items.items() if item["kind"] != "study" and chapter_of(n) == key}
-        if own:
-            body.append(f"<h2>{escape(heading)}</h2>")
-            body += [_item(name, item, items) for name, item in own.items()]
-    studies = {name: item for name, item in items.items() if item["kind"] == "study"}
-    if studies:
-        body.append("<h2>Readings, misprints, and why numbers differ</h2>")
-        body.append(
-            "<p>Each is decided by an experiment. A sentence that the thesis prints, or a reason for a "
-            "difference, is put to the test; the figures beside it say what came out.</p>"
-        )
-        body += [_item(name, item, items) for name, item in studies.items()]
-    return _page(document, "\n".join(body))
+        own = [n for n, item in items.items() if item["kind"] != "study" and chapter_of(n) == key]
+        parts.append(Part(heading, "".join(_item(name, items[name], items) for name in own)))
+    studies = [name for name, item in items.items() if item["kind"] == "study"]
+    body = "".join(_item(name, items[name], items) for name in studies)
+    parts.append(Part("Readings, misprints, and why numbers differ", STUDIES + body if body else ""))
+    shown = [part for part in parts if part.body]
+    return frame(
+        "The thesis’s numbers beside ours",
+        "Reproduction",
+        _lead(document),
+        shown,
+        styles=("thesis.css",),
+        contents=_contents(shown, items),
+    )
+
+
+STUDIES: Final = (
+    "<p>Each is decided by an experiment. A sentence that the thesis prints, or a reason for a "
+    "difference, is put to the test; the figures beside it say what came out.</p>"
+)
 
 
 def chapter_of(name: str) -> str:
@@ -133,35 +140,13 @@ def column_of(name: str) -> str:
     return UNITS.get(name, name.replace("_", " "))
 
 
-def _page(document: Values, body: str) -> str:
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>The thesis’s numbers beside ours – Otolith</title>
-<style>{_asset("page.css")}{_asset("thesis.css")}</style>
-</head>
-<body>
-<header>
-<p class="kind">Otolith <span>Reproduction</span></p>
-<h1>The thesis’s numbers beside ours</h1>
-<p class="lead"><em>Hybrid MPC based Motion Cueing Algorithm for Driving Simulators</em> (TU Delft;
-arXiv:2304.03232), computed again by Otolith {escape(document["version"])} on {escape(document["date"])} in
-{number(round(document["seconds"]))} s. Items are named by the thesis’s table and section.</p>
-</header>
-<main>
-{body}
-</main>
-<footer>Made by Otolith. SI units; degrees where a label says so. This page is complete in itself.</footer>
-</body>
-</html>
-"""
-
-
-@cache
-def _asset(name: str) -> str:
-    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")
+def _lead(document: Values) -> str:
+    return (
+        '<p class="lead"><em>Hybrid MPC based Motion Cueing Algorithm for Driving Simulators</em> (TU Delft; '
+        f"arXiv:2304.03232), computed again by Otolith {escape(document['version'])} on "
+        f"{escape(document['date'])} in {number(round(document['seconds']))} s. Items are named by the "
+        "thesis’s table and section. SI units; degrees where a label says so.</p>"
+    )
 
 
 def _summary(items: Mapping[str, Values]) -> str:
@@ -179,19 +164,19 @@ def _summary(items: Mapping[str, Values]) -> str:
         total = {key: total[key] + counts[key] for key in total}
         rows.append(
             f'<tr><th scope="row"><a href="#{name}">{escape(_label(name))}</a></th>'
-            + "".join(f"<td>{counts[key] or ''}</td>" for key in MARKS)
-            + f"<td>{_kept(item)}</td></tr>"
+            + "".join(f'<td data-head="{key}">{counts[key] or ""}</td>' for key in MARKS)
+            + f'<td data-head="statements that hold">{_kept(item)}</td></tr>'
         )
     if not rows:
         return ""
     head = "".join(f"<th>{escape(key)}</th>" for key in MARKS)
-    foot = "".join(f"<td>{total[key]}</td>" for key in MARKS)
+    foot = "".join(f'<td data-head="{key}">{total[key]}</td>' for key in MARKS)
     return (
-        f'<section><h2>In short</h2><p>One rule for every number:</p><ul class="rule">{rule}</ul>'
+        f'<p>One rule for every number:</p><ul class="rule">{rule}</ul>'
         f'<div class="wide"><table class="grid summary"><thead><tr><th>table</th>{head}'
         f"<th>the thesis’s statements that hold</th></tr></thead><tbody>{''.join(rows)}</tbody>"
         f'<tfoot><tr><th scope="row">all {sum(total.values())} numbers</th>{foot}<td></td></tr></tfoot>'
-        "</table></div></section>"
+        "</table></div>"
     )
 
 
@@ -205,22 +190,42 @@ def _label(name: str) -> str:
     return f"{kind.capitalize()} {rest.upper()}"
 
 
-def _contents(items: Mapping[str, Values]) -> str:
-    links = "".join(
-        f'<li><a href="#{name}">{escape(heading_of(name, item))}</a></li>' for name, item in items.items()
+def _contents(parts: Sequence[Part], items: Mapping[str, Values]) -> str:
+    """Links to the chapters and, by their short names, to the items of each."""
+    chapters = {CHAPTERS[key]: key for key in CHAPTERS}
+    rows = []
+    for part in parts:
+        key = chapters.get(part.title)
+        own = [n for n, item in items.items() if item["kind"] != "study" and chapter_of(n) == key]
+        links = "".join(
+            f'<li><a href="#{name}" title="{escape(heading_of(name, items[name]))}">'
+            f"{escape(_label(name))}</a></li>"
+            for name in own
+        )
+        rows.append(f'<p><a href="#{part.key}">{escape(part.title)}</a></p>{f"<ol>{links}</ol>" * bool(own)}')
+    studies = "".join(
+        f'<li><a href="#{name}">{escape(item["title"])}</a></li>'
+        for name, item in items.items()
+        if item["kind"] == "study"
     )
-    return f"<nav><details><summary>Contents</summary><ol>{links}</ol></details></nav>"
+    folded = f"<details><summary>The studies, one by one</summary><ol>{studies}</ol></details>" * bool(
+        studies
+    )
+    return f'<nav class="contents" id="contents" aria-label="Contents">{"".join(rows)}{folded}</nav>'
 
 
 def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
-    parts = [f'<section class="item" id="{name}"><h3>{escape(heading_of(name, item))}</h3>']
-    parts.append(f'<p class="note">thesis, section {escape(item["section"])} · <code>{name}</code></p>')
+    parts = [f'<section class="item" id="{name}"><h3>{escape(heading_of(name, item))}{anchor(name)}</h3>']
+    up = '<a href="#contents">contents</a>'
+    parts.append(
+        f'<p class="note">thesis, section {escape(item["section"])} · <code>{name}</code> · {up}</p>'
+    )
     if item["text"]:
         parts.append(f"<p>{escape(item['text'])}</p>")
     parts += [_claims(item), _numbers(item["numbers"])]
     if item["panels"]:
         parts.append(_figure(item["panels"]))
-    parts += [_grid(grid) for grid in item["grids"]]
+    parts.append(_grids(item["grids"], folded=bool(item["numbers"] or item["panels"])))
     parts.append(_reasons(name, items))
     return "".join(parts) + "</section>"
 
@@ -248,7 +253,7 @@ def _numbers(numbers: Sequence[Values]) -> str:
     columns, rows = pivot(numbers)
     head = "".join(f"<th>{escape(column_of(column))}</th>" for column in columns)
     body = "".join(
-        f'<tr><th scope="row">{escape(row)}</th>{"".join(_cell(cells.get(c)) for c in columns)}</tr>'
+        f'<tr><th scope="row">{escape(row)}</th>{"".join(_cell(cells.get(c), c) for c in columns)}</tr>'
         for row, cells in rows.items()
     )
     return (
@@ -257,17 +262,27 @@ def _numbers(numbers: Sequence[Values]) -> str:
     )
 
 
-def _cell(one: Values | None) -> str:
+def _cell(one: Values | None, column: str) -> str:
+    head = escape(column_of(column))
     if one is None:
-        return "<td>–</td>"
+        return f'<td data-head="{head}">–</td>'
     ratio = "" if one["ratio"] is None else f"{one['ratio']:.2f}"
     bound = "&gt; " if one["at_least"] else ""
     printed, ours = beside(one["published"], one["ours"])
     return (
-        f'<td class="{CLASSES[one["verdict"]]}" title="{escape(one["verdict"])}">'
+        f'<td class="{CLASSES[one["verdict"]]}" title="{escape(one["verdict"])}" data-head="{head}">'
         f'<span class="published">{bound}{printed}</span> <b>{ours}</b> '
         f'<span class="ratio">{ratio} {MARKS[one["verdict"]]}</span></td>'
     )
+
+
+def _grids(grids: Sequence[Values], *, folded: bool) -> str:
+    """Further tables of an item; folded where its numbers or its figure are what it is about."""
+    text = "".join(map(_grid, grids))
+    if not text or not folded:
+        return text
+    titles = "; ".join(escape(grid["title"]) for grid in grids)
+    return f"<details><summary>Further figures: {titles}</summary>{text}</details>"
 
 
 def _grid(grid: Values) -> str:
@@ -276,9 +291,10 @@ def _grid(grid: Values) -> str:
     head = "".join(
         f"<th{c}>{escape(str(cell))}</th>" for c, cell in zip(classes, grid["header"], strict=True)
     )
+    said = [f'{c} data-head="{escape(str(name))}"' for c, name in zip(classes, grid["header"], strict=True)]
     body = "".join(
         f'<tr><th scope="row">{escape(number(row[0]))}</th>'
-        + "".join(f"<td{c}>{escape(number(v))}</td>" for c, v in zip(classes[1:], row[1:], strict=True))
+        + "".join(f"<td{c}>{escape(number(v))}</td>" for c, v in zip(said[1:], row[1:], strict=True))
         + "</tr>"
         for row in grid["rows"]
     )

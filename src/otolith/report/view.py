@@ -3,8 +3,6 @@
 import json
 import math
 from collections.abc import Sequence
-from functools import cache
-from importlib.resources import files
 from typing import Final
 
 import numpy as np
@@ -12,6 +10,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.motion import place_of
 from otolith.platforms.hexapod import Hexapod
+from otolith.report.page import asset
 from otolith.simulate import Run
 
 FRAMES_PER_SECOND: Final = 25.0
@@ -44,7 +43,7 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
         'aria-label="The platform in motion"></canvas>'
         '<p><button type="button">Play</button> <input type="range" min="0" value="0" aria-label="time"> '
         "<output></output></p>"
-        f'<script type="application/json">{text}</script><script>{_asset("platform.js")}</script></figure>'
+        f'<script type="application/json">{text}</script><script>{asset("platform.js")}</script></figure>'
     )
 
 
@@ -52,8 +51,3 @@ def frames_of(run: Run) -> tuple[Vec, Mat]:
     """Time (n,) and poses (n, 6) of a run at `FRAMES_PER_SECOND`; fewer of a run of more than `FRAMES`."""
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)), math.ceil(len(run.time) / FRAMES))
     return run.time[::every], run.pose[::every]
-
-
-@cache
-def _asset(name: str) -> str:
-    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")

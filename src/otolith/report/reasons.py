@@ -1,0 +1,89 @@
+"""Why one algorithm is ranked before the others, in words: its lead, what it took, who was ruled out."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from otolith.metrics import breaches
+from otolith.report.ranking import ByCueing, Measure, Standing, largest_use, misleading
+
+CLOSE: Final = 0.02  # a lead smaller than this share is said to be small
+
+
+def why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Measure) -> list[str]:
+    """One sentence or two per scenario, and before them one on all where there are several."""
+    said = [_in_one(k, name, of_one, ranked, by) for k, (name, of_one) in enumerate(scenarios.items())]
+    return ([_over_all(ranked)] if len(scenarios) > 1 else []) + said
+
+
+def _over_all(ranked: Sequence[Standing]) -> str:
+    best = [one for one in ranked if one.mean_rank == ranked[0].mean_rank]
+    names = _listed([one.cueing for one in best])
+    if len(best) > 1:
+        return (
+            f"Over all, {names} tie with a mean rank of {best[0].mean_rank:.2f}; {best[0].cueing} stands "
+            "first, for its measure, relative to the best of each scenario, is the smallest in the mean."
+        )
+    return f"Over all, {names} is best, with a mean rank of {best[0].mean_rank:.2f} and {_wins(best[0])}."
+
+
+def _wins(one: Standing) -> str:
+    return f"{one.wins} win" + ("" if one.wins == 1 else "s")
+
+
+def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing], by: Measure) -> str:
+    """What decided scenario k: the lead, what it took, and whom limits ruled out."""
+    order = sorted(ranked, key=lambda one: one.ranks[k])
+    best = [one for one in order if one.ranks[k] == 1]
+    after = order[len(best)] if len(order) > len(best) else None
+    value = f"{by.words[0].lower()}{by.words[1:]} {best[0].values[k]:.3g} {by.unit}"
+    if len(best) > 1:
+        text = f"{scenario}: {_listed([one.cueing for one in best])} tie for the first place, {value}"
+    else:
+        text = f"{scenario}: {best[0].cueing} is best, {value}"
+    if after is not None:
+        text += _against(best[0], after, k, of_one)
+    return f"{text}.{_ruled_out(k, of_one, order, best[0])}"
+
+
+def _against(best: Standing, after: Standing, k: int, of_one: ByCueing) -> str:
+    """How far the next one is behind, and what each of the two took."""
+    mine, other = best.values[k], after.values[k]
+    if bool(best.broken[k]) != bool(after.broken[k]):
+        lead = f"; {after.cueing} comes next"
+    elif mine > 0.0:
+        more = other / mine - 1.0
+        size = "only " if more < CLOSE else ""
+        percent = f"{100.0 * more:.0f}" if more > 0.1 else f"{100.0 * more:.2g}"
+        lead = f"; {after.cueing} has {size}{percent} % more"
+    else:
+        lead = f"; {after.cueing} has {other:.3g}"
+    took = [_took(of_one[one.cueing]) for one in (best, after)]
+    if not all(took):
+        return lead
+    if took[0] == took[1]:
+        return f"{lead}. Both {took[0]}"
+    return f"{lead}. {best.cueing} {took[0]}, {after.cueing} {took[1]}"
+
+
+def _took(summary: Mapping[str, Any]) -> str:
+    if "workspace" not in summary or "false_cues" not in summary:
+        return ""
+    return (
+        f"used {100.0 * largest_use(summary):.0f} % of the reach and misled for {misleading(summary):.1f} s"
+    )
+
+
+def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing) -> str:
+    """Those whose measure is smaller but who broke a hard limit; or that all broke one."""
+    if best.broken[k]:
+        return " All of them broke a hard limit." if all(one.broken[k] for one in order) else ""
+    out = [one for one in order if one.broken[k] and one.values[k] < best.values[k]]
+    said = []
+    for one in out:
+        first = next(iter(breaches(of_one[one.cueing])), "a hard limit broken")
+        said.append(f" {one.cueing} has a smaller one, {one.values[k]:.3g}, and is ruled out: {first}.")
+    return "".join(said)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
