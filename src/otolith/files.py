@@ -18,6 +18,7 @@ from otolith.platforms.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.scenarios import Log, log_from
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.recorded import Columns
+from otolith.scenarios.settings import PLAIN, LogSettings, settings_from_toml
 from otolith.sealed import read_hint, read_laws, read_run, write_hint, write_laws, write_run
 from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, parse_gpx, road
 from otolith.vehicle.lap import COLUMNS
@@ -117,21 +118,22 @@ def read_tuning(name_or_path: str) -> Tuning:
 
 
 def read_log(
-    path: Path,
-    columns: Mapping[str, str],
-    *,
-    needs: Sequence[str] = (),
-    header: int | None = None,
-    units: int | None = None,
+    path: Path, columns: Mapping[str, str], *, needs: Sequence[str] = (), settings: LogSettings = PLAIN
 ) -> Log:
-    """A recorded drive: delimited text, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells.
+    """A recorded drive: text, JSON, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells.
 
-    `columns` maps quantities to columns, `needs` names those that will be cued: see `reading.recording`.
-    `header` and `units` are the lines of a text that hold names and units, where they are not found.
+    `columns` maps quantities to columns, `needs` names those that will be cued; both come on top of
+    `settings`, what the user says besides: see `logs.log_from`.
     """
-    if path.suffix.lower() == ".h5":
-        return log_from(_read_lap(path), columns=columns, needs=needs)
-    return log_from(recorded(path, columns, header=header, units=units), columns=columns, needs=needs)
+    mapping = {**settings.columns, **columns}
+    lines = {"header": settings.header, "units": settings.units}
+    read = _read_lap(path) if path.suffix.lower() == ".h5" else recorded(path, mapping, **lines)
+    return log_from(read, columns=mapping, needs=needs, settings=settings)
+
+
+def read_log_settings(path: Path) -> LogSettings:
+    """What a mapping file says of how a log is to be read."""
+    return settings_from_toml(read_text(path, "mapping"), path.name)
 
 
 def _read_lap(path: Path) -> Columns:

@@ -8,8 +8,8 @@ import typer
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.options import recorded_drive
 from otolith.cli.output import print_json, wide_console
+from otolith.cli.reading import recorded_drive
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
 from otolith.metrics.false_cues import THRESHOLD, FalseCue, false_cues

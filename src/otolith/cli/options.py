@@ -2,7 +2,7 @@
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -12,6 +12,19 @@ from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.output import progress_line
+from otolith.cli.reading import (
+    OPTIONS,
+    Axes,
+    Columns,
+    Events,
+    Header,
+    MappingFile,
+    Offsets,
+    Units,
+    as_record,
+    assignment,
+    recorded_drive,
+)
 from otolith.core.errors import CorruptFile, InputError, one_of
 from otolith.core.frames import PAIRS, AxisPair
 from otolith.mpc.design import Design
@@ -23,7 +36,7 @@ from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.mpc.washout import WashoutWeight, constant, preset
 from otolith.perception import sense
 from otolith.platforms import Platform
-from otolith.scenarios import Log, Scenario, log_scenario, scenario
+from otolith.scenarios import Scenario, log_scenario, scenario
 from otolith.scenarios.perceived import perceived
 
 _ALONG: Final = {
@@ -32,7 +45,6 @@ _ALONG: Final = {
     "heave": "vertical",
     "yaw": "yaw",
 }  # degree of freedom -> axis of a scenario
-_NEEDS: Final = {"surge-pitch": "ax", "sway-roll": "ay", "heave": "az", "yaw": "yaw_rate"}  # of a log
 SOFTENED: Final = (
     "tilt_rate",
     "tilt",
@@ -77,19 +89,13 @@ class Choices:
     log: Annotated[
         Path | None, typer.Option(help="A recorded drive instead of a scenario: CSV, ERG, MDF, ROS bag, lap.")
     ] = None
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="QUANTITY=COLUMN[:UNIT]",
-            help="Where a log keeps a quantity, e.g. ax=LongAcc:g; repeatable.",
-        ),
-    ] = None
-    header: Annotated[
-        int | None, typer.Option(metavar="LINE", help="Line of a log that holds the names of its columns.")
-    ] = None
-    units: Annotated[
-        int | None, typer.Option(metavar="LINE", help="Line of a log that holds the units of its columns.")
-    ] = None
+    column: Columns = None
+    header: Header = None
+    units: Units = None
+    axes: Axes = None
+    events: Events = None
+    offsets: Offsets = None
+    mapping: MappingFile = None
     lowpass: Annotated[float | None, typer.Option(metavar="HZ", help="Low-pass a log at this frequency.")] = (
         None
     )
@@ -183,8 +189,10 @@ class Choices:
         if isinstance(design.hint, Refused):
             warn(console, f"hint refused, running without it: {design.hint.reason}")
         if self.log is None and self.scenario is not None:
-            if self.lowpass is not None or self.causal or self.column or self.header or self.units:
-                options = "--lowpass, --causal, --column, --header or --units"
+            given = [name for name in ("lowpass", *OPTIONS) if getattr(self, name) not in (None, [])]
+            given += ["causal"] if self.causal else []
+            if given:
+                options = " and ".join(f"--{name}" for name in given)
                 raise InputError(options, "given", "used together with --log")
             along = [scenario(self.scenario, literal=self.literal, axis=_ALONG[dof]) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
@@ -214,15 +222,9 @@ class Choices:
             for name, value in asdict(self).items()
             if value is not None
         }
+        if self.log is not None:
+            chosen["reading"] = as_record(chosen)
         return chosen | ({"hint_refused": design.hint.reason} if isinstance(design.hint, Refused) else {})
-
-
-def recorded_drive(path: Path, settings: Mapping[str, Any]) -> Log:
-    """The drive in a file, read as `Choices` or the record of a run say: columns, header, units, dofs."""
-    columns = dict(_assignment("--column", text) for text in settings.get("column") or [])
-    needs = [_NEEDS[dof] for dof in settings.get("dofs", "").split(",") if dof in _NEEDS]
-    lines = {"header": settings.get("header"), "units": settings.get("units")}
-    return files.read_log(path, columns, needs=needs, **lines)
 
 
 def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
@@ -317,17 +319,9 @@ def _numbers(option: str, texts: list[str]) -> dict[str, float]:
     """Numbers by name from "name=number"."""
     values = {}
     for text in texts:
-        name, value = _assignment(option, text)
+        name, value = assignment(option, text)
         try:
             values[name] = float(value)
         except ValueError:
             raise InputError(f"{option} {name}", repr(value), "a number") from None
     return values
-
-
-def _assignment(option: str, text: str) -> tuple[str, str]:
-    """Split NAME=VALUE."""
-    name, equals, value = text.partition("=")
-    if not (name and equals and value):
-        raise InputError(option, repr(text), "of the form NAME=VALUE")
-    return name.strip(), value.strip()

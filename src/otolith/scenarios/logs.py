@@ -5,24 +5,23 @@ Axes x forward, y left, z up. A log in other axes is mapped with turned signs, f
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.errors import InputError
 from otolith.scenarios.channels import FELT, Channel, Layout
-from otolith.scenarios.columns import QUANTITIES, STANDARD_GRAVITY, Column
-from otolith.scenarios.plausible import check
+from otolith.scenarios.checks.drive import Checked, checked
+from otolith.scenarios.columns import QUANTITIES, Column
 from otolith.scenarios.reading import NO_MAPPING, recording
 from otolith.scenarios.recorded import Recorded
+from otolith.scenarios.settings import PLAIN, LogSettings
 from otolith.scenarios.span import rate, settled
 from otolith.scenarios.table import split
+from otolith.scenarios.units import factor
 
-MAX_ACCELERATION: Final = 50.0  # [m/s²]
-MAX_RATE: Final = 20.0  # [rad/s]
 UNEVEN: Final = 0.05  # spread of the steps, as a share of the usual one, at which sampling is called uneven
 
 
@@ -39,6 +38,7 @@ class Log:
     duration: float  # [s]
     notes: tuple[str, ...] = ()  # one sentence each: what was read, assumed, removed, and looks doubtful
     layout: Layout | None = None  # the form of the file; None if there was none
+    found: Checked | None = None  # what the checks found; None if there were none
 
     @cached_property
     def t(self) -> Vec:
@@ -93,55 +93,67 @@ def sampled_log(source: str, t: Vec, force: Mat, turning: Mat, *, place: Mat | N
 
 
 def parse_log(
-    text: str, source: str, *, columns: Mapping[str, str] = NO_MAPPING, needs: Sequence[str] = ()
+    text: str,
+    source: str,
+    *,
+    columns: Mapping[str, str] = NO_MAPPING,
+    needs: Sequence[str] = (),
+    settings: LogSettings = PLAIN,
 ) -> Log:
     """A recorded drive from delimited text with a line of column names; see `log_from`, and `table.split`."""
-    return log_from(split(text, source), columns=columns, needs=needs)
+    return log_from(split(text, source), columns=columns, needs=needs, settings=settings)
 
 
 def log_from(
-    recorded: Recorded, *, columns: Mapping[str, str] = NO_MAPPING, needs: Sequence[str] = ()
+    recorded: Recorded,
+    *,
+    columns: Mapping[str, str] = NO_MAPPING,
+    needs: Sequence[str] = (),
+    settings: LogSettings = PLAIN,
 ) -> Log:
-    """A recorded drive, checked, in SI units.
+    """A recorded drive, checked, in SI units, in x forward, y left, z up.
 
-    Time and what will be cued are required. If ``az`` averages about +1 g it holds gravity, which is removed
-    with a note; so is what a sensor that is not level adds.
+    Time and what will be cued are required. Signs are turned only where the file or the user proves that its
+    axes are others, and if ``az`` averages about +1 g it holds gravity, which is removed; notes say so.
 
     Parameters
     ----------
-    columns, needs : as in `reading.recording`.
+    columns, needs : as in `reading.recording`; they come on top of those in `settings`.
+    settings : what the user says of the drive's axes, events and offsets.
 
     Raises
     ------
-    InputError : what `reading.recording` and `span.settled` refuse, magnitudes beyond 50 m/s² or 20 rad/s,
-        z down, and what `plausible.check` refuses.
+    InputError : what `reading.recording`, `span.settled` and `checks.drive.checked` refuse.
     """
-    read, duration = settled(recording(recorded, columns=columns, needs=needs))
-    source, channels = read.source, dict(read.channels)
-    felt = [one for key, one in channels.items() if key in FELT]
-    for one in felt:
-        _check_magnitude(one)
-    notes = [*read.notes[: len(recorded.notes)], _summary(felt, duration, source)]
+    mapping = {**settings.columns, **columns}
+    read, duration = settled(recording(recorded, columns=mapping, needs=[*settings.needs, *needs]))
+    felt = [one for key, one in read.channels.items() if key in FELT]
+    notes = [*read.notes[: len(recorded.notes)], _summary(felt, duration, read.source)]
     notes += [*read.notes[len(recorded.notes) :], *(str(one.column) for one in felt)]
     notes += _grouped(felt)
-    absent = [key for key in FELT if key not in channels]
+    absent = [key for key in FELT if key not in read.channels]
     notes += [f"not in the log, taken as zero: {', '.join(absent)}"] if absent else []
-    notes += _take_gravity_out(channels, source)
-    drawn = Log(source=source, channels=channels, duration=duration)
-    data = {key: one.on(drawn.t) for key, one in channels.items()}
-    checked = check(
-        drawn.t, {k: v for k, v in data.items() if k in FELT}, data.get("vx"),
-        {key: one.column for key, one in channels.items()}, source,
-    )  # fmt: skip
-    for key, offset in checked.offsets.items():
-        channels[key] = replace(channels[key], values=channels[key].values - offset)
-    return Log(
-        source=source,
-        channels=channels,
-        duration=duration,
-        notes=tuple(notes + checked.notes),
-        layout=read.layout,
+    found = checked(
+        read,
+        duration,
+        axes=settings.axes,
+        events=settings.events,
+        offsets=settings.offsets,
+        stated_units=[key for key, text in mapping.items() if _states_unit(key, text)],
     )
+    return Log(
+        source=read.source,
+        channels=found.recording.channels,
+        duration=found.duration,
+        notes=(*notes, *found.notes),
+        layout=read.layout,
+        found=found,
+    )
+
+
+def _states_unit(key: str, text: str) -> bool:
+    """Whether a mapping names the unit: ``LongAcc:g``."""
+    return factor(QUANTITIES[key][0], text.rpartition(":")[2]) is not None if ":" in text else False
 
 
 def _grouped(channels: Sequence[Channel]) -> list[str]:
@@ -161,37 +173,3 @@ def _summary(felt: Sequence[Channel], duration: float, source: str) -> str:
     others = sorted({f"{rate(one):.4g}" for one in felt} - {f"{rate(fastest):.4g}"})
     slower = f" (others {', '.join(others)} Hz)" if others else ""
     return f"{source}: {len(fastest.t)} rows, {duration:.6g} s, {rate(fastest):.5g} Hz{spread}{slower}"
-
-
-def _check_magnitude(one: Channel) -> None:
-    turning = QUANTITIES[one.key][0] == "rate"
-    bound, unit = (MAX_RATE, "rad/s") if turning else (MAX_ACCELERATION, "m/s²")
-    at = int(np.argmax(np.abs(one.values)))
-    if abs(one.values[at]) <= bound:
-        return
-    if one.column.assumed:
-        other = "deg/s" if turning else "mm/s² or counts of the sensor"
-        question = f"no unit is stated: is it in {other}?"
-    else:
-        question = f"is it really in {one.column.unit}?"
-    where = f"{one.key} in {one.where(at)}"
-    raise InputError(where, f"{one.values[at]:.6g} {unit}", f"within ±{bound:g} {unit} ({question})")
-
-
-def _take_gravity_out(channels: dict[str, Channel], source: str) -> list[str]:
-    """Remove the standing 1 g from az where its mean shows that it is there."""
-    if "az" not in channels:
-        return []
-    column, values = channels["az"].column, channels["az"].values
-    mean = float(np.mean(values))
-    where = f"mean of az in {source}"
-    if mean < -0.5 * STANDARD_GRAVITY:
-        way = f"turn the signs of ay, az, pitch and yaw rate, az=-{column.name}, or leave it out, az=none"
-        raise InputError(where, f"{mean:.4g} m/s²", f"about 0 or +9.81 m/s²: does z point down? ({way})")
-    if column.assumed and 0.9 < abs(mean) < 1.1:
-        question = f"no unit is stated: is it in g? then map az={column.name}:g, and ax, ay alike"
-        raise InputError(where, f"{mean:.4g} m/s²", f"about 0 or +9.81 m/s² ({question})")
-    if mean <= 0.5 * STANDARD_GRAVITY:
-        return []
-    channels["az"] = replace(channels["az"], values=values - STANDARD_GRAVITY)
-    return [f"az averages {mean:.4g} m/s²: it holds gravity, 1 g was removed"]

@@ -1,0 +1,79 @@
+"""How the options of the command line say that a recorded drive is to be read."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from otolith import files
+from otolith.core.errors import InputError
+from otolith.scenarios import Log
+from otolith.scenarios.settings import PLAIN, LogSettings
+
+NEEDS: Final = {"surge-pitch": "ax", "sway-roll": "ay", "heave": "az", "yaw": "yaw_rate"}
+OPTIONS: Final = ("column", "header", "units", "axes", "events", "offsets", "mapping")  # only for logs
+
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--column",
+        metavar="QUANTITY=COLUMN[:UNIT]",
+        help="Where a log keeps a quantity, e.g. ax=LongAcc:g; repeatable.",
+    ),
+]
+Header = Annotated[
+    int | None, typer.Option(metavar="LINE", help="Line of a log that holds the names of its columns.")
+]
+Units = Annotated[
+    int | None, typer.Option(metavar="LINE", help="Line of a log that holds the units of its columns.")
+]
+Axes = Annotated[
+    str | None,
+    typer.Option(help="Axes of a log: iso (y left, z up) or sae (y right, z down); default: as it proves."),
+]
+Events = Annotated[
+    str | None,
+    typer.Option(help="What is not driving in a log: refuse (default), mark or cut pauses, jumps, strays."),
+]
+Offsets = Annotated[
+    str | None,
+    typer.Option(help="What a tilted sensor adds to a log: keep (default) or remove."),
+]
+MappingFile = Annotated[
+    Path | None,
+    typer.Option(metavar="TOML", help="How a log is read, as 'otolith log check --save-mapping' wrote it."),
+]
+
+
+def log_settings(chosen: Mapping[str, Any]) -> LogSettings:
+    """What options, or the record of a run, say; an option counts more than the file of `--mapping`."""
+    if "reading" in chosen:
+        return LogSettings(**chosen["reading"])
+    settings = PLAIN if chosen.get("mapping") is None else files.read_log_settings(Path(chosen["mapping"]))
+    columns = dict(assignment("--column", text) for text in chosen.get("column") or [])
+    needs = [NEEDS[dof] for dof in (chosen.get("dofs") or "").split(",") if dof in NEEDS]
+    plain = ("header", "units", "axes", "events", "offsets")
+    said = {name: chosen[name] for name in plain if chosen.get(name) is not None}
+    return replace(settings, columns={**settings.columns, **columns}, needs=needs, **said)
+
+
+def recorded_drive(path: Path, chosen: Mapping[str, Any]) -> Log:
+    """The drive in a file, read as options or the record of a run say."""
+    settings = log_settings(chosen)
+    return files.read_log(path, settings.columns, needs=settings.needs, settings=replace(settings, needs=()))
+
+
+def as_record(chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """Plain values that let `recorded_drive` read the same file the same way, whatever becomes of --mapping."""
+    settings = asdict(log_settings(chosen))
+    return settings | {"columns": dict(settings["columns"]), "needs": list(settings["needs"])}
+
+
+def assignment(option: str, text: str) -> tuple[str, str]:
+    """Split NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise InputError(option, repr(text), "of the form NAME=VALUE")
+    return name.strip(), value.strip()

@@ -1,0 +1,127 @@
+"""Events in a recorded drive that are not driving: pauses, stray packets, jumps, replays, chatter.
+
+Telemetry of games and interrupted loggers holds stretches that no vehicle drove: the world stands still
+while time runs, packets of zeros come in between, the car is put back on the road. They are found by what
+they break: speed must change as a_x says, positions by as much as the speed, and sensors never stand still
+to the last digit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from otolith.core.errors import InputError, one_of
+from otolith.scenarios.channels import FELT, FORCE, Channel, Recording
+from otolith.scenarios.events.chatter import find_chatter, without_chatter
+from otolith.scenarios.events.event import Event, overlap
+from otolith.scenarios.events.halts import find_halts, find_replays
+from otolith.scenarios.events.jumps import find_jumps
+from otolith.scenarios.events.strays import find_strays
+
+TREATMENTS: Final = {
+    "refuse": "stop, and name them",
+    "mark": "play them as they are, and name them",
+    "cut": "cut them out or bridge them, and name them",
+}
+NAMED: Final = 3  # events of one kind that are named one by one
+
+
+def parse_events(text: str) -> str:
+    """Check the word of `--events`."""
+    if text not in TREATMENTS:
+        raise InputError("--events", repr(text), one_of(TREATMENTS, text))
+    return text
+
+
+def find_events(recording: Recording) -> tuple[Event, ...]:
+    """All events of a drive in the order of time; what lies within another is named once."""
+    channels = recording.channels
+    felt = [channels[key] for key in FELT if key in channels]
+    if not felt:
+        return ()
+    strays = find_strays(felt)
+    halts = find_halts(channels, strays)
+    found = _merged([*find_jumps(channels), *halts], strays)
+    found += [event for event in find_replays(felt) if not overlap(event, found)]
+    found += [event for event in find_chatter(felt) if not overlap(event, found)]
+    return tuple(sorted(found, key=lambda event: event.start))
+
+
+def cut(recording: Recording, events: Sequence[Event]) -> Recording:
+    """The drive without its events: samples inside are dropped, and time goes on after the bridge.
+
+    Chatter is not cut: what is faster than 10 Hz is taken off there.
+    """
+    shaken = [event for event in events if event.kind == "chatter"]
+    gone = [event for event in events if event.kind != "chatter"]
+    channels = {
+        key: _cut_channel(without_chatter(one, shaken) if key in FORCE else one, gone)
+        for key, one in recording.channels.items()
+    }
+    return replace(recording, channels=channels)
+
+
+def shortened(duration: float, events: Sequence[Event]) -> float:
+    """Length [s] of a drive after `cut`."""
+    gone = [event for event in events if event.kind != "chatter"]
+    return duration - sum(event.end - event.start - event.bridge for event in gone)
+
+
+def told(events: Sequence[Event], treatment: str) -> list[str]:
+    """What happened to each event that is not refused; many of one kind are summed up."""
+    notes = []
+    for kind in dict.fromkeys(event.kind for event in events):
+        alike = [event for event in events if event.kind == kind]
+        named = sorted(sorted(alike, key=lambda e: e.start - e.end)[:NAMED], key=lambda e: e.start)
+        notes += [f"{event}: {_fate(event, treatment)}" for event in named]
+        if len(alike) > NAMED:
+            whole = sum(event.end - event.start for event in alike)
+            notes.append(f"{kind}: {len(alike)} in all, {whole:.4g} s together; the longest are named")
+    return notes
+
+
+def refuse(events: Sequence[Event], source: str) -> None:
+    """Refuse a drive that holds events which are surely not driving."""
+    sure = [event for event in events if event.sure]
+    if not sure:
+        return
+    named = "; ".join(map(str, sure[:NAMED]))
+    named += f"; and {len(sure) - NAMED} more" if len(sure) > NAMED else ""
+    places = "1 place" if len(sure) == 1 else f"{len(sure)} places"
+    bound = "driving throughout (--events cut takes them out, --events mark plays them as they are)"
+    raise InputError(f"drive in {source}", f"not driving in {places}: {named}", bound)
+
+
+def _fate(event: Event, treatment: str) -> str:
+    if treatment == "cut":
+        return "low-passed at 10 Hz there" if event.kind == "chatter" else "cut out"
+    if event.kind == "chatter":
+        return "played as it is; --lowpass 5 smooths the whole drive, --events cut this stretch"
+    return "played as it is" if event.sure else "it may be driving and is played; --events cut takes it out"
+
+
+def _cut_channel(channel: Channel, events: Sequence[Event]) -> Channel:
+    keep = np.ones(len(channel.t), dtype=np.bool_)
+    shift = np.zeros(len(channel.t))
+    for event in events:
+        keep &= (channel.t <= event.start) | (channel.t >= event.end)
+        shift += (channel.t >= event.end) * (event.bridge - (event.end - event.start))
+    if keep.sum() < 2:
+        return channel
+    return replace(channel, t=(channel.t + shift)[keep], values=channel.values[keep], rows=channel.rows[keep])
+
+
+def _merged(events: Sequence[Event], strays: Sequence[Event]) -> list[Event]:
+    """In the order of time; of two that overlap the surer, then the longer one counts, with both sizes."""
+    merged: list[Event] = []
+    for event in sorted(events, key=lambda e: (e.start, -e.end)):
+        if not merged or event.start >= merged[-1].end:
+            merged.append(event)
+            continue
+        last = merged[-1]
+        main = max(last, event, key=lambda e: (e.sure, e.kind == "jump", e.end - e.start))
+        size = last.size if event.size == last.size else f"{last.size}; {event.size}"
+        merged[-1] = replace(main, start=last.start, end=max(last.end, event.end), size=size)
+    return merged + [event for event in strays if not overlap(event, merged)]

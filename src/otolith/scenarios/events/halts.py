@@ -1,0 +1,155 @@
+"""Stretches of a recorded drive in which nothing moves, or what moved comes again: pauses, replays."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.scenarios.channels import FELT, Channel
+from otolith.scenarios.events.event import Event, overlap, stretches, together
+from otolith.scenarios.events.jumps import BRIDGE, place_of
+
+FROZEN: Final = 0.5  # [s] of values that do not change in the last digit
+HOLDS: Final = 8.0  # … and so many times as long as values are usually held (60 Hz written in rows of 250 Hz)
+STILL: Final = 0.3  # [m/s², m/s] forces and speeds below it may well stand still
+GAIN: Final = 0.5  # [m/s] by which speed and the integral of a_x must differ in a pause …
+STEADY: Final = 2.0  # [s] of unchanging forces that are named though nothing else speaks of a pause
+SENSOR: Final = (
+    1.0  # … and by which the speed must change while a sensor of forces is frozen, for so many seconds
+)
+REPLAY: Final = 1.0  # [s] of rows that were there before, to the last digit
+LEAP: Final = 10.0  # usual steps between rows: a replay begins with a leap of so many
+_MIX: Final = np.random.default_rng(0).integers(1, 2**63, 64, dtype=np.uint64) | np.uint64(1)
+
+
+def find_halts(channels: Mapping[str, Channel], strays: Sequence[Event]) -> list[Event]:
+    """Stretches in which everything stands still to the last digit; stray packets do not interrupt them.
+
+    Forces that stand still are a pause for sure where speed or positions stand still, too, against what they
+    must do, or where stray packets come in between; alone they may be a steady manoeuvre.
+    """
+    t, table = together([channels[key] for key in FELT if key in channels])
+    keep = np.ones(len(t), dtype=np.bool_)
+    for stray in strays:
+        keep &= (t <= stray.start) | (t >= stray.end)
+    t, table = t[keep], table[keep]
+    alive = np.ptp(table, axis=0) > 0.0
+    if not alive.any():
+        return []
+    same = (np.diff(table[:, alive], axis=0) == 0.0).all(axis=1)
+    runs = [run for run in stretches(same) if t[run[1]] - t[run[0]] >= max(FROZEN, HOLDS * _held(same, t))]
+    halts = [_halt(channels, t, table, run) for run in runs]
+    found = [_with_strays(halt, strays) for halt in halts if halt is not None]
+    return found + [event for event in _frozen_sensors(channels) if not overlap(event, found)]
+
+
+def _frozen_sensors(channels: Mapping[str, Channel]) -> list[Event]:
+    """Stretches in which a_x and a_y stand still to the last digit while the speed changes otherwise."""
+    if not {"ax", "ay", "vx"} <= set(channels):
+        return []
+    t, table = together([channels["ax"], channels["ay"]])
+    same = (np.diff(table, axis=0) == 0.0).all(axis=1)
+    runs = [run for run in stretches(same) if t[run[1]] - t[run[0]] >= SENSOR]
+    halts = [_halt(channels, t, table, run) for run in runs]
+    return [halt for halt in halts if halt is not None and halt.kind == "frozen sensor"]
+
+
+def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, int]) -> Event | None:
+    """What a stretch of unchanging forces is: a pause, a frozen sensor, perhaps driving, or standing."""
+    start, end = float(t[run[0]]), float(t[run[1]])
+    length, row = f"all forces unchanged for {end - start:.3g} s", float(t[run[0] + 1] - t[run[0]])
+    ax = channels.get("ax")
+    gain = 0.0 if ax is None else float(ax.on(np.array([start]))[0]) * (end - start)
+    if "vx" in channels:
+        change, frozen = _change_of_speed(channels["vx"], start, end)
+        if frozen and abs(change - gain) > GAIN:
+            size = f"{length}, speed too, where a_x makes {gain:+.3g} m/s"
+            return Event("pause", start, end, size, bridge=row)
+        if not frozen and abs(change - gain) > SENSOR and end - start > SENSOR:
+            size = f"{length} while the speed changes by {change:+.3g} m/s"
+            return Event("frozen sensor", start, end, size, bridge=row)
+        if ax is not None:
+            return None  # speed and force go together: a steady manoeuvre
+    standing = _standing_at(channels, start, end)
+    if standing > 1.0:
+        return Event("pause", start, end, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
+    if float(np.abs(table[run[0]]).max()) < STILL or end - start < STEADY:
+        return None
+    return Event("held", start, end, length, sure=False, bridge=row)
+
+
+def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:
+    """A stretch that stray packets interrupt is a pause, whatever else it looks like."""
+    inside = [stray for stray in strays if halt.start <= stray.start and stray.end <= halt.end]
+    if not inside:
+        return halt
+    packets = "one stray packet" if len(inside) == 1 else f"{len(inside)} stray packets"
+    return replace(halt, kind="pause", sure=True, size=f"{halt.size}, with {packets} in between")
+
+
+def _change_of_speed(speed: Channel, start: float, end: float) -> tuple[float, bool]:
+    """By how much speed changes in a stretch [m/s], and whether it stands still to the last digit."""
+    before, after = speed.on(np.array([start, end]))
+    inside = speed.values[(speed.t >= start) & (speed.t <= end)]
+    return float(after - before), len(inside) > 1 and float(np.ptp(inside)) == 0.0
+
+
+def _standing_at(channels: Mapping[str, Channel], start: float, end: float) -> float:
+    """Speed [m/s] that is told while positions stand still from `start` to `end`; zero if they move."""
+    place = place_of(channels)
+    if place is None or "vx" not in channels:
+        return 0.0
+    t, xy = place
+    inside = (t >= start) & (t <= end)
+    if inside.sum() < 2 or float(np.ptp(xy[inside], axis=0).max()) > 0.0:
+        return 0.0
+    return abs(float(channels["vx"].on(np.array([start]))[0]))
+
+
+def _held(same: Bools, t: Vec) -> float:
+    """How long a value is usually held before it changes [s]."""
+    changes = np.r_[0, np.flatnonzero(~same) + 1]
+    return float(np.median(np.diff(t[changes]))) if len(changes) > 1 else 0.0
+
+
+def find_replays(felt: Sequence[Channel]) -> list[Event]:
+    """Rows that repeat earlier ones to the last digit for a second or more, and begin with a leap.
+
+    Without the leap a periodic signal would be one.
+    """
+    t, table = together(felt)
+    if len(t) < 4:
+        return []
+    lag = _lags(table)
+    steps = np.abs(np.diff(table, axis=0)).max(axis=1)
+    events = []
+    for first, last in stretches(lag > 0):
+        begin, end = (
+            first,
+            min(last + 2, len(t) - 1),
+        )  # rows of the three-row windows; begin is before the leap
+        usual = int(np.median(lag[first:last]))
+        alike = float(np.mean(lag[first:last] == usual)) > 0.9
+        leap = first > 0 and steps[first - 1] > max(LEAP * float(np.median(steps)), STILL)
+        if alike and leap and t[last - 1] - t[first] >= REPLAY:
+            size = f"rows of {t[first - usual]:.5g} s on come again"
+            events.append(
+                Event("replay", float(t[begin - 1]), float(t[end]), size, sure=False, bridge=BRIDGE)
+            )
+    return events
+
+
+def _lags(table: Mat) -> Ints:
+    """By how many rows earlier each three rows (n-2,) were there before; zero where they are new.
+
+    Three changing rows: one alone repeats by chance, and values that are held repeat themselves.
+    """
+    bits = np.ascontiguousarray(table + 0.0).view(np.uint64)  # adding zero makes -0.0 and 0.0 one
+    row = (bits * _MIX[: bits.shape[1]]).sum(axis=1, dtype=np.uint64)
+    three = row[:-2] * _MIX[61] + row[1:-1] * _MIX[62] + row[2:] * _MIX[63]
+    _, first, which = np.unique(three, return_index=True, return_inverse=True)
+    lag = np.arange(len(three)) - first[which]
+    changing = (row[:-2] != row[1:-1]) & (row[1:-1] != row[2:])
+    return np.asarray(np.where(changing, lag, 0), dtype=np.int64)
