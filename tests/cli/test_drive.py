@@ -117,7 +117,7 @@ def test_a_lap_is_a_log_without_doubts(tmp_path: Path, ending: str) -> None:
     assert np.allclose(log.rate, driven.rate, atol=1e-6)
     assert log.place is not None
     assert np.allclose(log.place, driven.position[:, :2], atol=1e-4)
-    assert len(log.notes) == 8  # the rows, and where each of seven quantities stands
+    assert len(log.notes) == 9  # the rows, where each of seven quantities stands, and left and right
 
 
 def test_a_lap_is_cued_through_an_otolith(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -161,9 +161,10 @@ def test_uneven_sampling_is_noted() -> None:
             "(no unit is stated: is it in deg/s?)",
         ),
         (
-            text("t,ax,az_mps2", T, AX, np.full(N, -9.81)),
+            text("t,ax,ay_mps2,az_mps2", T, AX, AX, np.full(N, -9.81)),
             "mean of az in log.csv is -9.81 m/s², must be about 0 or +9.81 m/s²: does z point down? "
-            "(turn the signs of ay, az, pitch and yaw rate, az=-az_mps2, or leave it out, az=none)",
+            "Then y may point right, and nothing in the file tells: --axes sae if it does (ay, az, pitch and "
+            "yaw rate are turned), map az=-az_mps2 if it points left",
         ),
         (
             text("t,ax,az", T, AX, np.ones(N)),

@@ -1,8 +1,9 @@
-"""Drives whose truth is known in closed form: any speed, turning, bank, slope and lean, felt by a sensor on board.
+"""Drives whose truth is known in closed form: any speed, turning, bank, slope and lean.
 
-The sensor sits at a point that moves along its own x axis with speed v; attitude is yaw, pitch, roll (intrinsic
-z-y-x, x forward, y left, z up: pitch is nose-down). Then f = R^T (a + g z) and the gyro is R^T dR/dt in closed form:
-a = R (dv/dt, 0, 0) + R (ω × (v, 0, 0)), so f = (dv/dt, r v, -q v) + R^T (0, 0, g).
+The sensor sits at a point that moves along its own x axis with speed v; attitude is yaw, pitch, roll
+(intrinsic z-y-x, x forward, y left, z up: pitch is nose-down). Then f = R^T (a + g z), and with the rates
+ω = (p, q, r) of that attitude a = R (dv/dt, 0, 0) + R (ω × (v, 0, 0)), so
+f = (dv/dt, r v, -q v) + R^T (0, 0, g).
 """
 
 from collections.abc import Callable
@@ -48,7 +49,7 @@ Of = Callable[[Vec], Vec]
 def ride(
     speed: Of, turning: Of, *, bank: Of = np.zeros_like, climb: Of = np.zeros_like, length: float = 120.0
 ) -> Ride:
-    """A ride with a speed [m/s], a yaw rate about the vertical [rad/s], a roll [rad] and a climb [rad] over time."""
+    """A ride with speed [m/s], turning about the vertical [rad/s], roll [rad] and climb [rad] over time."""
     h = 1e-3
     t = np.arange(0.0, length, h)
     v, w = speed(t), turning(t)
@@ -106,7 +107,7 @@ def oval(speed: float, *, banked_deg: float = 31.0, radius: float = 300.0) -> Ri
 
 
 def hills(*, drive: float = 0.7, steep: float = 0.06) -> Ride:
-    """A lorry on rolling hills, whose driver makes up for this share of the slope and loses speed by the rest."""
+    """A lorry on rolling hills that makes up for this share of the slope and loses speed by the rest."""
 
     def climb(t: Vec) -> Vec:
         return steep * np.sin(0.15 * t)

@@ -66,7 +66,7 @@ def recorded_drive(path: Path, chosen: Mapping[str, Any]) -> Log:
 
 
 def as_record(chosen: Mapping[str, Any]) -> dict[str, Any]:
-    """Plain values that let `recorded_drive` read the same file the same way, whatever becomes of --mapping."""
+    """Plain values that let `recorded_drive` read a file in the same way, whatever becomes of --mapping."""
     settings = asdict(log_settings(chosen))
     return settings | {"columns": dict(settings["columns"]), "needs": list(settings["needs"])}
 

@@ -89,8 +89,8 @@ def _contradiction(drive: Kinematics, one: Relation, source: str, told: Told) ->
     if share is not None and drive.attitude_explains(one.key):
         turned, road = ("pitch", "a slope") if one.key == "ax" else ("roll", "a bank, or in a lean")
         return [
-            f"{one.key} is not {one.other} ({numbers}), but with gravity's share it is: the difference follows "
-            f"the {turned} that the gyro tells (correlation {share.correlation:.2f}), as on {road}; it stays"
+            f"{one.key} is not {one.other} ({numbers}), but with gravity's share it is: the difference "
+            f"follows the {turned} of the gyro (correlation {share.correlation:.2f}), as on {road}; it stays"
         ]
     found = [] if abs(one.correlation) < ODD else remedies(drive, one, stated=told.units)
     if told.axes:
@@ -109,7 +109,9 @@ def _contradiction(drive: Kinematics, one: Relation, source: str, told: Told) ->
         bound = "about 1 times, or within 1 g of it; no other sign, unit or order of axes makes it fit"
         raise InputError(f"{one.key} in {source}", value, f"{bound} ({_leave_out(drive)})")
     if not found:
-        return [f"doubtful: {one.key} is {value}: {_explanation(one)}; it is left as it is"]
+        perhaps = "; or ".join(map(str, remedies(drive, one, stated=told.units, sure=ODD)))
+        why = _explanation(one) + (f", or {perhaps}" if perhaps else "")
+        return [f"doubtful: {one.key} is {value}: {why}; it is left as it is"]
     otherwise = [way] if (way := _road_may_explain(one, drive, found)) else []
     bound = "of the same sign" if one.correlation < 0.0 else "about 1 times"
     raise InputError(f"{one.key} in {source}", value, f"{bound} ({either(found, otherwise)})")

@@ -59,13 +59,16 @@ class Remedy:
         return way
 
 
-def remedies(drive: Kinematics, fault: Relation, *, stated: Sequence[str] = ()) -> list[Remedy]:
+def remedies(
+    drive: Kinematics, fault: Relation, *, stated: Sequence[str] = (), sure: float = SURE
+) -> list[Remedy]:
     """All remedies with the fewest changes that mend one contradiction of a drive.
 
     Parameters
     ----------
     fault : a strong relation of the drive that does not agree.
     stated : quantities whose unit the user has stated; these are not doubted.
+    sure : correlation from which a unit that the file states is doubted.
     """
     columns = {key: channel.column for key, channel in drive.channels.items()}
     single = list(_changes(columns, set(fault.powers), stated))
@@ -73,7 +76,7 @@ def remedies(drive: Kinematics, fault: Relation, *, stated: Sequence[str] = ()) 
         fitting = [
             chosen
             for chosen in combinations(single, count)
-            if _apart(chosen) and _mends(chosen, drive.relations, fault, columns)
+            if _apart(chosen) and _mends(chosen, drive.relations, fault, columns, sure)
         ]
         if fitting:
             agreeing = [_agreeing(chosen, drive.relations) for chosen in fitting]
@@ -156,14 +159,18 @@ def _apart(chosen: Sequence[Change]) -> bool:
 
 
 def _mends(
-    chosen: Sequence[Change], relations: Sequence[Relation], fault: Relation, columns: Mapping[str, Column]
+    chosen: Sequence[Change],
+    relations: Sequence[Relation],
+    fault: Relation,
+    columns: Mapping[str, Column],
+    sure: float,
 ) -> bool:
     factors = _factors(chosen)
     resized = [key for change in chosen if change.unit for key in change.factors if key in fault.powers]
     slopes = SLOPES
     if resized:
         told = any(not columns[key].assumed for key in resized)
-        if told and abs(fault.correlation) < SURE:
+        if told and abs(fault.correlation) < sure:
             return False
         slopes = STATED if told else CLOSE
     if not fault.fits(fault.factor(factors), slopes):

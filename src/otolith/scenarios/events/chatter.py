@@ -110,7 +110,7 @@ def _spectrum(channel: Channel) -> tuple[Vec, Vec]:
     _, values = _even(channel)
     mirrored = np.r_[values, values[::-1]]
     amplitude = np.abs(np.fft.rfft(mirrored - np.mean(mirrored))) / len(mirrored)
-    frequency: Vec = np.fft.rfftfreq(len(mirrored), channel.step)
+    frequency = np.asarray(np.fft.rfftfreq(len(mirrored), channel.step), dtype=np.float64)
     return frequency, np.asarray(2.0 * amplitude**2, dtype=np.float64)
 
 

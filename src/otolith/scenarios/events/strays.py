@@ -15,7 +15,7 @@ BREAK: Final = 0.5  # [m/s²] that it breaks out by, at least …
 SHARE: Final = 4.0  # … and so many times as much as the drive goes on by from before to after
 SPIKE: Final = 20.0  # [m/s²] there and back again within so many rows is no motion of a vehicle
 SPIKE_ROWS: Final = 3
-AROUND: Final = 5  # rows without zeros on either side of a packet of zeros
+AROUND: Final = 10  # rows on either side that tell how the drive goes on; none of zeros about zeros
 
 
 def find_strays(felt: Sequence[Channel]) -> list[Event]:
@@ -28,7 +28,8 @@ def find_strays(felt: Sequence[Channel]) -> list[Event]:
     found = [_stray(t, table, run, "packet of zeros") for run in runs]
     for i, channel in enumerate(felt[: table.shape[1]]):
         if channel.key in ("ax", "ay"):
-            found += [_stray(t, table, run, f"spike of {channel.key}") for run in _spikes(table[:, i])]
+            spikes = [run for run in _spikes(table[:, i]) if run[0] >= AROUND and run[1] + AROUND <= len(t)]
+            found += [_stray(t, table, run, f"spike of {channel.key}") for run in spikes]
     return [event for event in found if event is not None]
 
 
