@@ -89,14 +89,27 @@ def test_any_name_is_read_without_failing(name: str) -> None:
         ("with:colon:g", STANDARD_GRAVITY),
         ("ay_g", STANDARD_GRAVITY),
         ("-Bar [g]", -STANDARD_GRAVITY),
-        ("group_g", 1.0),
+        ("group_g", STANDARD_GRAVITY),
+        ("of_s", 1.0),
         ("Längs [mg]", STANDARD_GRAVITY / 1000),
         ("b_mps2", 1.0),
     ],
 )
 def test_a_mapping_goes_before_names(mapping: str, factor: float) -> None:
-    """The unit in a name counts for every quantity of its kind; a mere g at its end does not."""
-    names = ("t", "ax", "Foo", "-neg", "with:colon", "ay_g", "Bar [g]", "group_g", "Längs [mg]", "b_mps2")
+    """The unit in a name counts for every quantity of its kind; a mere letter of another kind does not."""
+    names = (
+        "t",
+        "ax",
+        "Foo",
+        "-neg",
+        "with:colon",
+        "ay_g",
+        "Bar [g]",
+        "group_g",
+        "of_s",
+        "Längs [mg]",
+        "b_mps2",
+    )
     assert chosen(*names, ax=mapping)["ax"][1] == pytest.approx(factor)
 
 

@@ -184,10 +184,11 @@ def _addressed(name: str, names: Sequence[str], option: str) -> int | None:
 
 def _unit_beside(key: str, name: str) -> str:
     """The unit that a mapped column's name states, whatever else the name means."""
-    told = tells(name)
-    if told is not None and told.unit and QUANTITIES[told.key][0] == QUANTITIES[key][0]:
+    told, dimension = tells(name), QUANTITIES[key][0]
+    if told is not None and told.unit and QUANTITIES[told.key][0] == dimension:
         return told.unit
-    return stated_unit(name)
+    unit, certain = stated_unit(name)
+    return unit if certain or factor(dimension, unit) is not None else ""
 
 
 def _column(key: str, index: int, header: Header, unit: str, sign: float = 1.0) -> Column:

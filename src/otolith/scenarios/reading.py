@@ -42,6 +42,8 @@ def recording(
         increase; two columns of one quality that contradict each other; an impossible mapping.
     """
     recorded = widened(recorded, columns)
+    if recorded.clocked:
+        columns = _without_clock(columns, recorded)
     header = Header(recorded.source, recorded.names, recorded.units, recorded.origins, recorded.clocked)
     found = candidates(header, columns)
     made = derived.asked(columns)
@@ -56,7 +58,9 @@ def recording(
     return Recording(
         source=recorded.source,
         channels={key: channels[key] for key in QUANTITIES if key in channels},
-        layout=replace(_layout(recorded, [*choice.chosen.values()], clock), clock_name=name),
+        layout=replace(
+            _layout(recorded, [*choice.chosen.values()], clock), clock_name=name or recorded.layout.clock_name
+        ),
         needs=tuple(needs),
         notes=(*recorded.notes, *(() if stamps is None else (clock, *stamps.notes)), *choice.notes),
         others={key: tuple(_channel(o, recorded, zero) for o in some) for key, some in choice.others.items()},
@@ -76,15 +80,21 @@ def _needed(
     return list(needs) or [key for key in there if key in FORCE] or there
 
 
+def _without_clock(columns: Mapping[str, str], recorded: Recorded) -> dict[str, str]:
+    """The mapping without time, which every signal of the recording already has."""
+    asked = columns.get("t", "")
+    if asked and recorded.layout.clock_name not in (asked, asked.rpartition(":")[0]):
+        bound = f"left out: every signal of {recorded.source} has a clock of its own"
+        raise InputError("t", f"mapped to {asked!r}", bound)
+    return {key: text for key, text in columns.items() if key != "t"}
+
+
 def _stamps(
     recorded: Recorded, clocks: Sequence[Column], columns: Mapping[str, str], header: Header
 ) -> tuple[Stamps | None, str, str]:
     """The time of all rows, from the first column whose stamps increase, a sentence about it, its name."""
     asked = columns.get("t", "")
     if recorded.clocked:
-        if asked and recorded.layout.clock_name not in (asked, asked.rpartition(":")[0]):
-            bound = f"left out: every signal of {header.source} has a clock of its own"
-            raise InputError("t", f"mapped to {asked!r}", bound)
         return None, "", ""
     if asked.strip().lower().startswith(f"{EVERY}:"):
         stamps = even_rows(asked, len(recorded.rows(0)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import FELT, MAX_GAP, Channel, Recording
+from otolith.scenarios.units import UNITS
 
 WIDE_GAP: Final = 5.0  # in usual steps: a gap that is told
 
@@ -59,7 +60,8 @@ def _refuse_hole(one: Channel, end: float, clock: str) -> None:
     first, last = max(holes, key=lambda hole: hole[1] - hole[0])
     after = int(np.searchsorted(one.t, last))
     where = f"gap in {one.key} before {one.where(after)}, {first:.6g} s after the first row,"
-    hint = f" (is time in ms? then map t={clock}:ms)" if clock and one.step > MAX_GAP else ""
+    unit = next((u for u in ("ms", "us", "ns") if 1e-4 < one.step * UNITS["time"][u] < MAX_GAP), "")
+    hint = f" (is time in {unit}? then map t={clock}:{unit})" if clock and unit and one.step > MAX_GAP else ""
     raise InputError(where, f"{last - first:.6g} s", f"at most {MAX_GAP:g} s{hint}")
 
 

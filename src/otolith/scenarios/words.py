@@ -39,7 +39,7 @@ SPEED_EXTRA: Final = _set("ground over x long lon longitudinal forward wheelspee
 TIME: Final = _set("t time timestamp stamp utime cts elapsed utc epoch datetime date interval")
 TIME_EXTRA: Final = _set(
     "seconds secs sec s ms milliseconds us ns unix session relative rel abs absolute since start iso sim "
-    "simulation system sys recording logger record logging run"
+    "meta simulation system sys recording logger record logging run"
 )
 POSITION: Final = _set("pos position coord coordinate world")
 VOCABULARY: Final = frozenset().union(
@@ -89,10 +89,10 @@ def tells(name: str, unit: str = "") -> Told | None:
     return None
 
 
-def stated_unit(name: str) -> str:
-    """The unit in a name, whatever the name means: in brackets, or unmistakable at its end; else empty."""
+def stated_unit(name: str) -> tuple[str, bool]:
+    """The unit in a name, whatever the name means, and whether it can be nothing else than a unit."""
     unit = parted(name)[1]
-    return "" if canonical(unit) in SHORT and not _BRACKETS.match(name) else unit
+    return unit, bool(unit) and (canonical(unit) not in SHORT or bool(_BRACKETS.match(name)))
 
 
 def parted(name: str) -> tuple[str, str]:
