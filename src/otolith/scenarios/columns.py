@@ -18,6 +18,7 @@ __all__ = [
     "candidates",
     "canonical",
     "recognise",
+    "unit_in_name",
 ]
 
 # quantity -> (dimension, in words); axes x forward, y left, z up
@@ -55,6 +56,7 @@ class Column:
     assumed: bool  # nobody stated the unit
     twins: tuple[str, ...] = ()  # names of other columns that hold the same numbers
     why: str = ""  # why this column and no other, where there was a choice
+    address: str = ""  # by which a mapping reaches it: ``NAME#2`` where several have the name
     rank: tuple[int, ...] = ()  # of several for one quantity: smaller is better, the last is the index
 
     def __str__(self) -> str:
@@ -159,7 +161,7 @@ def _mapped(key: str, text: str, header: Header) -> Column | None:
         for sign, candidate in ((1.0, name.strip()), (-1.0, name.strip().removeprefix("-"))):
             index = _addressed(candidate, header.names, f"{key}={text}")
             if index is not None:
-                return _column(key, index, header, unit or _unit_beside(key, candidate), sign)
+                return _column(key, index, header, unit or unit_in_name(key, candidate), sign)
     raise InputError(
         f"{key} in {header.source}",
         f"mapped to {text!r}",
@@ -182,8 +184,8 @@ def _addressed(name: str, names: Sequence[str], option: str) -> int | None:
     return None
 
 
-def _unit_beside(key: str, name: str) -> str:
-    """The unit that a mapped column's name states, whatever else the name means."""
+def unit_in_name(key: str, name: str) -> str:
+    """The unit of this quantity that a mapped column's name states, whatever else the name means."""
     told, dimension = tells(name), QUANTITIES[key][0]
     if told is not None and told.unit and QUANTITIES[told.key][0] == dimension:
         return told.unit
@@ -200,8 +202,16 @@ def _column(key: str, index: int, header: Header, unit: str, sign: float = 1.0) 
         raise InputError(f"unit of {name!r} in {header.source}", repr(unit), bound)
     if known is None:
         assumed = "deg" if key in DEGREES else SI[dimension]
-        return Column(key, index, name, sign * UNITS[dimension][canonical(assumed)], assumed, assumed=True)
-    return Column(key, index, name, sign * known, SI[dimension] if known == 1.0 else unit, assumed=False)
+        known, unit = UNITS[dimension][canonical(assumed)], assumed
+        return Column(key, index, name, sign * known, unit, assumed=True, address=_address(header, index))
+    unit = SI[dimension] if known == 1.0 else unit
+    return Column(key, index, name, sign * known, unit, assumed=False, address=_address(header, index))
+
+
+def _address(header: Header, index: int) -> str:
+    name = header.names[index]
+    same = [place for place, one in enumerate(header.names) if one == name]
+    return name if len(same) == 1 else f"{name}#{same.index(index) + 1}"
 
 
 def _listed(names: Sequence[str]) -> str:

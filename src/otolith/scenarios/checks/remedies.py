@@ -12,9 +12,8 @@ from typing import Final
 
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.relations import SLOPES, Relation
-from otolith.scenarios.columns import QUANTITIES, Column
+from otolith.scenarios.columns import QUANTITIES, Column, unit_in_name
 from otolith.scenarios.units import factor
-from otolith.scenarios.words import stated_unit
 
 # A unit is believed only if it makes the size right this closely. A stated one is contradicted more rarely,
 # for a leaning vehicle or a banked road can show any factor below one.
@@ -105,11 +104,11 @@ def exchange(drive: Kinematics) -> Remedy | None:
 def spelled(column: Column, sign: float = 1.0, unit: str = "") -> str:
     """What to map a quantity to so that this column is read with another sign or unit."""
     minus = "-" if sign * column.factor < 0.0 else ""
-    known = column.assumed or factor(QUANTITIES[column.key][0], stated_unit(column.name)) == abs(
+    known = column.assumed or factor(QUANTITIES[column.key][0], unit_in_name(column.key, column.name)) == abs(
         column.factor
     )
     told = unit or ("" if known else column.unit)
-    return f"{minus}{column.name}{':' if told else ''}{told}"
+    return f"{minus}{column.address or column.name}{':' if told else ''}{told}"
 
 
 def either(found: Sequence[Remedy], otherwise: Sequence[str] = ()) -> str:
