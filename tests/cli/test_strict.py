@@ -8,6 +8,8 @@ import pytest
 
 from otolith import cli, files
 from otolith.cli.output import sentence
+from otolith.cli.run import _place
+from otolith.report import Standing
 from tests.cli.test_cli import done
 
 FAR = ["step-2", "--scale", "2", "--cueing", "classical"]  # runs into the end of the travel
@@ -33,6 +35,18 @@ def test_decisions_that_failed_stand_in_the_printed_line() -> None:
     said = sentence(summary(status={"optimal": 680, "infeasible": 320}))
     assert "320 of 1,000 decisions fell back to braking: the problem had no solution" in said
     assert "\n" not in said
+
+
+def test_ties_and_broken_limits_stand_in_the_printed_ranking() -> None:
+    a, b, c = (
+        Standing(cueing=name, ranks=(rank,), values=(0.1,), broken=(broken,))
+        for name, rank, broken in (("a", 1, 0), ("b", 1, 0), ("c", 3, 1234))
+    )
+    assert [_place(one, [a, b, c]) for one in (a, b, c)] == [
+        "a: rank 1, tied",
+        "b: rank 1, tied",
+        "c: rank 3; hard limits broken at 1,234 nodes",
+    ]
 
 
 def exit_code(arguments: list[str]) -> object:

@@ -281,3 +281,9 @@ def test_a_page_of_many_curves_draws_fewer_points_of_each(make_run) -> None:
     assert len(text.encode()) < 0.8e6
     curves = {c["name"]: _values(c["y"]) for c in Page(text).plots["surge-pitch-compare-force"]["data"]}
     assert curves["model-3"].max() == pytest.approx(runs[3].felt_force[:, 0].max(), rel=1e-6)
+
+
+def test_a_lap_on_six_legs_is_a_page_of_less_than_2_mb(make_run) -> None:
+    """Four minutes in four degrees of freedom, with the moving platform."""
+    run = make_run(24_000, pairs=("surge-pitch", "sway-roll"), platform=load("davsi"), plant="hexapod")
+    assert len(render(run, summarise(run)).encode()) < 2e6

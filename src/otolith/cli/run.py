@@ -123,7 +123,7 @@ def compare(
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _tell(said if json else None, every, folder, console)
     for one in ranked:
-        console.print(_place(one, several), highlight=False, soft_wrap=True)
+        console.print(_place(one, ranked), highlight=False, soft_wrap=True)
     _judge(every, strict)
 
 
@@ -220,11 +220,15 @@ def _judge(summaries: Sequence[dict[str, Any]], strict: bool) -> None:
         raise typer.Exit(BROKEN)
 
 
-def _place(one: Standing, several: bool) -> str:
-    """One algorithm's place in one line."""
-    broken = sum(one.broken)
+def _place(one: Standing, ranked: Sequence[Standing]) -> str:
+    """One algorithm's place in one line, ties said."""
+    tied = sum(other.mean_rank == one.mean_rank for other in ranked) > 1
+    several = len(one.ranks) > 1
     where = f"mean rank {one.mean_rank:.2f}, {one.wins} wins" if several else f"rank {one.ranks[0]}"
-    return f"{one.cueing}: {where}" + (f", breaks limits ({broken} violations)" if broken else "")
+    broken = sum(one.broken)
+    return f"{one.cueing}: {where}{', tied' if tied else ''}" + (
+        f"; hard limits broken at {broken:,} nodes" if broken else ""
+    )
 
 
 def _today() -> str:

@@ -14,7 +14,7 @@ from otolith.report.page import asset
 from otolith.simulate import Run
 
 FRAMES_PER_SECOND: Final = 25.0
-FRAMES: Final = 6000  # at most, some 0.5 MB; a run of more than four minutes is shown more coarsely
+FRAMES: Final = 3000  # at most, some 0.25 MB; a run of more than two minutes is shown more coarsely
 
 
 def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[str] = ()) -> str:
