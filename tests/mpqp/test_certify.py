@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from otolith.mpqp import Law, enumerate_regions, verify
-from tests.mpqp.models import random_problem
+from tests.mpqp.models import random_problem, saturated_line
 
 
 def test_the_blocked_law_passes(blocked: Law) -> None:
@@ -87,4 +87,27 @@ def test_a_region_stored_twice_is_reported(blocked: Law) -> None:
     arrays["beyond"] = np.where(old >= h, old + 1, old)  # ids of mirror images move up by one
     result = verify(Law.from_arrays(arrays), 1000, np.random.default_rng(0))
     assert result.doubles > 0
+    assert not result.passed
+
+
+def test_rows_that_limit_the_parameter_alone_are_part_of_the_verdict() -> None:
+    """|z| ≤ 1 and 0 z ≤ 1 - θ: beyond θ = 1 there is nothing, though no region's own facets say so."""
+    line = saturated_line()
+    problem = replace(
+        line,
+        G=np.vstack([line.G, np.zeros((1, 1))]),
+        w=np.append(line.w, 1.0),
+        S=np.array([[0.0], [0.0], [-1.0]]),
+    )
+    law = enumerate_regions(problem)
+    assert not law.evaluate(np.array([1.5])).found
+    assert verify(law, 500, np.random.default_rng(0)).passed
+
+
+def test_a_law_that_answers_where_there_is_nothing_is_reported() -> None:
+    """The law of |z| ≤ 1, held against a model that asks for z ≥ 1.5 and z ≤ 1."""
+    law = enumerate_regions(saturated_line())
+    narrower = replace(law.problem, w=np.array([1.0, -1.5]))
+    result = verify(replace(law, problem=narrower), 200, np.random.default_rng(0))
+    assert result.false_hits > 100
     assert not result.passed

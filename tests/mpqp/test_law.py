@@ -7,7 +7,7 @@ import pytest
 
 from otolith.core.errors import CorruptFile
 from otolith.mpqp import Law, enumerate_regions
-from otolith.mpqp.certify import solve
+from otolith.mpqp.oracle import solve
 from tests.mpqp.models import random_problem, surge_pitch
 
 

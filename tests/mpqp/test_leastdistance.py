@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from otolith.mpqp.certify import solve
 from otolith.mpqp.geometry import affine_multipliers
 from otolith.mpqp.leastdistance import least_distance
+from otolith.mpqp.oracle import solve
 from otolith.mpqp.prune import prune
 from tests.mpqp.models import random_problem, surge_pitch
 

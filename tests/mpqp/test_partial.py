@@ -3,7 +3,7 @@
 import numpy as np
 
 from otolith.mpqp import Law
-from otolith.mpqp.certify import solve
+from otolith.mpqp.oracle import solve
 from otolith.mpqp.partial import PartialLaw
 from tests.mpqp.models import double_integrators
 

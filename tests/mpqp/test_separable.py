@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from otolith.mpqp import ParametricQp, enumerate_regions
-from otolith.mpqp.certify import solve
+from otolith.mpqp.oracle import solve
 from otolith.mpqp.separable import enumerate_parts, separate
 from tests.mpqp.models import random_problem, surge_pitch
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from otolith.mpqp import Law
-from otolith.mpqp.certify import _facet_point, solve
+from otolith.mpqp.certify import _facet_point
+from otolith.mpqp.oracle import solve
 
 
 def beside_shared_facets(law: Law, wanted: int) -> list[tuple[int, int, np.ndarray]]:

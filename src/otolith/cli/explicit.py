@@ -29,6 +29,7 @@ LawFile = Annotated[Path, typer.Argument(metavar="LAW", help="A law written by '
 _COUNTS = (
     "samples",
     "feasible",
+    "unsolved",
     "missing",
     "slivers",
     "false_hits",

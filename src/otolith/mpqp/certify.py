@@ -1,13 +1,15 @@
 """Proof by an independent solver that a law is complete and right.
 
 Notation: θ parameter, τ the same in the unit box, z minimiser. The oracle is DAQP on the ordinary QP
-at θ; it shares no code with the engine. Points are drawn uniformly, inside regions with preference
-for small ones, and on both sides of facets.
+at θ, see `oracle`; it shares no code with the engine. Points are drawn uniformly, inside regions with
+preference for small ones, and on both sides of facets.
+
+Every variable is judged in a unit of its own, the largest value that it takes at the samples, and
+feasibility in the oracle's, so that the verdict does not depend on the units of the problem.
 """
 
 from dataclasses import dataclass
 
-import daqp
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
@@ -16,14 +18,18 @@ from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp.geometry import affine_multipliers, affine_slacks, exact_rows
 from otolith.mpqp.law import Law
 from otolith.mpqp.leastdistance import least_distance
+from otolith.mpqp.oracle import Oracle
 from otolith.mpqp.problem import ParametricQp
 from otolith.mpqp.prune import inscribed
 
 LongVec = NDArray[np.longdouble]
-LAW_ERROR = 1e-8  # largest deviation of z, and jump across a facet, that passes
+LAW_ERROR = 1e-8  # largest relative deviation of z, and jump across a facet, that passes
+_GRAIN = 1e-2  # part of a law's grain by which the former grows: rounding, where curvature is weak
+_SMALL = 1e-6  # least unit of a variable, relative to the largest, where each has the curvature 1
 _BESIDE = 1e-6  # distance of points beside a facet, in τ
 _STRICT = 2e-6  # margin of the overlap census, above the rounding of the stored rows
-_BOUNDARY = 1e-8  # slack of the whole QP below which feasibility is a matter of rounding
+_BOUNDARY = 1e-8  # margin of the QP, in the oracle's unit, below which feasibility is a matter of rounding
+_BLURRED = 3.0  # margin below which it is so for the law, in violations that its own QP ends with
 _FOUND = 1e-9  # how far from its place, in τ, a facet may be found again
 _TOUCH = 1e-12  # how near, in τ, a region must come to a point to share it
 _REFINED = 4  # solves of a linear system, all but the first for the residual
@@ -53,62 +59,74 @@ class Verification:
     tolerance: float  # of the enumeration: the count depends on it
     samples: int
     feasible: int  # samples where the QP has a solution
+    unsolved: int  # samples where the law has an answer, an LP finds it feasible, and the oracle has none
     missing: int  # of those, in no region although they lie deeper inside than `tolerance`
     slivers: int  # of those, in no region because theirs is thinner than `tolerance`
     false_hits: int  # samples where the law has an answer, or a region, and the QP no solution
-    max_law_error: float  # largest |z - z_QP|
+    max_law_error: float  # largest |z_i - z_QP,i|, relative to the largest |z_QP,i| of all samples
     overlap_samples: int
     max_overlap: int  # most regions, beyond one, strictly inside which one sample lies
     strays: int  # regions, of up to 2000, whose facets let points through that their conditions forbid
     doubles: int  # active sets stored twice, as they are or as mirror images
     facets: int  # facets crossed to a region that shares them
-    continuity: float  # largest jump of z across a facet
+    continuity: float  # largest jump of z across a facet, relative likewise
     open_facets: int  # facets with no region beyond although the QP is feasible there
     mirror_missing: int  # regions whose mirror image is absent from a centrally symmetric problem's law
+    allowed_error: float = LAW_ERROR  # of law and continuity
 
     @property
     def passed(self) -> bool:
-        """Whether nothing is missing, wrong, double or torn."""
-        holes = (self.missing, self.open_facets, self.mirror_missing)
+        """Whether nothing is missing, wrong, double, torn, or left open by the oracle."""
+        holes = (self.missing, self.open_facets, self.mirror_missing, self.unsolved)
         excess = (self.false_hits, self.max_overlap, self.strays, self.doubles)
-        return not any(holes + excess) and max(self.max_law_error, self.continuity) <= LAW_ERROR
+        return not any(holes + excess) and max(self.max_law_error, self.continuity) <= self.allowed_error
 
 
 def verify(law: Law, samples: int, rng: np.random.Generator) -> Verification:
     """Check `law` at `samples` parameters, at up to 1000 facets and in up to 2000 regions."""
     thetas = _points(law, samples, rng)
-    truth = np.array([solve(law.problem, theta) for theta in thetas])
-    feasible = np.isfinite(truth[:, 0])
+    judge = _Judge(law, thetas)
+    feasible = np.isfinite(judge.truth[:, 0])
     answer = law.locate_many(thetas)
-    gap = np.abs(answer.z - truth)[feasible & answer.found]
-    lost = [theta for theta in thetas[feasible & ~answer.found] if _decided(law.problem, theta)]
+    gap = (np.abs(answer.z - judge.truth) / judge.unit)[feasible & answer.found]
+    lost = [theta for theta in thetas[feasible & ~answer.found] if judge.feasible(theta)]
     thin = sum(_is_sliver(law, theta) for theta in lost)
     few = max(100, _SCANS // max(1, len(law)))
     held = law.count_many(thetas[:few], _STRICT)
     wrong = ~feasible & (answer.found | law.evaluate_many(thetas).found)
-    wrong[:few] |= ~feasible[:few] & (held > 0)
-    crossing = _cross_facets(law, min(_FACETS, samples), rng)
+    wrong[:few] |= ~feasible[:few] & (held > 0) & _within(law, thetas[:few])
+    crossing = _cross_facets(law, judge, min(_FACETS, samples), rng)
     return Verification(
         regions=len(law), tolerance=law.tolerance, samples=len(thetas), feasible=int(feasible.sum()),
+        unsolved=sum(judge.feasible(theta) for theta in thetas[wrong]),
         missing=len(lost) - thin, slivers=thin,
-        false_hits=sum(_decided(law.problem, theta) for theta in thetas[wrong]),
+        false_hits=sum(judge.infeasible(theta) for theta in thetas[wrong]),
         max_law_error=float(gap.max(initial=0.0)), overlap_samples=len(held),
         max_overlap=max(0, int(held.max(initial=0)) - 1),
         strays=sum(_strays(law, int(r), rng) for r in _choose(law, min(_INSPECTED, samples), rng)),
         doubles=_doubles(law),
         facets=crossing.facets, continuity=crossing.jump, open_facets=crossing.open,
-        mirror_missing=_mirror_missing(law),
+        mirror_missing=_mirror_missing(law), allowed_error=LAW_ERROR * max(1.0, _GRAIN * law.form.grain),
     )  # fmt: skip
 
 
-def solve(problem: ParametricQp, theta: Vec) -> Vec:
-    """Minimiser (n,) of the ordinary QP at `theta` by DAQP; NaN when it has none."""
-    g, b = problem.at(theta)
-    free = np.full(len(b), -1e30)
-    kinds = np.zeros(len(b), dtype=np.int32)
-    H, G = np.array(problem.H), np.array(problem.G)
-    z, _, flag, _ = daqp.solve(H, g, G, b, free, kinds, primal_tol=1e-11)
-    return np.asarray(z) if flag == 1 and np.isfinite(z).all() else np.full(len(g), np.nan)
+class _Judge:
+    """What is true at the samples (N, p), and how small a difference from it does not count."""
+
+    def __init__(self, law: Law, thetas: Mat) -> None:
+        self.oracle = Oracle(law.problem)
+        self.truth = np.array([self.oracle.solve(theta) for theta in thetas])  # (N, n)
+        largest = np.nanmax(np.abs(np.nan_to_num(self.truth)), axis=0, initial=0.0) / self.oracle.size
+        self.unit = self.oracle.size * np.maximum(largest, max(_SMALL * float(largest.max()), 1e-300))
+        self._boundary = max(_BOUNDARY, _BLURRED * law.form.blur)
+
+    def feasible(self, theta: Vec) -> bool:
+        """Whether the QP at `theta` is feasible by more than rounding."""
+        return self.oracle.margin(theta) > self._boundary
+
+    def infeasible(self, theta: Vec) -> bool:
+        """Whether the QP at `theta` is infeasible by more than rounding."""
+        return self.oracle.margin(theta) < -self._boundary
 
 
 def _points(law: Law, samples: int, rng: np.random.Generator) -> Mat:
@@ -174,6 +192,12 @@ def _domain(law: Law) -> Mat:
     return np.vstack([bounds, np.column_stack([law.form.E.T, law.form.e])])
 
 
+def _within(law: Law, thetas: Mat) -> Bools:
+    """Which parameters (N, p) satisfy the constraints on the parameter alone, which regions do not repeat."""
+    within: Bools = (law.form.scaled(thetas) @ law.form.E <= law.form.e).all(axis=1)
+    return within
+
+
 def _strays(law: Law, region: int, rng: np.random.Generator) -> bool:
     """Whether a region's facets leave a way to where it is not optimal: then it covers others."""
     A, (centre, _) = law.form_rows(region), law.ball(region)
@@ -198,7 +222,7 @@ class _Crossing:
     open: int
 
 
-def _cross_facets(law: Law, count: int, rng: np.random.Generator) -> _Crossing:
+def _cross_facets(law: Law, judge: _Judge, count: int, rng: np.random.Generator) -> _Crossing:
     """Leave regions through their facets: z must not jump, and nothing feasible may lie uncovered."""
     facets, jump, uncovered = 0, 0.0, 0
     for region in _choose(law, count, rng):
@@ -208,32 +232,34 @@ def _cross_facets(law: Law, count: int, rng: np.random.Generator) -> _Crossing:
         on, past = (law.form.centre + law.form.half * (tau + step * row) for step in (0.0, _BESIDE))
         there = law.locate_many(past[None, :])
         if there.found[0]:
-            leap = _jump(law, int(region), facet, int(there.region[0]), on, past)
+            other = int(there.region[0])
+            leap = _jump(law, judge, int(region), facet, other=other, on=on, past=past)
             facets += leap >= 0.0
             jump = max(jump, leap)
-        elif there.region[0] == -1 and np.isfinite(solve(law.problem, past)[0]):
-            uncovered += _decided(law.problem, past) and not _is_sliver(law, past)
+        elif there.region[0] == -1 and judge.feasible(past):
+            uncovered += not _is_sliver(law, past)
     return _Crossing(facets, jump, uncovered)
 
 
-def _jump(law: Law, one: int, facet: int, other: int, on: Vec, past: Vec) -> float:
+def _jump(law: Law, judge: _Judge, one: int, facet: int, *, other: int, on: Vec, past: Vec) -> float:
     """|difference| of the laws of two regions where they meet; -1 when the second does not reach it.
 
     A facet is known to rounding over the length of its gradient, and the laws part from there with the
     difference of their gains: 1e-12 times 1e4 is no tear. The facet is therefore found again, on the
     line from `on` to `past` and within _FOUND of `on`, as the zero of its own multiplier or slack.
     """
+    problem = judge.oracle.problem
     i = int(law.form.rows[law.facets(one)[facet]])
     start, step = on.astype(np.longdouble), (past - on).astype(np.longdouble)
-    g = [_condition(law.problem, law.active(one), start + t * step, i) for t in (0.0, 1.0)]
+    g = [_condition(problem, law.active(one), start + t * step, i) for t in (0.0, 1.0)]
     shift = float(g[0] / (g[0] - g[1])) if g[0] != g[1] else 0.0
     theta = start + step * np.clip(shift, -_FOUND / _BESIDE, _FOUND / _BESIDE)
     rows, bound = law.halfspaces(other)
     if (rows @ theta.astype(np.float64) > bound + _TOUCH).any():
         return -1.0
-    z, _ = _law_at(law.problem, law.active(one), theta)
-    beyond, _ = _law_at(law.problem, law.active(other), theta)
-    return float(np.abs(z - beyond).max())
+    z, _ = _law_at(problem, law.active(one), theta)
+    beyond, _ = _law_at(problem, law.active(other), theta)
+    return float((np.abs(z - beyond) * judge.oracle.size / judge.unit).max())
 
 
 def _condition(problem: ParametricQp, A: Ints, theta: LongVec, i: int) -> np.longdouble:
@@ -257,13 +283,6 @@ def _law_at(problem: ParametricQp, A: Ints, theta: LongVec) -> tuple[LongVec, Lo
     for _ in range(_REFINED):
         x += lu_solve(factor, (right - K @ x).astype(np.float64))
     return x[:n], x[n:]
-
-
-def _decided(problem: ParametricQp, theta: Vec) -> bool:
-    """Whether the QP at `theta` is feasible, or infeasible, by more than rounding."""
-    _, b = problem.at(theta)
-    length = np.maximum(np.linalg.norm(problem.G, axis=1), 1e-300)
-    return abs(inscribed(problem.G / length[:, None], b / length)) > _BOUNDARY
 
 
 def _is_sliver(law: Law, theta: Vec) -> bool:

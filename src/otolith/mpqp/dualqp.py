@@ -21,7 +21,8 @@ INFEASIBLE, FAILED = -1, -2
 CHANGE_LIMIT = 500
 SLACK_WEIGHT = 10.0  # a wrong slack moves z by its condition, a wrong multiplier does not
 TIED = 1e-12  # slack up to which a dependent row counts as always binding
-TIGHT, LOOSE = 1e-14, 1e-11  # violations that the QP first aims at, and ends with
+TIGHT, LOOSE = 1e-14, 1e-11  # violations that the QP first aims at, and ends with, where rounding is usual
+RETRIED = 4.0  # times the first violation, which grows with rounding, the last is at least
 
 
 @inner
@@ -224,7 +225,7 @@ def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Ma
 
 @inner
 def attempt_qp(
-    Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, tolerance: float
+    Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, tolerance: float, loosest: float
 ) -> int:
     """As `solve_qp` at one tolerance; FAILED when infeasible by so little that rounding may be the cause."""
     k = 0
@@ -236,15 +237,15 @@ def attempt_qp(
         gap = -slack[j]
         k = take_in(Q, A, k, n, j, gap, lam, L, x)
         if k < 0:
-            return INFEASIBLE if gap > LOOSE else FAILED
+            return INFEASIBLE if gap > loosest else FAILED
     return FAILED
 
 
 @inner
-def solve_qp(Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec) -> int:
+def solve_qp(Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, grain: float) -> int:
     """Optimal active set of min ½|u|², M u ≤ dv, in A[:k] with λ; returns k, INFEASIBLE or FAILED."""
-    tolerance, k = TIGHT, FAILED
-    while k == FAILED and tolerance <= LOOSE:
-        k = attempt_qp(Q, dv, n, A, lam, L, x, slack, tolerance)
+    tolerance, loosest, k = TIGHT * grain, max(LOOSE, RETRIED * TIGHT * grain), FAILED
+    while k == FAILED and tolerance <= loosest:
+        k = attempt_qp(Q, dv, n, A, lam, L, x, slack, tolerance, loosest)
         tolerance *= 30.0
     return k

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.mpqp.problem import InvalidProblem, NoRegions, ParametricQp
+from otolith.mpqp.problem import InvalidProblem, NoRegions, ParametricQp, unit_curvature
 
-_RANK = 1e-10  # singular value of A, relative to its largest, that counts as zero
+_RANK = 1e-10  # singular value of A, its rows of length one, relative to its largest, that counts as zero
+_AGREE = 1e-9  # how far right-hand sides may contradict each other, relative to their size over the box
+_ROUNDING = 1e-12  # what is left of a difference, relative to its terms, that counts as zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,18 +43,31 @@ def eliminate(
     NoRegions : the equalities contradict each other, for all θ or for all but a flat set of θ.
     InvalidProblem : nothing is left to choose, or the reduced problem is not strictly convex.
     """
-    U, size, Vt = np.linalg.svd(A)
+    unit = unit_curvature(H)
+    scaled = A * unit
+    length = np.linalg.norm(scaled, axis=1)
+    length = np.where(length > 0.0, length, 1.0)
+    U, size, Vt = np.linalg.svd(scaled / length[:, None])
     rank = int((size > _RANK * size.max(initial=1e-300)).sum())
-    rest = U[:, rank:].T
-    if np.abs(rest @ np.column_stack([b, B])).max(initial=0.0) > 1e-9 * (1.0 + np.abs(b).max(initial=0.0)):
+    right = np.column_stack([b + B @ (lower + upper) / 2, B * (upper - lower) / 2]) / length[:, None]
+    if np.abs(U[:, rank:].T @ right).max(initial=0.0) > _AGREE * np.abs(right).sum(axis=1).max(initial=0.0):
         raise NoRegions("the equality constraints contradict each other for almost every parameter")
     if rank == A.shape[1]:
         raise InvalidProblem(f"{rank} independent equalities fix all {rank} variables")
-    Y, inverse = Vt[rank:].T, Vt[:rank].T @ (U[:, :rank].T / size[:rank, None])
+    Y = unit[:, None] * Vt[rank:].T
+    inverse = unit[:, None] * (Vt[:rank].T @ (U[:, :rank].T / size[:rank, None])) / length
     z0, Z = inverse @ b, inverse @ B
     curvature = Y.T @ H @ Y
     problem = ParametricQp(
-        H=(curvature + curvature.T) / 2, F=Y.T @ (F + H @ Z), f=Y.T @ (f + H @ z0), G=G @ Y,
-        w=w - G @ z0, S=S - G @ Z, lower=lower, upper=upper,
+        H=(curvature + curvature.T) / 2, F=Y.T @ (F + H @ Z), f=Y.T @ (f + H @ z0),
+        G=_difference(np.zeros_like(G @ Y), -G, Y), w=_difference(w, G, z0), S=_difference(S, G, Z),
+        lower=lower, upper=upper,
     )  # fmt: skip
     return Eliminated(problem, Y, z0, Z)
+
+
+def _difference(whole: Mat, left: Mat, right: Mat) -> Mat:
+    """The difference whole - left @ right; zero where only rounding is left of it."""
+    rest = whole - left @ right
+    size = np.abs(whole) + np.abs(left) @ np.abs(right)
+    return np.where(np.abs(rest) > _ROUNDING * size, rest, 0.0)

@@ -6,19 +6,30 @@ An optimal u is -M'λ with λ ≥ 0, so that for the active rows A
 
     λ_A = -Q_AA⁻¹ d_A(τ),   slack_i = d_i(τ) + Q_iA λ_A,   Q = M M',   z = Z τ + z0 - V_A' λ_A.
 
-Derivation: substitute z and complete the square; σ makes the largest |d| one, so that tolerances do
-not depend on the scale of the cost. Checked by test_least_distance_form_has_the_same_minimiser.
+Derivation: substitute z and complete the square. Checked by
+test_least_distance_form_has_the_same_minimiser.
+
+Units: u has none. Its unit σ makes the largest |d| one, so that no tolerance depends on the units of
+the cost, of z, of the rows or of θ. Where curvature is weak, or a row far away, |d| says nothing of the
+set in which z moves; so σ is at most REACH times the *span* of the rows, the distance at which the median
+row lies from z = 0. The *grain* says by how much rounding is then coarser than usual: the unconstrained
+minimiser lies so far outside that its distance, of which the slacks are small differences, exceeds REACH
+spans that many times.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from otolith.core.arrays import Ints, Mat, Vec, frozen_array
-from otolith.mpqp.problem import NoRegions, ParametricQp
+from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
+from otolith.mpqp.dualqp import LOOSE, RETRIED, TIGHT
+from otolith.mpqp.problem import InvalidProblem, NoRegions, ParametricQp
 
-_ZERO_ROW = 1e-9  # a constraint row shorter than this, relative to the longest, does not hold z
+REACH = 1e3  # unit of u over the rows' span, at most; platforms' laws have 17 to 160
+_FAR = 1e9  # a row that lies more spans away from z = 0 than this does not hold z
+_COARSEST = 1e4  # largest grain at which the engine's decisions are still known to be right
 _MIRROR = 1e-10  # two rows within this are mirror images of each other
 
 
@@ -34,6 +45,7 @@ class LeastDistance:
     half: Vec  # (p,) s
     rows: Ints  # (m,) the constraint of the parametric QP behind each row
     weights: Vec  # (m,) multiplier of the parametric QP = weight · λ
+    place: Vec  # (m,) distance of each row from z = 0, the largest over the box
     Q: Mat  # (m, m)
     d: Mat  # (p + 1, m)
     V: Mat  # (m, n)
@@ -43,7 +55,7 @@ class LeastDistance:
     mirror: Ints  # (m,) or (0,)
 
     def __post_init__(self) -> None:
-        for name in ("centre", "half", "weights", "Q", "d", "V", "Z", "E", "e"):
+        for name in ("centre", "half", "weights", "place", "Q", "d", "V", "Z", "E", "e"):
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
         for name in ("rows", "mirror"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), dtype=np.int64))
@@ -53,6 +65,16 @@ class LeastDistance:
         """Rows m, variables n and parameters p."""
         return self.V.shape[0], self.V.shape[1], len(self.half)
 
+    @property
+    def grain(self) -> float:
+        """How much coarser rounding is than in a well-scaled problem, at least 1."""
+        return max(1.0, _outside(self.d) / (REACH * _span(self.place)))
+
+    @property
+    def blur(self) -> float:
+        """Violation, in spans of the rows, up to which the engine may call a parameter feasible."""
+        return max(LOOSE, RETRIED * TIGHT * self.grain) / _span(self.place)
+
     def scaled(self, theta: Mat) -> Mat:
         """τ of θ, for one point (p,) or many (N, p)."""
         tau: Mat = (theta - self.centre) / self.half
@@ -61,16 +83,34 @@ class LeastDistance:
     def without(self, dropped: Ints) -> "LeastDistance":
         """The same problem with some rows left out; the symmetry is looked for anew."""
         keep = np.setdiff1d(np.arange(len(self.rows)), dropped)
-        return _assemble(
-            self.centre, self.half, self.rows[keep], self.weights[keep],
-            self.Q[np.ix_(keep, keep)], self.d[:, keep], self.V[keep], self.Z, self.E, self.e,
+        rows = _Rows(
+            self.rows[keep], self.weights[keep], self.place[keep], self.Q[np.ix_(keep, keep)],
+            self.d[:, keep], self.V[keep],
         )  # fmt: skip
+        return _assemble(self.centre, self.half, rows.in_unit(_unit(1.0, rows.place)), self.Z, self.E, self.e)
 
     def unsymmetric(self) -> "LeastDistance":
         """The same problem with its central symmetry not made use of."""
-        names = ("centre", "half", "rows", "weights", "Q", "d", "V", "Z", "E", "e")
+        names = ("centre", "half", "rows", "weights", "place", "Q", "d", "V", "Z", "E", "e")
         return LeastDistance(
             **{name: getattr(self, name) for name in names}, mirror=np.empty(0, dtype=np.int64)
+        )
+
+
+class _Rows(NamedTuple):
+    """The rows' part of `LeastDistance`."""
+
+    numbers: Ints
+    weights: Vec
+    place: Vec
+    Q: Mat
+    d: Mat
+    V: Mat
+
+    def in_unit(self, sigma: float) -> "_Rows":
+        """The same with a unit of u that is `sigma` times the present one."""
+        return self._replace(
+            weights=sigma * self.weights, place=self.place / sigma, d=self.d / sigma, V=sigma * self.V
         )
 
 
@@ -80,41 +120,73 @@ def least_distance(problem: ParametricQp) -> LeastDistance:
     Raises
     ------
     NoRegions : a constraint holds neither z nor the parameter and cannot be met.
+    InvalidProblem : the cost has so little curvature for its slope that rounding would decide.
     """
     c, s = (problem.lower + problem.upper) / 2, (problem.upper - problem.lower) / 2
     factor = cho_factor(problem.H)
     W = cho_solve(factor, problem.G.T).T  # (m, n) G H⁻¹
     Z = -cho_solve(factor, np.column_stack([problem.F * s, problem.f + problem.F @ c]))
-    d = np.column_stack([problem.S * s, problem.w + problem.S @ c]) - problem.G @ Z  # (m, p + 1)
+    right = np.column_stack([problem.S * s, problem.w + problem.S @ c])  # (m, p + 1)
+    d = right - problem.G @ Z
     length = np.sqrt(np.maximum(np.einsum("ij,ij->i", problem.G, W), 0.0))
-    holds = length > _ZERO_ROW * max(1e-300, float(length.max(initial=0.0)))
-    E, e = _parameter_rows(np.flatnonzero(~holds), d)
-    rows = np.flatnonzero(holds)
-    unit = 1.0 / length[rows]
-    dn = (d[rows] * unit[:, None]).T
-    sigma = float(np.abs(dn).max(initial=0.0)) or 1.0
-    Q = (problem.G[rows] @ W[rows].T) * np.outer(unit, unit)
-    V = W[rows] * (sigma * unit)[:, None]
-    return _assemble(c, s, rows, sigma * unit, Q, dn / sigma, V, Z, E, e)
-
-
-def _assemble(
-    centre: Vec, half: Vec, rows: Ints, weights: Vec, Q: Mat, d: Mat, V: Mat, Z: Mat, E: Mat, e: Vec
-) -> LeastDistance:
-    symmetric = (Q + Q.T) / 2
-    return LeastDistance(
-        centre=centre, half=half, rows=rows, weights=weights, Q=symmetric, d=d, V=V, Z=Z, E=E, e=e,
-        mirror=_mirror(d, V, E, e),
+    place, holds = _places(length, np.abs(right).sum(axis=1))
+    E, e = _parameter_rows(np.flatnonzero(~holds), d, np.abs(right))
+    unit = 1.0 / length[holds]
+    rows = _Rows(
+        np.flatnonzero(holds), unit, place[holds],
+        (problem.G[holds] @ W[holds].T) * np.outer(unit, unit), (d[holds] * unit[:, None]).T,
+        W[holds] * unit[:, None],
     )  # fmt: skip
+    sigma = _unit(float(np.abs(rows.d).max(initial=0.0)) or 1.0, rows.place)
+    return _assemble(c, s, rows.in_unit(sigma), Z, E, e)
 
 
-def _parameter_rows(free: Ints, d: Mat) -> tuple[Mat, Vec]:
-    """Constraints without z as unit rows E'τ ≤ e; those that always hold are dropped."""
+def _places(length: Vec, level: Vec) -> tuple[Vec, Bools]:
+    """Distance (m,) of rows of these lengths from z = 0, and which of them hold z."""
+    place = np.divide(level, length, out=np.full(len(level), np.inf), where=length > 0.0)
+    return place, (length > 0.0) & (place <= _FAR * _span(place))
+
+
+def _span(place: Vec) -> float:
+    """Median distance of the rows from z = 0, those that go through it left out; inf when there is none."""
+    away = place[(place > 0.0) & np.isfinite(place)]
+    return float(np.median(away)) if len(away) else np.inf
+
+
+def _unit(sigma: float, place: Vec) -> float:
+    """The unit of u: `sigma`, or less where that is far beyond the rows."""
+    return min(sigma, REACH * _span(place))
+
+
+def _outside(d: Mat) -> float:
+    """How far the unconstrained minimiser lies outside of a row, at most over the box; 0 when within."""
+    return max(0.0, float(np.max(np.abs(d[:-1]).sum(axis=0) - d[-1], initial=0.0)))
+
+
+def _assemble(centre: Vec, half: Vec, rows: _Rows, Z: Mat, E: Mat, e: Vec) -> LeastDistance:
+    form = LeastDistance(
+        centre=centre, half=half, rows=rows.numbers, weights=rows.weights, place=rows.place,
+        Q=(rows.Q + rows.Q.T) / 2, d=rows.d, V=rows.V, Z=Z, E=E, e=e, mirror=_mirror(rows.d, rows.V, E, e),
+    )  # fmt: skip
+    if form.grain > _COARSEST:
+        raise InvalidProblem(
+            f"without constraints the minimiser lies {REACH * form.grain:.1g} times further away than the "
+            f"constraints, must be at most {REACH * _COARSEST:.0e} times: the cost has too little curvature "
+            "for its slope; add a quadratic cost, or take less of the linear one"
+        )
+    return form
+
+
+def _parameter_rows(free: Ints, d: Mat, size: Mat) -> tuple[Mat, Vec]:
+    """Constraints without z as unit rows E'τ ≤ e; those that always hold are dropped.
+
+    `size` (m, p + 1) are the magnitudes of the terms, against which a rest is rounding.
+    """
     E, e = -d[free, :-1], d[free, -1]
     length = np.linalg.norm(E, axis=1)
-    bound = length > 1e-12 * (1.0 + np.abs(e))
-    if (e[~bound] < -1e-9).any():
-        row = int(free[~bound][np.argmin(e[~bound])])
+    bound = length > 1e-12 * (length + np.abs(e))
+    if (violated := ~bound & (e < -1e-9 * size[free].sum(axis=1))).any():
+        row = int(free[violated][0])
         raise NoRegions(f"constraint {row} holds no variable and no parameter, and is violated")
     E, e = E[bound] / length[bound, None], e[bound] / length[bound]
     binding = np.abs(E).sum(axis=1) > e
@@ -126,7 +198,7 @@ def _mirror(d: Mat, V: Mat, E: Mat, e: Vec) -> Ints:
     none = np.empty(0, dtype=np.int64)
     if d.shape[1] == 0 or _partners(np.column_stack([E.T, e]), 1) is None:
         return none
-    scale = float(np.abs(V).max()) or 1.0
+    scale = np.maximum(np.abs(V).max(axis=0), 1e-300)  # variable by variable, each in its own unit
     partners = _partners(np.column_stack([V / scale, d.T]), 1)
     if partners is None or (partners[partners] != np.arange(len(partners))).any():
         return none

@@ -176,7 +176,7 @@ def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
     """Region (or MISSED, OUTSIDE, UNSOLVED) and number of active rows at w.tau, by solving the QP."""
     form = tables.form
     right_hand_side(form.d, w.tau, w.dv)
-    k = solve_qp(form.Q, w.dv, form.n, w.A, w.lam, w.L, w.x, w.slack)
+    k = solve_qp(form.Q, w.dv, form.n, w.A, w.lam, w.L, w.x, w.slack, form.grain)
     if k < 0:
         return (OUTSIDE if k == INFEASIBLE else UNSOLVED), -1
     k = untie(form.Q, form.delta, w.dv, w.A, k, w.L, w.lam, w.slack, w.x)

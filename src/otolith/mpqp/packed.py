@@ -71,7 +71,8 @@ def pack(
     m, n, p = form.sizes
     arrays = kernel_form(form)
     reals = (
-        arrays.Q, arrays.d, arrays.fixed, arrays.delta, form.V, form.Z, by.centre, by.half, by.weights
+        arrays.Q, arrays.d, arrays.fixed, arrays.delta, form.V, form.Z, by.centre, by.half, by.weights,
+        arrays.grain,
     )  # fmt: skip
     sizes = (m, n, p, arrays.fixed.shape[1], len(start) - 1, len(beyond), alone)
     return Packed(
@@ -95,12 +96,12 @@ def opened(packed: Packed, key: Words) -> Tables:
     centre = Z + n * q
     form = Form(
         reals[:d].reshape(m, m), reals[d:fixed].reshape(q, m), reals[fixed:delta].reshape(q, f), n,
-        reals[delta:V],
+        reals[delta:V], reals[-1],
     )  # fmt: skip
     slots, names = ints[h + 1 + facets :], longs[7 : 7 + m]
     sets = SetTable(packed.keys, slots, longs[:1], longs[7 + m :], key)
     return Tables(
         form, sets, packed.rows, ints[: h + 1], ints[h + 1 : h + 1 + facets], alone,
         reals[V:Z].reshape(m, n), reals[Z:centre].reshape(n, q), reals[centre : centre + p],
-        reals[centre + p : centre + 2 * p], names, reals[centre + 2 * p :],
+        reals[centre + p : centre + 2 * p], names, reals[centre + 2 * p : -1],
     )  # fmt: skip

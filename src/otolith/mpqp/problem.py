@@ -11,7 +11,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import OtolithError
 
-_LEAST_CURVATURE = 1e-13  # smallest eigenvalue of H accepted, relative to the largest
+_LEAST_CURVATURE = 1e-13  # smallest eigenvalue of H accepted, its diagonal scaled to one
 
 
 class InvalidProblem(OtolithError):
@@ -92,12 +92,21 @@ def _check_box(lower: Vec, upper: Vec) -> None:
 
 
 def _check_hessian(H: Mat) -> None:
-    scale = float(np.abs(H).max())
-    if not np.allclose(H, H.T, rtol=0.0, atol=1e-9 * scale):
+    """Judge H with its diagonal scaled to one: then it does not matter in which units the variables are."""
+    scale = unit_curvature(H)
+    unit = H * np.outer(scale, scale)
+    if (np.abs(unit - unit.T) > 1e-9).any():
         raise InvalidProblem(f"H differs from its transpose by {np.abs(H - H.T).max():g}, must be symmetric")
-    least = float(np.linalg.eigvalsh(H)[0])
-    if least <= _LEAST_CURVATURE * scale:
+    least = float(np.linalg.eigvalsh(unit)[0])
+    if (np.diag(H) <= 0.0).any() or least <= _LEAST_CURVATURE:
         raise InvalidProblem(
-            f"H has the eigenvalue {least:g}, must be positive definite: without curvature the minimiser is "
-            "not unique (an mpLP-like problem); add a small quadratic cost on the free directions"
+            f"H has the eigenvalue {np.linalg.eigvalsh(H)[0]:g}, must be positive definite: without "
+            "curvature the minimiser is not unique (an mpLP-like problem); add a small quadratic cost on the "
+            "free directions"
         )
+
+
+def unit_curvature(H: Mat) -> Vec:
+    """Units (n,) of the variables in which every one has the curvature 1 along its own axis."""
+    curvature = np.diag(H)
+    return np.where(curvature > 0.0, 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0)), 1.0)

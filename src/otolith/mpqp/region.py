@@ -45,6 +45,7 @@ class Form(NamedTuple):
     fixed: Mat  # (p + 1, 2p + 1 + ne) rows of box and E, the right-hand side last
     n: int
     delta: Vec  # (m,) infinitesimal relaxation that decides between tied active sets
+    grain: float  # how much coarser rounding is than in a well-scaled problem, see `LeastDistance`
 
 
 class Work(NamedTuple):
@@ -76,7 +77,7 @@ def kernel_form(form: LeastDistance) -> Form:
     box = np.vstack([-np.eye(p), np.full((1, p), p**-0.5), np.eye(p), form.E.T])
     level = np.concatenate([np.ones(p), [p**0.5 + 1.0], np.ones(p), form.e])
     fixed = np.ascontiguousarray(np.column_stack([box, level]).T)
-    return Form(np.array(form.Q), np.array(form.d), fixed, form.V.shape[1], _relaxation(form))
+    return Form(np.array(form.Q), np.array(form.d), fixed, form.V.shape[1], _relaxation(form), form.grain)
 
 
 def _relaxation(form: LeastDistance) -> Vec:

@@ -19,9 +19,9 @@ from scipy.sparse.csgraph import connected_components
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp.enumerate import Report, enumerate_regions
 from otolith.mpqp.law import Evaluation, Evaluations, Law
-from otolith.mpqp.problem import ParametricQp
+from otolith.mpqp.problem import ParametricQp, unit_curvature
 
-_ABSENT = 1e-12  # entry, relative to its matrix's largest, that counts as zero
+_ABSENT = 1e-12  # entry, relative to the largest that it is compared with, that counts as zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,9 @@ class Part:
 def separate(problem: ParametricQp) -> list[Part]:
     """The independent parts of a problem, in the order of their first variable; one when it is whole."""
     n = len(problem.f)
-    hold_z, hold_theta = _present(problem.G), _present(problem.S)
-    links = np.vstack([_present(problem.H), hold_z])
+    hold_z, hold_theta = _holding(problem)
+    unit = unit_curvature(problem.H)
+    links = np.vstack([_present(problem.H * np.outer(unit, unit)), hold_z])
     bare = hold_theta & ~hold_z.any(axis=1, keepdims=True)
     if bare.any():  # constraints on parameters alone join whatever reads these parameters
         links = np.vstack([links, np.asarray(bare[bare.any(axis=1)].astype(int) @ _readers(problem).T) > 0])
@@ -51,16 +52,25 @@ def separate(problem: ParametricQp) -> list[Part]:
 
 
 def _present(A: Mat) -> Bools:
-    """Which entries are not zero."""
+    """Which entries are not zero beside the largest."""
     size = np.abs(A)
-    present: Bools = np.asarray(size > _ABSENT * max(1e-300, float(size.max(initial=0.0))))
-    return present
+    return np.asarray(size > _ABSENT * size.max(initial=0.0), dtype=np.bool_)
+
+
+def _holding(problem: ParametricQp) -> tuple[Bools, Bools]:
+    """Which variables (m, n) and parameters (m, p) every constraint holds, whatever it is multiplied by."""
+    half = (problem.upper - problem.lower) / 2
+    by_z, by_theta = np.abs(problem.G) * unit_curvature(problem.H), np.abs(problem.S) * half
+    level = np.maximum(by_theta.max(axis=1, initial=0.0), np.abs(problem.w))[:, None]
+    return by_z > _ABSENT * by_z.max(axis=1, keepdims=True, initial=0.0), by_theta > _ABSENT * level
 
 
 def _readers(problem: ParametricQp) -> Bools:
     """Which variables (n, p) read a parameter, by the cost or by a constraint."""
-    by_rows = _present(problem.G).astype(int).T @ _present(problem.S).astype(int)
-    return np.asarray(_present(problem.F) | (by_rows > 0), dtype=np.bool_)
+    hold_z, hold_theta = _holding(problem)
+    half = (problem.upper - problem.lower) / 2
+    by_cost = _present(problem.F * np.outer(unit_curvature(problem.H), half))
+    return np.asarray(by_cost | (hold_z.astype(int).T @ hold_theta.astype(int) > 0), dtype=np.bool_)
 
 
 def _part(problem: ParametricQp, variables: Ints) -> Part:
@@ -68,7 +78,7 @@ def _part(problem: ParametricQp, variables: Ints) -> Part:
     parameters = np.flatnonzero(_readers(problem)[variables].any(axis=0))
     if len(parameters) == 0:
         parameters = np.array([0])
-    hold_z, hold_theta = _present(problem.G), _present(problem.S)
+    hold_z, hold_theta = _holding(problem)
     bare = ~hold_z.any(axis=1) & hold_theta[:, parameters].any(axis=1)
     constraints = np.flatnonzero(hold_z[:, variables].any(axis=1) | bare)
     v, q, c = variables, parameters, constraints
