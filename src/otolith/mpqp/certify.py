@@ -194,8 +194,7 @@ def _domain(law: Law) -> Mat:
 
 def _within(law: Law, thetas: Mat) -> Bools:
     """Which parameters (N, p) satisfy the constraints on the parameter alone, which regions do not repeat."""
-    within: Bools = (law.form.scaled(thetas) @ law.form.E <= law.form.e).all(axis=1)
-    return within
+    return np.asarray((law.form.scaled(thetas) @ law.form.E <= law.form.e).all(axis=1), dtype=np.bool_)
 
 
 def _strays(law: Law, region: int, rng: np.random.Generator) -> bool:
