@@ -174,7 +174,9 @@ def possible(form: Form) -> Form:
     if form.form == "long" and form.clock in ("coarse", "twice"):
         form = replace(form, clock="s")
     if form.form == "blanks":
-        form = replace(form, vocabulary="carmaker", stated="unstated", sparse="none")
+        stated = form.stated if form.stated in ("suffix", "row") else "unstated"
+        preamble = "none" if form.preamble == "racechrono" else form.preamble
+        form = replace(form, vocabulary="carmaker", stated=stated, preamble=preamble, sparse="none")
         form = replace(form, clock="s" if form.clock in ("iso-blank",) else form.clock)
     if form.preamble in ("motec", "aim", "racechrono", "types") and form.stated != "unstated":
         form = replace(form, stated="row")

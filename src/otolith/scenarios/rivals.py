@@ -80,12 +80,20 @@ def _one(
         raise InputError(f"{key} in {source}", f"given by {listed}", f"one column (map {key}=NAME)")
     why = ""
     if left:
-        reason = "agrees with speed and yaw rate" if supported else "is the better source"
-        why = (
-            f"{reason}, {' and '.join(repr(one.column.name) for one in left)} differ{'s' * (len(left) == 1)}"
-        )
+        others = " and ".join(repr(one.column.name) for one in left)
+        why = f"taken before {others}, different numbers: {_reason(first, left[0], supported)}"
     names = tuple(one.column.name for one in twins)
     return replace(first, column=replace(first.column, twins=names, why=why)), left
+
+
+def _reason(first: Samples, other: Samples, supported: Samples | None) -> str:
+    """In what the chosen column is better than the next, as `columns.candidates` ranks them."""
+    if supported is not None:
+        return "it follows speed and yaw rate, they do not"
+    better = (mine < theirs for mine, theirs in zip(first.column.rank, other.column.rank, strict=True))
+    said = ("its name says which way", "it was measured, not derived", "it is not filtered",
+            "it is finer", "its unit is stated", "it comes first")  # fmt: skip
+    return next((reason for reason, holds in zip(said, better, strict=True) if holds), "it is mapped")
 
 
 def _rank(one: Samples) -> tuple[int, ...]:
