@@ -70,7 +70,7 @@ REFUSED = {
     "ax in g": (changed(ax=lambda d: d["ax"] / G), "is ax in g? then map ax=ax_mps2:g"),
     "yaw rate in deg/s": (
         changed(yaw_rate=lambda d: np.degrees(d["yaw_rate"])),
-        "is it in deg/s? then map yaw_rate=yaw_rate_radps:deg/s",
+        "is yaw_rate in deg/s? then map yaw_rate=yaw_rate_radps:deg/s",
     ),
     "gentle yaw rate in deg/s": (
         changed(yaw_rate=lambda d: np.degrees(0.15 * d["yaw_rate"]), ay=lambda d: 0.15 * d["ay"]),

@@ -60,10 +60,10 @@ def checked(
     InputError : what `oriented`, `check`, `events.refuse` and `offsets.refuse_removal` refuse.
     """
     source, found = recording.source, find_events(recording)
-    _check_magnitudes(cut(recording, found))
     gone = found if events == "cut" else tuple(event for event in found if event.sure)
     driving = oriented(cut(recording, gone), axes)
     notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
+    _check_magnitudes(cut(recording, found))
     if events == "refuse":
         refuse(found, source)
     notes += told(found, events)

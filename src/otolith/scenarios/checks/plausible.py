@@ -16,7 +16,7 @@ from otolith.core.errors import InputError
 from otolith.scenarios.channels import FORCE, RATE, Channel, Recording
 from otolith.scenarios.checks.kinematics import TURNING, Kinematics
 from otolith.scenarios.checks.relations import AGREE, SLOPES, Relation, window_means
-from otolith.scenarios.checks.remedies import Remedy, either, exchange, remedies, spelled
+from otolith.scenarios.checks.remedies import SURE, Remedy, either, exchange, remedies, spelled
 from otolith.scenarios.columns import STANDARD_GRAVITY
 
 ODD: Final = 0.5  # correlation against what belongs together from which on it is noted
@@ -50,55 +50,76 @@ def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
     """
     channels, source = drive.channels, recording.source
     notes: list[str] = []
+    swapped = exchange(drive)
+    if swapped is not None:
+        value = "following turning and the change of speed"
+        bound = f"ax for the change of speed and ay for turning (exchanged? {either([swapped])})"
+        raise InputError(f"ax and ay in {source}", value, bound)
+    notes += _contradictions(drive, recording, told)
     notes += _gravity_in_the_plane(drive, source)
     for key in RATE:
         if key in channels:
             notes += _mad_turning(drive, channels[key], source, told)
     if drive.speed is None and "ax" in channels:
         _refuse_mad_gain(channels["ax"], source)
-    swapped = exchange(drive)
-    if swapped is not None:
-        value = "following turning and the change of speed"
-        bound = f"ax for the change of speed and ay for turning (exchanged? {either([swapped])})"
-        raise InputError(f"ax and ay in {source}", value, bound)
-    seen: set[str] = set()
-    for one in drive.relations:
-        found = [] if one.key in seen else _said(recording, drive, one, told)
-        seen |= {one.key} if found else set()
-        notes += found
     notes += _without_speed(drive, source, told)
     return notes + _inertial(drive)
 
 
-def _said(recording: Recording, drive: Kinematics, one: Relation, told: Told) -> list[str]:
-    """What a contradiction says; of a quantity that is not cued it is only a note."""
-    try:
-        return _contradiction(drive, one, recording.source, told)
-    except InputError as error:
-        if recording.needed(one.key):
-            raise
-        return [f"not cued, so only said: {error}"]
+def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
+    """Refuse relations that a remedy mends, all of them with one if there is one; notes about the others."""
+    notes: list[str] = []
+    faults: list[Relation] = []
+    for one in drive.relations:
+        if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
+            continue  # a yaw rate against a witness is left to `orientation`
+        if one.key not in {fault.key for fault in faults}:
+            if drive.attitude_explains(one.key):
+                notes.append(_gravitys_share(drive, one))
+            else:
+                faults.append(one)
+    strong = [one for one in faults if one.strong and recording.needed(one.key)]
+    together = _tried(drive, strong, told) if len(strong) > 1 else []
+    for one in faults:
+        try:
+            notes += _contradiction(drive, one, recording.source, told, together if one in strong else [])
+        except InputError as error:
+            if recording.needed(one.key):
+                raise
+            notes.append(f"not cued, so only said: {error}")
+    return notes
 
 
-def _contradiction(drive: Kinematics, one: Relation, source: str, told: Told) -> list[str]:
-    """Refuse a relation that a remedy mends; a note about one that only the vehicle or the road explains."""
-    if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
-        return []  # a yaw rate against a witness is left to `orientation`
-    numbers = f"correlation {one.correlation:.2f}, slope {one.slope:.2g}"
+def _tried(drive: Kinematics, faults: Sequence[Relation], told: Told, sure: float = SURE) -> list[Remedy]:
+    """The remedies for faults; none that turns a sign where the user has stated the axes."""
+    found = remedies(drive, faults, stated=told.units, sure=sure)
+    return [remedy for remedy in found if not (told.axes and remedy.turns)]
+
+
+def _gravitys_share(drive: Kinematics, one: Relation) -> str:
     share = drive.share_of_gravity(one.key)
-    if share is not None and drive.attitude_explains(one.key):
-        turned, road = ("pitch", "a slope") if one.key == "ax" else ("roll", "a bank, or in a lean")
-        return [
-            f"{one.key} is not {one.other} ({numbers}), but with gravity's share it is: the difference "
-            f"follows the {turned} of the gyro (correlation {share.correlation:.2f}), as on {road}; it stays"
-        ]
-    found = [] if abs(one.correlation) < ODD else remedies(drive, one, stated=told.units)
-    if told.axes:
-        found = [remedy for remedy in found if not remedy.turns]
+    correlation = 0.0 if share is None else share.correlation
+    turned, road = ("pitch", "a slope") if one.key == "ax" else ("roll", "a bank, or in a lean")
+    return (
+        f"{one.key} is not {one.other} ({_numbers(one)}), but with gravity's share it is: the difference "
+        f"follows the {turned} of the gyro (correlation {correlation:.2f}), as on {road}; it stays"
+    )
+
+
+def _numbers(one: Relation) -> str:
+    return f"correlation {one.correlation:.2f}, slope {one.slope:.2g}"
+
+
+def _contradiction(
+    drive: Kinematics, one: Relation, source: str, told: Told, together: Sequence[Remedy]
+) -> list[str]:
+    """Refuse a relation that a remedy mends; a note about one that only the vehicle or the road explains."""
+    numbers, found = _numbers(one), together
+    if not found and abs(one.correlation) > ODD:
+        found = _tried(drive, [one], told)
     if not one.strong and found:
         runs = "runs against" if one.correlation < 0.0 else f"is {one.slope:.2g} times"
-        ways = "; or ".join(map(str, found))
-        return [f"doubtful: {one.key} {runs} {one.other} ({numbers}; {ways})"]
+        return [f"doubtful: {one.key} {runs} {one.other} ({numbers}; {'; or '.join(map(str, found))})"]
     if not one.strong:
         return _unexplained(one, numbers)
     if one.correlation < 0.0:
@@ -109,7 +130,7 @@ def _contradiction(drive: Kinematics, one: Relation, source: str, told: Told) ->
         bound = "about 1 times, or within 1 g of it; no other sign, unit or order of axes makes it fit"
         raise InputError(f"{one.key} in {source}", value, f"{bound} ({_leave_out(drive)})")
     if not found:
-        perhaps = "; or ".join(map(str, remedies(drive, one, stated=told.units, sure=ODD)))
+        perhaps = "; or ".join(map(str, _tried(drive, [one], told, ODD)))
         why = _explanation(one) + (f", or {perhaps}" if perhaps else "")
         return [f"doubtful: {one.key} is {value}: {why}; it is left as it is"]
     otherwise = [way] if (way := _road_may_explain(one, drive, found)) else []
@@ -223,8 +244,13 @@ def _mad_turning(drive: Kinematics, channel: Channel, source: str, told: Told) -
     where = f"{channel.key} in {source}"
     if fast <= SPINNING or channel.key in told.units:
         return [f"{channel.key} reaches {most:.3g} rad/s over two seconds: a spin?"]
-    hint = f"is it in deg/s? then map {channel.key}={spelled(channel.column, unit='deg/s')}"
-    bound = f"within ±{TURNING_FAST:g} rad/s for most of the drive ({hint})"
+    bound = f"within ±{TURNING_FAST:g} rad/s for most of the drive"
+    if most < np.degrees(TURNING_FAST):
+        alike = [
+            c for key, c in drive.channels.items() if key in RATE and c.column.unit == channel.column.unit
+        ]
+        mapping = " and ".join(f"{c.key}={spelled(c.column, unit='deg/s')}" for c in alike)
+        bound += f" (is it in deg/s? then map {mapping})"
     raise InputError(where, f"{most:.4g} rad/s over two seconds", bound)
 
 

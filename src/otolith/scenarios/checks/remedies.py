@@ -27,7 +27,7 @@ UNSAID: Final = {
     "speed": ("kn",),
 }  # and these where none is stated
 GROUPS: Final = (("ax", "ay", "az"), ("roll_rate", "pitch_rate", "yaw_rate"), ("vx",))
-MOST: Final = 3  # changes in one remedy
+MOST: Final = 4  # changes in one remedy
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,29 +59,45 @@ class Remedy:
 
 
 def remedies(
-    drive: Kinematics, fault: Relation, *, stated: Sequence[str] = (), sure: float = SURE
+    drive: Kinematics, faults: Sequence[Relation], *, stated: Sequence[str] = (), sure: float = SURE
 ) -> list[Remedy]:
-    """All remedies with the fewest changes that mend one contradiction of a drive.
+    """All remedies with the fewest changes that mend all faults of a drive; of these, those that mend most.
 
     Parameters
     ----------
-    fault : a strong relation of the drive that does not agree.
+    faults : relations of the drive that do not agree.
     stated : quantities whose unit the user has stated; these are not doubted.
     sure : correlation from which a unit that the file states is doubted.
     """
     columns = {key: channel.column for key, channel in drive.channels.items()}
-    single = list(_changes(columns, set(fault.powers), stated))
+    concerned = {key for fault in faults for key in fault.powers}
+    single = list(_changes(columns, concerned, stated))
     for count in range(1, MOST + 1):
         fitting = [
             chosen
             for chosen in combinations(single, count)
-            if _apart(chosen) and _mends(chosen, drive.relations, fault, columns, sure)
+            if _apart(chosen) and _mend(chosen, drive.relations, faults, columns, sure)
         ]
         if fitting:
             agreeing = [_agreeing(chosen, drive.relations) for chosen in fitting]
             best = [c for c, n in zip(fitting, agreeing, strict=True) if n == max(agreeing)]
-            return [Remedy(chosen, _mapping(chosen, columns)) for chosen in best]
+            return [Remedy(chosen, _mapping(chosen, columns)) for chosen in best if not _part(chosen, best)]
     return []
+
+
+def _part(chosen: Sequence[Change], others: Sequence[Sequence[Change]]) -> bool:
+    """Whether another remedy is the same but for reading more columns of one kind in the new unit.
+
+    Columns that are written alike are meant alike, even those that nothing in the drive can judge.
+    """
+
+    def within(one: Change, other: Change) -> bool:
+        return one.unit == other.unit and one.factors.items() <= other.factors.items()
+
+    return any(
+        other is not chosen and all(within(a, b) for a, b in zip(chosen, other, strict=True))
+        for other in others
+    )
 
 
 def exchange(drive: Kinematics) -> Remedy | None:
@@ -157,23 +173,23 @@ def _apart(chosen: Sequence[Change]) -> bool:
     return len(keys) == len(set(keys))
 
 
-def _mends(
+def _mend(
     chosen: Sequence[Change],
     relations: Sequence[Relation],
-    fault: Relation,
+    faults: Sequence[Relation],
     columns: Mapping[str, Column],
     sure: float,
 ) -> bool:
+    """Whether these changes make all faults agree, and leave what agrees."""
     factors = _factors(chosen)
-    resized = [key for change in chosen if change.unit for key in change.factors if key in fault.powers]
-    slopes = SLOPES
-    if resized:
+    for fault in faults:
+        resized = [key for change in chosen if change.unit for key in change.factors if key in fault.powers]
         told = any(not columns[key].assumed for key in resized)
         if told and abs(fault.correlation) < sure:
             return False
-        slopes = STATED if told else CLOSE
-    if not fault.fits(fault.factor(factors), slopes):
-        return False
+        slopes = SLOPES if not resized else STATED if told else CLOSE
+        if not fault.fits(fault.factor(factors), slopes):
+            return False
     return all(one.fits(one.factor(factors), SLOPES) for one in relations if one.agrees)
 
 
