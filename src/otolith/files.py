@@ -5,6 +5,7 @@ What is written appears whole or not at all. What is read is bounded in size and
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,9 @@ from otolith.platforms import Platform, catalog, load, parse_platform
 from otolith.platforms.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.scenarios import Log, log_from
 from otolith.scenarios.channels import Layout
-from otolith.scenarios.recorded import Columns
+from otolith.scenarios.recorded import Columns, Recorded
 from otolith.scenarios.settings import PLAIN, LogSettings, settings_from_toml
+from otolith.scenarios.understanding import Understanding, understand
 from otolith.sealed import read_hint, read_laws, read_run, write_hint, write_laws, write_run
 from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, parse_gpx, road
 from otolith.vehicle.lap import COLUMNS
@@ -125,10 +127,19 @@ def read_log(
     `columns` maps quantities to columns, `needs` names those that will be cued; both come on top of
     `settings`, what the user says besides: see `logs.log_from`.
     """
-    mapping = {**settings.columns, **columns}
-    lines = {"header": settings.header, "units": settings.units}
-    read = _read_lap(path) if path.suffix.lower() == ".h5" else recorded(path, mapping, **lines)
-    return log_from(read, columns=mapping, needs=needs, settings=settings)
+    said = replace(settings, columns={**settings.columns, **columns}, needs=[*settings.needs, *needs])
+    return log_from(_columns(path, said), settings=said)
+
+
+def understand_log(path: Path, settings: LogSettings) -> Understanding:
+    """What is understood of a recorded drive, whether or not it is accepted."""
+    return understand(_columns(path, settings), settings)
+
+
+def _columns(path: Path, settings: LogSettings) -> Recorded:
+    if path.suffix.lower() == ".h5":
+        return _read_lap(path)
+    return recorded(path, settings.columns, header=settings.header, units=settings.units)
 
 
 def read_log_settings(path: Path) -> LogSettings:

@@ -157,8 +157,8 @@ def test_uneven_sampling_is_noted() -> None:
         ),
         (
             text("t,ax,yaw_rate", T, AX, 30 * T),
-            "yaw_rate in log.csv is 30 rad/s over two seconds, must be within ±2.5 rad/s for most of the drive "
-            "(is it in deg/s? then map yaw_rate=yaw_rate:deg/s)",
+            "yaw_rate in log.csv is 30 rad/s over two seconds, must be within ±2.5 rad/s for most of the "
+            "drive (is it in deg/s? then map yaw_rate=yaw_rate:deg/s)",
         ),
         (
             text("t,ax,ay_mps2,az_mps2", T, AX, AX, np.full(N, -9.81)),

@@ -80,7 +80,7 @@ def checked(
         notes=(*notes, *more, *gravity, *energy_notes(felt)),
         events=found,
         offsets=tuple(constants),
-        relations=_relations(driving.drive),
+        relations=all_relations(driving.drive),
         turned=driving.turned,
         proof=driving.proof,
     )
@@ -104,7 +104,8 @@ def _check_magnitudes(recording: Recording) -> None:
         raise InputError(where, f"{one.values[at]:.6g} {unit}", f"within ±{bound:g} {unit} ({question})")
 
 
-def _relations(drive: Kinematics) -> tuple[Relation, ...]:
+def all_relations(drive: Kinematics) -> tuple[Relation, ...]:
+    """All that can be compared in a drive, gravity's shares included."""
     shares = (drive.rolling, drive.pitching)
     return (*drive.relations, *(share for share in shares if share is not None))
 

@@ -146,8 +146,9 @@ def _sign(one: Relation) -> float:
 
 
 def _changes(columns: Mapping[str, Column], concerned: set[str], stated: Sequence[str]) -> Iterator[Change]:
-    for key in concerned & {"ax", "ay", "yaw_rate"}:
-        yield Change({key: -1.0})
+    for key in ("ax", "ay", "yaw_rate"):
+        if key in concerned:
+            yield Change({key: -1.0})
     for group in GROUPS:
         present = [key for key in group if key in columns]
         if concerned.isdisjoint(present):

@@ -1,0 +1,197 @@
+"""What was understood of a recorded drive: as plain values, and as a picture of its proofs."""
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from otolith.core.arrays import Mat
+from otolith.report.figures import FONT, SMALL
+from otolith.report.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
+from otolith.scenarios.channels import Channel
+from otolith.scenarios.checks.relations import WINDOW, Relation
+from otolith.scenarios.columns import QUANTITIES, SI
+from otolith.scenarios.events.jumps import place_of
+from otolith.scenarios.span import rate
+from otolith.scenarios.understanding import Understanding
+
+WIDTH: Final = 7.2  # [in]
+PANEL: Final = 1.35  # [in]
+MAP: Final = 3.0  # [in]
+POINTS: Final = 20_000  # of a curve; more are not to be seen
+EVENTS: Final = {
+    "pause": PURPLE,
+    "held": SKY,
+    "frozen sensor": PURPLE,
+    "stray packet": VERMILION,
+    "stray speed": SKY,
+    "stray position": SKY,
+    "jump": VERMILION,
+    "replay": ORANGE,
+    "chatter": GREY,
+}
+PANELS: Final = {
+    "ax": ("ax [m/s²]", 1.0, ("ax",)),
+    "ay": ("ay [m/s²]", 1.0, ("ay",)),
+    "az": ("az [m/s²]", 1.0, ("az",)),
+    "rates": ("rates [deg/s]", 180.0 / np.pi, ("roll_rate", "pitch_rate", "yaw_rate")),
+    "vx": ("speed [km/h]", 3.6, ("vx",)),
+}
+COLORS: Final = {"roll_rate": GREEN, "pitch_rate": ORANGE}
+
+
+def verdict(one: Relation) -> str:
+    """What a relation says, in a word or two."""
+    if not one.told:
+        return "too quiet or short to tell"
+    if one.agrees:
+        return "agrees"
+    if not one.strong:
+        return "hardly related"
+    return "runs against" if one.correlation < 0.0 else "other size"
+
+
+def log_summary(understood: Understanding) -> dict[str, Any]:
+    """All of it as plain JSON values."""
+    told, log, layout = understood.told, understood.log, understood.told.layout
+    notes = [] if log is None else list(log.notes)
+    found = None if log is None else log.found
+    return {
+        "file": told.source,
+        "accepted": log is not None,
+        "refusal": understood.refusal or None,
+        "layout": {
+            "form": layout.form,
+            "names": layout.header or None,
+            "units": layout.units or None,
+            "data_from": layout.first or None,
+            "rows": layout.rows,
+            "clock": layout.clock or None,
+            "unused": [name for name in layout.unused if name != layout.clock_name],
+        },
+        "duration_s": None if log is None else log.duration,
+        "channels": {key: _channel(one, understood) for key, one in understood.played.channels.items()},
+        "axes": {
+            "turned": list(understood.turned),
+            "left_and_right_proven_by": (found.proof or None) if found is not None else None,
+        },
+        "relations": [
+            {
+                "quantity": one.key,
+                "with": one.other,
+                "correlation": one.correlation,
+                "slope": one.slope,
+                "windows": len(one.start),
+                "verdict": verdict(one),
+            }
+            for one in understood.relations
+        ],
+        "events": [
+            {"kind": e.kind, "start_s": e.start, "end_s": e.end, "size": e.size, "sure": e.sure}
+            for e in understood.events
+        ],
+        "offsets": []
+        if found is None
+        else [_offset(one.key, one.value, one.hindrance) for one in found.offsets],
+        "notes": notes,
+    }
+
+
+def _channel(one: Channel, understood: Understanding) -> dict[str, Any]:
+    return {
+        "column": one.column.name,
+        "unit": one.column.unit,
+        "unit_stated": not one.column.assumed,
+        "sign": -1 if (one.column.factor < 0.0) != (one.key in understood.turned) else 1,
+        "samples": len(one.t),
+        "rate_hz": rate(one) if len(one.t) > 1 else None,
+        "from_s": float(one.t[0]),
+        "to_s": float(one.t[-1]),
+        "least": float(one.values.min()),
+        "most": float(one.values.max()),
+        "si_unit": SI[QUANTITIES[one.key][0]],
+        "gaps": [[float(a), float(b)] for a, b in one.holes],
+        "why": one.column.why or None,
+    }
+
+
+def _offset(key: str, value: float, hindrance: str) -> dict[str, Any]:
+    return {"quantity": key, "mps2": value, "not_removable_because": hindrance or None}
+
+
+def log_figure(understood: Understanding) -> Figure:
+    """Forces with what the others make of them, rates, speed and map; events are shaded."""
+    channels = understood.played.channels
+    shown = [name for name, (_, _, keys) in PANELS.items() if any(key in channels for key in keys)]
+    place = place_of(channels)
+    heights = [PANEL] * len(shown) + ([MAP] if place is not None else [])
+    figure = Figure(
+        figsize=(WIDTH, sum(heights) + 0.5), layout=ConstrainedLayoutEngine(w_pad=0.04, h_pad=0.04)
+    )
+    rows = figure.subplots(len(heights), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
+    for ax, name in zip(rows, shown, strict=False):
+        _panel(ax, name, understood)
+        ax.sharex(rows[0])
+    rows[len(shown) - 1].set_xlabel("time [s]", fontsize=FONT)
+    if place is not None:
+        _map(rows[-1], place[1])
+    accepted = "accepted" if understood.log is not None else "refused as it stands"
+    figure.suptitle(f"{understood.told.source}: {accepted}", fontsize=FONT + 1)
+    return figure
+
+
+def _panel(ax: Axes, name: str, understood: Understanding) -> None:
+    label, scale, keys = PANELS[name]
+    channels = understood.played.channels
+    for key in keys:
+        if key in channels:
+            one = channels[key]
+            every = max(1, len(one.t) // POINTS)
+            color = COLORS.get(key, BLUE)
+            text = f"{key.replace('_', ' ')}: {one.column.name}"
+            ax.plot(one.t[::every], scale * one.values[::every], color=color, linewidth=0.8, label=text)
+    dashes = iter([(VERMILION, "-"), (ORANGE, "--"), (PURPLE, ":"), (GREEN, "-.")])
+    for relation in understood.relations:
+        if relation.key in keys and relation.powers and len(relation.start):
+            _expected(ax, relation, scale, next(dashes))
+    _events(ax, understood)
+    ax.set_ylabel(label, fontsize=FONT)
+    ax.grid(visible=True, color="#dddddd", linewidth=0.4)
+    ax.legend(fontsize=SMALL, frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 0.96))
+    ax.tick_params(labelsize=FONT, width=0.5, length=2.5)
+
+
+def _expected(ax: Axes, one: Relation, scale: float, style: tuple[str, str]) -> None:
+    """What others make of a quantity, at the middles of their windows; gaps stay gaps."""
+    middle, expected = one.start + 0.5 * WINDOW, scale * one.expected
+    apart = np.flatnonzero(np.diff(middle) > 1.5) + 1
+    middle, expected = np.insert(middle, apart, np.nan), np.insert(expected, apart, np.nan)
+    text = f"{one.other} ({verdict(one)}, {one.correlation:.2f})"
+    ax.plot(middle, expected, color=style[0], linestyle=style[1], linewidth=0.9, label=text)
+
+
+def _events(ax: Axes, understood: Understanding) -> None:
+    """Shaded stretches; of a drive that was cut, seams only, for its time goes on without them."""
+    cut = understood.log is not None and understood.settings.events == "cut"
+    gone = 0.0
+    for event in understood.events:
+        color = EVENTS[event.kind]
+        if cut and event.kind != "chatter":
+            ax.axvline(event.start - gone, color=color, linewidth=0.8, linestyle=":")
+            gone += event.end - event.start - event.bridge
+        else:
+            width = max(event.end - event.start, 1e-3)
+            ax.axvspan(event.start - gone, event.start - gone + width, color=color, alpha=0.25, linewidth=0.6)
+
+
+def _map(ax: Axes, xy: Mat) -> None:
+    every = max(1, len(xy) // POINTS)
+    ax.plot(*xy[::every].T, color=BLUE, linewidth=0.9)
+    ax.plot(*xy[0], "o", color="black", markersize=3.0)
+    ax.annotate("start", tuple(xy[0]), (4, 4), textcoords="offset points", fontsize=SMALL)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("x or east [m]", fontsize=FONT)
+    ax.set_ylabel("y or north [m]", fontsize=FONT)
+    ax.tick_params(labelsize=FONT, width=0.5, length=2.5)
