@@ -138,6 +138,16 @@ def test_a_page_says_plainly_when_nothing_that_was_tested_explains() -> None:
     assert unexplained("table-5.5", items) == ""
 
 
+def test_contents_lead_to_every_item_and_every_panel_is_a_picture_of_its_own() -> None:
+    text = page(DOCUMENT)
+    contents = text[text.index('id="contents"') :].partition("</nav>")[0]
+    for name in DOCUMENT["items"]:  # type: ignore[attr-defined]
+        assert f'href="#{name}"' in contents
+        assert f'id="{name}"' in text
+    assert text.count("<svg") == 4  # a narrow screen stacks them
+    assert "--across: 2" in text
+
+
 def test_a_page_of_studies_alone_has_no_summary() -> None:
     text = page({**DOCUMENT, "items": {"study-weights": DOCUMENT["items"]["study-weights"]}})  # type: ignore[index]
     assert "In short" not in text

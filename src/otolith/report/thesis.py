@@ -231,9 +231,11 @@ def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
 
 
 def _figure(panels: Sequence[Values]) -> str:
-    """Panels at one size, however many stand side by side."""
-    width = PANEL_WIDTH * columns(len(panels))
-    return f'<figure class="drawn" style="max-width: {width}rem">{svg(draw(panels))}</figure>'
+    """Panels at one size, however many stand side by side; a narrow screen stacks them."""
+    across = columns(len(panels))
+    drawings = "".join(svg(draw([panel])) for panel in panels)
+    style = f"max-width: {PANEL_WIDTH * across}rem; --across: {across}"
+    return f'<figure class="drawn" style="{style}">{drawings}</figure>'
 
 
 def _claims(item: Values) -> str:
