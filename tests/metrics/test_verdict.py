@@ -71,6 +71,14 @@ def test_what_stands_between_nodes_is_said_beside(handmade: Run) -> None:
     assert metrics.between_nodes(summary) == ["between nodes surge position by up to 0.05 m beyond ±0.5 m"]
 
 
+def test_what_rounding_leaves_is_not_worth_a_word(handmade: Run) -> None:
+    pose = handmade.pose.copy()
+    pose[[42, 49], 0] = 0.5 + 1e-7
+    summary = metrics.summarise(replace(handmade, pose=pose))
+    assert metrics.breaches(summary) == metrics.between_nodes(summary) == []
+    assert summary["limits"]["surge-pitch position"]["excess_between_nodes"] == 0.0
+
+
 def test_motion_that_is_no_number_is_a_violation_and_still_json(handmade: Run) -> None:
     pose = handmade.pose.copy()
     pose[59, 0] = np.nan

@@ -178,6 +178,16 @@ def test_soft_rows_carry_their_penalty() -> None:
     assert (np.isfinite(penalty).sum(axis=1) == 2).all()
 
 
+def test_soft_is_what_the_next_node_may_violate_not_what_later_ones_plan() -> None:
+    """With blocks, rows of later nodes are soft throughout; the platform moves to the next node only."""
+    assert formulation(BOTH).soft == frozenset()
+    blocks = (1,) * (N - 2) + (2,)
+    assert formulation(BOTH, blocks=blocks).soft == frozenset()
+    for options in ({}, {"blocks": blocks}):
+        soft = formulation(BOTH, soft={"tilt_rate": 100.0, "circle": 10.0}, **options).soft
+        assert soft == {"surge-pitch tilt_rate", "sway-roll tilt_rate", "circle"}
+
+
 def test_weights_follow_eq_4_12() -> None:
     weight = WashoutWeight(on="position", of="position", coefficients=(0.01, 20.0, 20.0, 20.0), scale=0.5)
     x = np.array([0, 0, 0, -0.4, 0, 0])

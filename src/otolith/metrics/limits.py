@@ -41,9 +41,13 @@ class Excess:
     violations: int  # nodes with an excess above TOLERANCE
 
     def as_json(self) -> dict[str, Any]:
-        """Plain JSON values in `unit`; None for an excess that is no number, where the motion was none."""
+        """Plain JSON values in `unit`; None for an excess that is no number, where the motion was none.
+
+        An excess up to `TOLERANCE`, which counts as none, is 0.
+        """
         scale = math.degrees(1.0) if self.unit.startswith("deg") else 1.0
-        scaled = [scale * value for value in (*self.limit, self.at_nodes, self.between_nodes)]
+        passed = [value if value > TOLERANCE else 0.0 for value in (self.at_nodes, self.between_nodes)]
+        scaled = [scale * value for value in (*self.limit, *passed)]
         low, high, at_nodes, anywhere = (value if math.isfinite(value) else None for value in scaled)
         return {
             "name": self.name,
