@@ -1,12 +1,17 @@
 """`otolith platform` as a user meets it."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
 from otolith import files
 from otolith.cli import main
+from otolith.platforms import parse_platform
+from otolith.platforms.template import template
+from otolith.platforms.together import together
+from otolith.report.platform import file_share
 from otolith.simulate import Run
 
 
@@ -35,15 +40,15 @@ def test_show_writes_page_figure_and_numbers(
 
 def test_fit_writes_a_geometry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
-        main(["platform", "fit", "davsi", "--starts", "1", "--out", str(tmp_path / "legs.toml"), "--json"])
+        main(["platform", "fit", "davsi", "--starts", "3", "--out", str(tmp_path / "legs.toml"), "--json"])
     assert caught.value.code == 0
     told = capsys.readouterr()
     answer = json.loads(told.out)
     assert answer["toml"] == (tmp_path / "legs.toml").read_text()
     assert answer["toml"].startswith("[hexapod]")
-    assert "one of many: 1 of 1 starts" in told.err
+    assert " of 3 starts came as near" in told.err
     with pytest.raises(SystemExit):
-        main(["platform", "fit", "davsi", "--leg", "1.297,1.937", "--starts", "1"])
+        main(["platform", "fit", "davsi", "--leg", "1.297,1.937", "--starts", "3"])
     assert capsys.readouterr().out == answer["toml"]
 
 
@@ -52,8 +57,65 @@ def test_wrong_leg_lengths_are_refused(leg: str, capsys: pytest.CaptureFixture[s
     assert f"--leg is '{leg}', must be" in refusal(["platform", "fit", "davsi", "--leg", leg], capsys)
 
 
-def test_without_legs_there_is_nothing_to_show(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "[hexapod] of platform benchmark is missing" in refusal(["platform", "show", "benchmark"], capsys)
+def test_without_legs_none_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["platform", "show", "benchmark", "--out", str(tmp_path)])
+    assert caught.value.code == 0
+    told = capsys.readouterr().err
+    assert "surge: -2.600 to 2.600 m (the file)" in told
+    assert "The file describes no legs" in told
+    assert (tmp_path / "platform.png").exists()
+
+
+@pytest.mark.parametrize("kind", ["legs", "axes"])
+def test_a_new_file_loads_as_it_stands_and_its_comments_do_when_used(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every field of the format stands in the template, used or behind a comment mark, and loads."""
+    path = tmp_path / "rig.toml"
+    with pytest.raises(SystemExit) as caught:
+        main(["platform", "new", f"--{kind}", "--out", str(path)])
+    assert caught.value.code == 0
+    platform = files.read_platform(str(path))
+    assert (platform.hexapod is not None) == (kind == "legs")
+    assert "surge" in platform.axes
+    used = [
+        line.removeprefix("# ") if re.match(r"# (\[|\w+ = )", line) else line
+        for line in path.read_text().splitlines()
+    ]
+    used = [line for line in used if not line.startswith(("base_m", "platform_m", "[hexapod.joints]"))]
+    full = parse_platform("\n".join(used), "all of it")
+    assert full.actuators.lag_s == 0.01
+    assert len(full.axes) == 6
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        main(["platform", "new", f"--{kind}"])
+    assert capsys.readouterr().out == path.read_text()
+    assert "is there already, must be another one, or --force" in refusal(
+        ["platform", "new", f"--{kind}", "--out", str(path)], capsys
+    )
+
+
+def test_the_template_of_legs_keeps_what_it_promises() -> None:
+    """All of its limits at once are within the legs, which `together` proves for four axes."""
+    platform = parse_platform(template("legs"), "legs.toml")
+    found = together(platform)
+    assert (found.reach, found.speed, found.acceleration) == (1.0, 1.0, 1.0)
+    assert file_share(platform) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "--legs, --axes is missing, must be one of the two"),
+        (["--legs", "--axes"], "--legs, --axes is both given, must be one of the two"),
+        (["--legs", "--out", "rig.txt"], "--out is 'rig.txt', must be a file that ends in .toml"),
+    ],
+)
+def test_a_new_file_needs_its_kind(
+    options: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert words in refusal(["platform", "new", *options], capsys)
 
 
 def test_the_supervisors_interventions_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -90,6 +90,20 @@ def test_the_head_is_given_from_the_reference_point() -> None:
     )
 
 
+def test_joint_angles_are_optional_and_become_radians() -> None:
+    free, bound = parsed().six_legs(), parsed({"joint_angles.base_deg": "30"}).six_legs()
+    assert free.lean == (np.pi, np.pi)
+    assert bound.lean == (pytest.approx(np.pi / 6), np.pi)
+    assert not bound.upright
+    assert parsed({"joint_angles.about": '"normal"', "joint_angles.base_deg": "60"}).six_legs().upright
+
+
+def test_legs_may_not_lean_too_far_in_the_neutral_pose() -> None:
+    found = refusal({"joint_angles.about": '"normal"', "joint_angles.platform_deg": "20"})
+    assert found.startswith("hexapod.leaning at the platform's joints in the neutral pose in rig.toml is 39")
+    assert found.endswith(" deg, must be below 20 deg")
+
+
 def test_a_platform_without_legs_says_so() -> None:
     expected = r"\[hexapod\] of platform benchmark is missing, must be in its file for its legs to be used"
     with pytest.raises(InputError, match=expected):
@@ -114,6 +128,12 @@ def test_a_hexapod_survives_json() -> None:
         ("head_m", "[0, nan, 1]", "is [0, nan, 1], must be a finite number in m"),
         ("head_m", "[0, 0, 900]", "is [0, 0, 900], must be a point within 20 m (is it in mm?)"),
         ("circles.base_half_angle_deg", "0.01", "is 0.01, must be between 0.05 and 59 deg (is it in rad?)"),
+        ("joint_angles.base_deg", "0.5", "is 0.5, must be between 1 and 180 deg (is it in rad?)"),
+        (
+            "joint_angles.bas_deg",
+            "5",
+            "is unknown, must be one of base_deg, platform_deg, about (did you mean base_deg?)",
+        ),
         ("circles.forward", '"left"', "is 'left', must be one of 'platform' or 'base'"),
         ("payload.inertia_kgm2", "[1, 1]", "is [1, 1], must be [roll, pitch, yaw], in kg m2"),
         (

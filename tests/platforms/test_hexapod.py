@@ -1,6 +1,7 @@
 """The legs of the shipped surrogate, and of a machine without any symmetry."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from otolith.core.arrays import Mat, Vec
 from otolith.platforms import load
-from otolith.platforms.hexapod import Hexapod, LegOutsideStroke, NoPose, Singular
+from otolith.platforms.hexapod import Hexapod, LeansTooFar, LegOutsideStroke, NoPose, Singular
 
 DAVSI = load("davsi").six_legs()
 BOX = np.array([0.3, 0.3, 0.25, 0.2, 0.2, 0.2])
@@ -132,3 +133,40 @@ def _about_the_axis(yaw: float) -> Vec:
 def test_lengths_that_no_pose_has_are_refused(lengths: Vec) -> None:
     with pytest.raises(NoPose, match="no pose of the leg lengths"):
         DAVSI.pose_of(lengths)
+
+
+def test_a_leg_leans_as_far_as_geometry_says() -> None:
+    """A leg straight up, the platform moved aside by its length: 45 deg."""
+    upright = replace(DAVSI, joints=DAVSI.anchors + np.array([0.0, 0.0, 1.5]), stroke=(0.5, 5.0))
+    aside = np.zeros((3, 6))
+    aside[0, 0] = 1.5
+    aside[1, 2] = 0.3
+    aside[2, 3] = 0.2  # roll about the reference point
+    leans = upright.leans(aside)
+    assert_allclose(leans[0], np.pi / 4, atol=1e-12)
+    assert_allclose(leans[1], 0.0, atol=1e-12)
+    assert np.all(np.abs(leans[2, 1] - leans[2, 0]) <= 0.2 + 1e-12)
+    assert_allclose(replace(upright, upright=True).leans(aside), leans, atol=1e-12)  # the legs stood along z
+
+
+def test_a_pose_that_leans_too_far_is_refused_by_leg_and_joint() -> None:
+    bound = replace(DAVSI, lean_platform=0.1)
+    pose = np.array([0.0, 0.0, 0.0, 0.15, 0.0, 0.0])
+    assert not bound.reaches(pose[None]).any()
+    leans = DAVSI.leans(pose[None])[0, 1]
+    with pytest.raises(LeansTooFar) as caught:
+        bound.check(pose)
+    leg = int(np.argmax(leans)) + 1
+    assert str(caught.value).startswith(
+        f"leg {leg} leans {np.degrees(leans.max()):.1f} deg at its platform joint"
+    )
+    assert str(caught.value).endswith("must be at most 5.72958 deg")
+
+
+def test_a_pose_beyond_a_singular_one_is_not_reached_although_the_legs_have_its_lengths() -> None:
+    """Yawed by 120 deg the legs are firm again, but the way there is through a pose that they cannot hold."""
+    wide = replace(DAVSI, stroke=(0.2, 6.0))
+    pose = np.zeros((1, 6))
+    pose[0, 5] = np.radians(120.0)
+    assert wide.condition(pose[0]) < 20.0
+    assert not wide.reaches(pose).any()

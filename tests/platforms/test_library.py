@@ -36,7 +36,6 @@ def test_the_thesiss_limits_are_those_of_its_equations() -> None:
     assert math.degrees(lat.tilt_rate) == pytest.approx(2.6)
     assert thesis.braking == Braking(c_v=1.0, c_w=1.0, c_u=0.45, position_s=2.5, tilt_s=0.5)
     assert thesis.circle == 0.5
-    assert not thesis.live
 
 
 def test_the_davsis_limits_are_those_of_its_table() -> None:
@@ -48,7 +47,6 @@ def test_the_davsis_limits_are_those_of_its_table() -> None:
     assert math.degrees(limits.tilt[1]) == pytest.approx(24.3)
     assert math.degrees(limits.tilt_acceleration) == pytest.approx(260.0)
     assert davsi.axes == ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    assert davsi.live
 
 
 def test_an_unknown_platform_is_refused_with_the_ones_there_are() -> None:

@@ -1,14 +1,18 @@
 import contextlib
 import math
 import string
+from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from pydantic import BaseModel
 
+import otolith
 from otolith.core.errors import InputError
-from otolith.core.frames import PAIRS, SURGE_PITCH, SWAY_ROLL, AxisPair
+from otolith.core.frames import AXES, PAIRS, SURGE_PITCH, SWAY_ROLL, AxisPair
 from otolith.platforms import Braking, Platform, parse_platform
 
 RIG = {
@@ -74,9 +78,37 @@ def test_degrees_become_radians() -> None:
     assert limits.tilt_acceleration == pytest.approx(math.pi)
 
 
-def test_a_platform_is_not_for_live_use_unless_its_file_says_so() -> None:
-    assert not parse_platform(toml(), "rig.toml").live
-    assert parse_platform(toml({"live": "true"}), "rig.toml").live
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("live = true", "live in rig.toml is unknown, must be one of name, description, surge, sway"),
+        ("hexpod.neutral_height_m = 1", "hexpod in rig.toml is unknown, must be one of name"),
+        ("surge.velocity_kmh = 3", "(did you mean velocity_mps?)"),
+        ("pitch.rate_degs = 3", "(did you mean rate_degps?)"),
+        ("tilt_coordination.pitch_rate = 3", "tilt_coordination.pitch_rate in rig.toml is unknown"),
+        ("braking.position = 3", "(did you mean position_s?)"),
+        ("workspace.radius_m = 3", "workspace.radius_m in rig.toml is unknown, must be one of circle_m"),
+        ("actuators.lag = 3", "(did you mean lag_s?)"),
+        ("hexapod.payload.mass = 3", "(did you mean mass_kg?)"),
+    ],
+)
+def test_what_nothing_reads_is_refused_in_every_table(line: str, sentence: str) -> None:
+    assert sentence in refusal(toml() + "\n" + line)
+
+
+def test_every_field_of_the_file_is_read_somewhere() -> None:
+    """A field that no line outside the tables of the file mentions would be one that does nothing."""
+    package = Path(otolith.__file__).parent
+    text = "\n".join(path.read_text("utf-8") for path in package.rglob("*.py"))
+    models, seen = [Platform], set()
+    while models:
+        model = models.pop()
+        for name, field in model.model_fields.items():
+            kinds = [field.annotation, *get_args(field.annotation)]
+            models += [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
+            seen.add(name)
+    unread = sorted(name for name in seen - set(AXES) if f".{name}" not in text)
+    assert unread == []
 
 
 def test_a_missing_axis_is_named() -> None:
@@ -116,7 +148,6 @@ def test_a_missing_axis_is_named() -> None:
         ("braking.position_s", "2500", "is 2500, must be between 0.05 and 20 s (is it in ms?)"),
         ("name", "3", "is 3, must be a text in quotes"),
         ("name", '""', "is '', must be a text of at least 1 character"),
-        ("live", "1", "is 1, must be true or false"),
         ("sway", "1", "is 1, must be a table of fields"),
         ("workspace.circle_m", "-0.5", "is -0.5, must be greater than 0 m"),
         ("heave.position_m", "[]", "is [], must be one number, or [low, high], in m"),
@@ -197,6 +228,6 @@ def test_braking_at_the_bound_is_critically_damped() -> None:
 
 
 def test_a_platform_survives_json() -> None:
-    platform = parse_platform(toml({"live": "true", "workspace.circle_m": "0.1"}), "rig.toml")
+    platform = parse_platform(toml({"workspace.circle_m": "0.1"}), "rig.toml")
     assert Platform.model_validate_json(platform.model_dump_json()) == platform
     assert hash(platform) == hash(Platform.model_validate_json(platform.model_dump_json()))

@@ -1,7 +1,7 @@
 """Ranges against the legs themselves, and against the published table."""
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -12,7 +12,8 @@ from numpy.testing import assert_allclose
 from otolith.core.frames import AXES
 from otolith.platforms import load
 from otolith.platforms.geometry import Circles
-from otolith.platforms.reach import axis_speeds, box_share, cut, reach
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.reach import axis_speeds, box_share, cut, leg_end, reach, reach_ends
 
 DAVSI = load("davsi").six_legs()
 DEGREE = np.pi / 180.0
@@ -41,8 +42,118 @@ def test_at_the_end_of_a_range_a_leg_is_at_the_end_of_its_stroke(axis: str) -> N
         pose[AXES.index(axis)] = end
         lengths = DAVSI.lengths(pose)
         gaps = np.minimum(lengths - DAVSI.stroke[0], DAVSI.stroke[1] - lengths)
-        assert 0.0 <= gaps.min() < 1e-9
+        assert -1e-12 <= gaps.min() < 1e-9
         assert not DAVSI.reaches(1.0001 * pose[None]).any()
+
+
+def _machine(
+    base: float = 1.2, platform: float = 0.975, *, halves: tuple[float, float] = (2.87, 3.53), **changes: Any
+) -> Hexapod:
+    """A hexapod of two circles, the reference point amid the platform's joints, 1.2366 m above the base's."""
+    circles = Circles(
+        base_radius_m=base,
+        base_half_angle_deg=halves[0],
+        platform_radius_m=platform,
+        platform_half_angle_deg=halves[1],
+    )
+    below, above = circles.points()
+    height = changes.pop("height", 1.2366)
+    return replace(DAVSI, joints=above, anchors=below - [0.0, 0.0, height], **changes)
+
+
+def _brute(machine: Hexapod, axis: str, far: float) -> float:
+    """The end of an axis by looking at 20,000 poses, one after the other."""
+    poses = np.zeros((20_001, 6))
+    poses[:, AXES.index(axis)] = np.linspace(0.0, far, len(poses))
+    out = ~machine.reaches(poses)
+    return float(poses[max(int(np.argmax(out)) - 1, 0), AXES.index(axis)]) if out.any() else far
+
+
+@pytest.mark.parametrize("turn", [-1.0, 1.0])
+def test_legs_fold_at_90_degrees_of_yaw_and_reach_ends_before(turn: float) -> None:
+    """Joints in three pairs on two circles: lengths taken out, the determinant goes as cos(yaw).
+
+    So such a machine is singular at ±90 deg of yaw (Fichter 1986); legs long enough go beyond it.
+    """
+    wide = _machine(stroke=(0.3, 4.0))
+    poses = np.zeros((50, 6))
+    poses[:, 5] = np.linspace(0.0, 3.0, 50)
+    dets = np.linalg.det(wide.scaled_jacobians(poses)) * np.prod(wide.lengths(poses), axis=1)
+    assert_allclose(dets / dets[0], np.cos(poses[:, 5]), atol=1e-12)
+    end = reach_ends(wide)["yaw"][0 if turn < 0 else 1]
+    assert end.why == "a singular pose"
+    assert 80.0 * DEGREE < turn * end.at < 90.0 * DEGREE
+    pose = np.zeros((1, 6))
+    pose[0, 5] = end.at
+    assert wide.condition(pose[0]) == pytest.approx(50.0, rel=1e-4)
+    assert not wide.reaches(
+        np.pi / (2 * end.at) * 1.02 * pose
+    ).any()  # beyond, where legs are long enough again
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_an_end_is_where_looking_at_every_pose_finds_it(axis: str) -> None:
+    """Strokes, leaning and singular poses, on machines of very different kind."""
+    machines = [
+        DAVSI,
+        _machine(stroke=(0.5, 3.0)),
+        _machine(0.9, 0.9, halves=(20.0, 8.0), height=1.0, stroke=(0.7, 1.9), lean_base=0.45),
+        _machine(stroke=(0.5, 3.0), lean_platform=0.6, upright=True),
+    ]
+    for machine in machines:
+        for k, end in enumerate(reach(machine)[axis]):
+            far = (2.2 if axis in AXES[:3] else np.pi) * (2 * k - 1)
+            if abs(end) < np.pi:
+                assert end == pytest.approx(_brute(machine, axis, far), abs=2e-4 * max(1.0, abs(far)))
+
+
+@given(
+    base=st.floats(0.6, 1.8),
+    platform=st.floats(0.5, 1.2),
+    low=st.floats(0.3, 0.95),
+    high=st.floats(1.05, 3.0),
+    leans=st.tuples(st.floats(0.1, 3.1), st.floats(0.1, 3.1)),
+)
+@settings(max_examples=12, derandomize=True, deadline=None)
+def test_no_pose_on_the_way_to_an_end_is_out_of_reach(
+    base: float, platform: float, low: float, high: float, leans: tuple[float, float]
+) -> None:
+    machine = _machine(base, platform)
+    neutral = machine.lengths(np.zeros(6))
+    stroke = (low * float(neutral.min()), high * float(neutral.max()))
+    machine = replace(machine, stroke=stroke, lean_base=leans[0], lean_platform=leans[1])
+    for axis, ends in reach(machine).items():
+        for end in ends:
+            poses = np.zeros((500, 6))
+            poses[:, AXES.index(axis)] = np.linspace(0.0, (1.0 - 1e-7) * end, 500)
+            assert machine.reaches(poses).all()
+
+
+@pytest.mark.parametrize("axis", [3, 4, 5])
+def test_a_turn_that_no_leg_ends_ends_after_half_a_turn(axis: int) -> None:
+    assert leg_end(DAVSI.joints, DAVSI.anchors, (0.01, 50.0), axis, 1.0) == np.pi
+    assert leg_end(DAVSI.joints, DAVSI.anchors, (1.6, 1.937), axis, 1.0) == 0.0  # neutral out of the strokes
+
+
+def test_the_end_says_which_leg_ends_it_and_how() -> None:
+    ends = reach_ends(DAVSI)
+    pose = np.zeros(6)
+    pose[0] = ends["surge"][1].at
+    longest = int(np.argmax(DAVSI.lengths(pose))) + 1
+    assert ends["surge"][1].why in (f"leg {longest} at its longest", f"leg {7 - longest} at its longest")
+    assert "at its shortest" in ends["heave"][0].why
+    leaning = reach_ends(_machine(stroke=(0.5, 3.0), lean_base=0.2))["sway"][0]
+    assert leaning.why.startswith("leg ")
+    assert leaning.why.endswith("leaning as far as its base joint allows")
+    pose = np.zeros((1, 6))
+    pose[0, 1] = leaning.at
+    assert _machine(stroke=(0.5, 3.0)).leans(pose)[0, 0].max() == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_cut_shows_only_what_can_be_come_to() -> None:
+    """A strip of good poses beyond a stretch of folded ones is white."""
+    one = cut(_machine(stroke=(0.3, 4.0)), ("heave", "yaw"), n=41)
+    assert np.abs(one.second[one.inside.any(axis=1)]).max() < np.pi / 2
 
 
 def test_the_table_of_speeds_is_within_the_legs() -> None:

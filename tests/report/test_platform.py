@@ -6,11 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
-from otolith.core.errors import InputError
 from otolith.platforms import load
+from otolith.platforms.geometry import JointAngles
 from otolith.platforms.reach import reach
-from otolith.report.platform import platform_figure, platform_page, platform_summary, together_sentence, tour
+from otolith.report.platform import (
+    file_share,
+    platform_figure,
+    platform_page,
+    platform_summary,
+    range_lines,
+    sentences,
+    together_sentence,
+    tour,
+)
 from otolith.simulate import Run
 
 DAVSI = load("davsi")
@@ -25,13 +35,58 @@ def test_the_summary_is_plain_json_in_shown_units() -> None:
     assert 0.01 < summary["reachable_share_of_box"] < 0.03
     assert summary["together"]["circle_m"] == pytest.approx(0.1654, abs=1e-4)
     assert "0.165 m around neutral with ±8.04 deg" in together_sentence(summary)
-    assert together_sentence(platform_summary(load("thesis"))) == ""
     assert len(summary["servo_frequencies_hz"]) == 6
 
 
-def test_a_platform_without_legs_is_refused() -> None:
-    with pytest.raises(InputError, match=r"\[hexapod\] of platform benchmark is missing"):
-        platform_summary(load("benchmark"))
+def test_without_a_sheet_of_accelerations_the_sentence_says_so() -> None:
+    told = together_sentence(platform_summary(load("thesis")))
+    assert told.endswith("accelerations cannot be told, for the file gives none of roll or pitch.")
+    assert together_sentence({"together": None}) == ""
+
+
+def test_a_platform_without_legs_shows_none() -> None:
+    platform = load("benchmark")
+    summary, figure = platform_summary(platform), platform_figure(platform)
+    assert summary["legs"] is None
+    assert summary["ranges"]["surge"] == {"file_m": [-2.6, 2.6]}
+    assert summary["ranges"]["pitch"] == {"file_deg": pytest.approx([-10.0, 10.0])}
+    assert len(figure.axes) == 1
+    page = platform_page(platform, summary, figure)
+    assert "The file describes no legs" in page
+    assert "<canvas" not in page
+    assert range_lines(summary)[1:] == ["pitch: -10.000 to 10.000 deg (the file)"]
+
+
+def test_a_file_whose_box_leaves_the_reach_is_told_so_axis_by_axis_and_at_once() -> None:
+    alone, at_once = sentences(platform_summary(DAVSI))[2:4]
+    assert alone.startswith("Alone, the file allows more than the legs reach of surge −0.510 … +0.630 m (")
+    assert "pitch" not in alone
+    assert at_once.startswith("All at once, the file's limits leave the legs' reach: of the poses that they")
+    assert "3.4 %" in at_once
+    within = sentences(platform_summary(load("davsi-4dof")))
+    assert any("limits stay within the legs' reach, in every pose that was tried" in told for told in within)
+    assert not any("Alone" in sentence for sentence in within)
+
+
+def test_the_share_of_the_file_is_that_of_poses_drawn_otherwise() -> None:
+    """A Halton sequence instead of random numbers, the circle by rejection."""
+    low = np.array([-0.51, -0.51, -0.42, -24.3, -24.3, -25.0])
+    high = np.array([0.63, 0.51, 0.42, 24.3, 24.3, 25.0])
+    poses = qmc.scale(qmc.Halton(6, seed=1).random(20_000), low, high)
+    poses[:, 3:] = np.radians(poses[:, 3:])
+    poses = poses[np.hypot(poses[:, 0], poses[:, 1]) <= 0.5]
+    assert file_share(DAVSI) == pytest.approx(LEGS.reaches(poses).mean(), abs=0.004)
+
+
+def test_joint_angles_are_told_where_they_are_given() -> None:
+    legs = DAVSI.hexapod
+    assert legs is not None
+    leaning = legs.model_copy(update={"joint_angles": JointAngles(base_deg=12.0)})
+    bound = DAVSI.model_copy(update={"hexapod": leaning})
+    summary = platform_summary(bound)
+    assert "Legs lean up to 12 deg at the base's joints, 180 deg at the platform's." in sentences(summary)
+    assert "Joint angles are not given: reach ends with" in " ".join(sentences(platform_summary(DAVSI)))
+    assert any("leaning as far as its base joint allows" in line for line in range_lines(summary))
 
 
 def test_the_tour_goes_to_every_end_and_never_beyond() -> None:

@@ -12,10 +12,13 @@ from otolith import files
 from otolith.cli.output import print_json
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
+from otolith.platforms.template import template
 from otolith.report import save_figure
-from otolith.report.platform import platform_figure, platform_page, platform_summary, together_sentence
+from otolith.report.platform import platform_figure, platform_page, platform_summary, range_lines, sentences
 
-app = typer.Typer(help="Look at a platform's legs, and fit legs to a data sheet.", no_args_is_help=True)
+app = typer.Typer(
+    help="Begin a platform file, look at a platform, and fit legs to a data sheet.", no_args_is_help=True
+)
 
 Name = Annotated[
     str, typer.Argument(metavar="PLATFORM", help="A shipped platform's name or a platform file (.toml).")
@@ -46,13 +49,34 @@ def show(
         files.write_figure(folder / f"platform.{ending}", functools.partial(save_figure, figure))
     if json:
         print_json(summary)
-    for axis, entry in summary["ranges"].items():
-        (key, (low, high)), *_ = entry.items()
-        unit = key.removeprefix("reach_")
-        console.print(f"{axis}: {low:.3f} to {high:.3f} {unit}", highlight=False)
-    if sentence := together_sentence(summary):
-        console.print(sentence, highlight=False, soft_wrap=True)
+    for line in [*range_lines(summary), *sentences(summary)]:
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     console.print(f"written to {folder}: platform.html, .json, .pdf, .png", highlight=False, soft_wrap=True)
+
+
+@app.command("new")
+def new(
+    legs: Annotated[bool, typer.Option("--legs", help="Of a machine that stands on six legs.")] = False,
+    axes: Annotated[bool, typer.Option("--axes", help="Of a machine whose axes move one by one.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write (default: standard output).")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")] = False,
+) -> None:
+    """Write a platform file to start from: each field explained, with numbers that load as they stand."""
+    if legs == axes:
+        raise InputError("--legs, --axes", "both given" if legs else "missing", "one of the two")
+    text = template("legs" if legs else "axes")
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    if out.suffix != ".toml":
+        raise InputError("--out", repr(str(out)), "a file that ends in .toml")
+    if out.exists() and not force:
+        raise InputError(f"file {out}", "there already", "another one, or --force")
+    files.write_text(out, text)
+    told = f"written to {out}: fill in your numbers, then otolith platform show {out}"
+    Console(stderr=True).print(told, markup=False, highlight=False, soft_wrap=True)
 
 
 @app.command("fit")

@@ -19,11 +19,10 @@ from otolith.core.frames import AXES
 from otolith.platforms.geometry import Circles
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.platform import Platform, Rotation
-from otolith.platforms.reach import FAR, axis_speeds, excursion
+from otolith.platforms.reach import SINGULAR, axis_speeds, leg_end, reach_ends
 
 WELL: Final = 5.0  # condition number in the neutral pose that a fitted machine must stay below
 TRIES: Final = 1000  # of random numbers for one start
-COARSE: Final = 80  # strides to twice the wanted end
 ALIKE: Final = 0.01  # of relative error, within which fits count as equally good
 Forward = Literal["platform", "base"]
 
@@ -142,8 +141,16 @@ class _Problem:
             worst=float(np.abs(errors).max()),
             condition=np.inf,
         )
-        condition = self.hexapod(candidate).condition(np.zeros(6))
-        return None if not condition < WELL else replace(candidate, condition=condition)
+        machine = self.hexapod(candidate)
+        condition = machine.condition(np.zeros(6))
+        if not (condition < WELL and self._stands(machine)):
+            return None
+        return replace(candidate, condition=condition)
+
+    def _stands(self, machine: Hexapod) -> bool:
+        """Whether the legs hold the platform all the way to the ends that their strokes allow."""
+        ends = reach_ends(machine)
+        return not any(end.why == SINGULAR for axis in self.table for end in ends[axis])
 
     def _start(self, rng: np.random.Generator, forward: Forward) -> Vec:
         """Random numbers whose legs reach the neutral pose, where there are such: elsewhere slopes vanish."""
@@ -169,8 +176,8 @@ class _Problem:
         for axis, ends in self.table.items():
             i = AXES.index(axis)
             for end in ends:
-                far = float(np.copysign(min(FAR[i], 2.0 * abs(end)), end))
-                errors.append(excursion(joints, anchors, self.stroke, i, far, COARSE) / end - 1.0)
+                way = leg_end(joints, anchors, self.stroke, i, float(np.sign(end)))
+                errors.append(way / abs(end) - 1.0)
         return np.array(errors)
 
 
@@ -185,7 +192,7 @@ def _circles(x: Vec, forward: Forward) -> Circles:
 
 
 def _bare(joints: Vec, anchors: Vec, stroke: tuple[float, float]) -> Hexapod:
-    unknown = dict.fromkeys(
+    unknown: dict[str, Any] = dict.fromkeys(
         ("speed", "acceleration", "force", "leg_mass", "stiffness", "damping", "mass"), np.nan
     )
     zero = np.zeros(3)

@@ -9,11 +9,11 @@ import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from otolith.core.arrays import Mat
 from otolith.platforms.bounds import Radius, Within, refuse
-from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 
 _LENGTH = Within(0.05, 20.0, "m", "km", "mm")
 _POINT_M = 20.0  # [m] largest coordinate of a point
@@ -60,6 +60,7 @@ Point = Annotated[tuple[float, float, float], BeforeValidator(_point)]  # [m]
 SixPoints = Annotated[tuple[tuple[float, float, float], ...], BeforeValidator(_six_points)]  # [m]
 Inertias = Annotated[tuple[float, float, float], BeforeValidator(_three_inertias)]  # [kg m²]
 Height = Annotated[float, BeforeValidator(_LENGTH.number)]  # [m]
+Cone = Annotated[float, BeforeValidator(Within(1.0, 180.0, "deg", "rad").number)]  # [deg] from the axis
 HalfAngle = Annotated[float, BeforeValidator(Within(0.05, 59.0, "deg", "rad").number)]  # [deg]
 Spacing = Annotated[float, BeforeValidator(Within(60.0, 150.0, "deg", "rad").number)]  # [deg]
 LegSpeed = Annotated[float, BeforeValidator(Within(0.005, 20.0, "m/s", "km/s", "mm/s").number)]  # [m/s]
@@ -113,6 +114,19 @@ class Joints(_Table):
         return np.array(self.base_m), np.array(self.platform_m)
 
 
+class JointAngles(_Table):
+    """How far the legs may lean in their joints: a cone about each joint's axis.
+
+    A ball or universal joint is mounted along some direction and turns away from it only so far. With `about`
+    = "neutral" that is the direction of its leg in the neutral pose; with "normal" the z axis, of the base
+    for its joints, of the platform for its own.
+    """
+
+    base_deg: Cone = 180.0
+    platform_deg: Cone = 180.0
+    about: Literal["neutral", "normal"] = "neutral"
+
+
 class Legs(_Table):
     """What every leg can do, and its servo: force = stiffness · error + damping · speed error + weight."""
 
@@ -136,11 +150,13 @@ class Payload(_Table):
 class HexapodTable(_Table):
     """The table `[hexapod]` of a platform file."""
 
+    source: str = Field(default="", max_length=200)  # where the geometry comes from, if it needs saying
     neutral_height_m: Height  # of the platform joints' centre above the base joints' centre
     reference_point_m: Point = (0.0, 0.0, 0.0)  # motion reference point, from the platform joints' centre
     head_m: Point | None = None  # the driver's head, from the motion reference point
     circles: Circles | None = None
     joints: Joints | None = None
+    joint_angles: JointAngles | None = None
     legs: Legs
     payload: Payload
 
@@ -151,6 +167,11 @@ class HexapodTable(_Table):
         if not (low < lengths.min() and lengths.max() < high):
             shown = f"{lengths.min():.4g} to {lengths.max():.4g} m long"
             raise refuse(f"within {low:g} to {high:g} m", field="legs in the neutral pose", value=shown)
+        leans = np.degrees(hexapod.leans(np.zeros((1, 6)))[0])
+        for name, found, most in zip(("base", "platform"), leans, np.degrees(hexapod.lean), strict=True):
+            if not found.max() < most:
+                shown, bound = f"{found.max():.3g} deg", f"below {most:g} deg"
+                raise refuse(bound, field=f"leaning at the {name}'s joints in the neutral pose", value=shown)
         condition = hexapod.condition(np.zeros(6))
         if not condition < SINGULAR_CONDITION:
             bound = f"below {SINGULAR_CONDITION:g}: such legs cannot hold the platform"
@@ -167,7 +188,7 @@ class HexapodTable(_Table):
     def hexapod(self) -> Hexapod:
         """The machine, in SI units, about its motion reference point in the neutral pose."""
         base, platform = self._points()
-        reference = np.array(self.reference_point_m)
+        reference, lean = np.array(self.reference_point_m), self.joint_angles or JointAngles()
         return Hexapod(
             joints=platform - reference,
             anchors=base - reference - np.array([0.0, 0.0, self.neutral_height_m]),
@@ -182,10 +203,10 @@ class HexapodTable(_Table):
             mass=self.payload.mass_kg,
             centre=np.array(self.payload.centre_m),
             inertia=np.array(self.payload.inertia_kgm2),
+            lean_base=math.radians(lean.base_deg),
+            lean_platform=math.radians(lean.platform_deg),
+            upright=lean.about == "normal",
         )
-
-
-SINGULAR_CONDITION = 50.0  # of the scaled Jacobian; good machines have 2 to 5
 
 
 def _on_circle(radius: float, degrees: Mat) -> Mat:

@@ -4,18 +4,23 @@ Poses, twists and accelerations (6,) are those of `otolith.interfaces.PlatformSt
 reference point about the neutral pose; quaternions inside. Numerics: `otolith.platforms.kinematics`.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from otolith.core.arrays import Mat, Vec, freeze
+from otolith.core.arrays import Bools, Mat, Vec, freeze
 from otolith.core.errors import OtolithError
 from otolith.core.motion import place_of, pose_of, velocity_of
 from otolith.platforms.kinematics import forward, inverse, leg_motion, lengths_along
 
 TOLERANCE: Final = 1e-13  # [m] on the legs; a metre has 2e-16
 MOST: Final = 30  # Newton iterations; from the neutral pose 4 or 5 do
+SINGULAR_CONDITION: Final = (
+    50.0  # of the scaled Jacobian, from which on a pose is singular; good ones have 2 to 5
+)
 
 
 class LegOutsideStroke(OtolithError):
@@ -39,6 +44,18 @@ class Singular(OtolithError):
             f"the legs' condition number is {condition:.3g} in this pose, must be below {bound:g}"
         )
         self.condition, self.bound = condition, bound
+
+
+class LeansTooFar(OtolithError):
+    """In this pose a leg leans further than its joint allows."""
+
+    def __init__(self, leg: int, joint: str, lean: float, most: float) -> None:
+        found, bound = math.degrees(lean), math.degrees(most)
+        super().__init__(
+            f"leg {leg + 1} leans {found:.1f} deg at its {joint} joint in this pose, "
+            f"must be at most {bound:g} deg"
+        )
+        self.leg, self.joint, self.lean, self.most = leg, joint, lean, most
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +94,9 @@ class Hexapod:
     mass: float  # [kg] of platform and payload
     centre: Vec  # (3,) [m] of mass, from the reference point, in the platform's frame
     inertia: Vec  # (3,) [kg m²] about the centre of mass, along the platform's axes
+    lean_base: float = math.pi  # [rad] most that a leg may lean from the axis of its joint at the base …
+    lean_platform: float = math.pi  # … and at the platform; π where the joints set no limit
+    upright: bool = False  # whether those axes are z, of base and platform, instead of the neutral legs
 
     def __post_init__(self) -> None:
         freeze(self, joints=(6, 3), anchors=(6, 3), head=(3,), centre=(3,), inertia=(3,))
@@ -85,6 +105,19 @@ class Hexapod:
     def size(self) -> float:
         """Mean distance [m] of the platform's joints from their centre: the lever that rotations act on."""
         return float(np.mean(np.linalg.norm(self.joints - self.joints.mean(axis=0), axis=1)))
+
+    @property
+    def lean(self) -> tuple[float, float]:
+        """Most [rad] that a leg may lean at its base joint and at its platform joint."""
+        return self.lean_base, self.lean_platform
+
+    def leans(self, poses: Mat) -> Mat:
+        """Angles (n, 2, 6) [rad] of every leg from its joints' axes, at the base and at the platform."""
+        poses = np.asarray(poses, dtype=np.float64)
+        axes = np.tile([0.0, 0.0, 1.0], (6, 1)) if self.upright else self.joints - self.anchors
+        R = Rotation.from_euler("ZYX", poses[:, [5, 4, 3]]).as_matrix().transpose(0, 2, 1)  # (n, 3, 3)
+        legs = poses[:, None, :3] + self.joints @ R - self.anchors  # (n, 6, 3)
+        return np.stack([_between(np.broadcast_to(axes, legs.shape), legs), _between(axes @ R, legs)], axis=1)
 
     def lengths(self, pose: Vec) -> Vec:
         """Leg lengths (6,) [m] of a pose (6,); of many, (n, 6) of (n, 6)."""
@@ -125,9 +158,14 @@ class Hexapod:
 
     def conditions(self, poses: Mat) -> Vec:
         """Condition numbers (n,) of the poses (n, 6); see `condition`."""
-        jacobians = np.array([self.jacobian(pose) for pose in poses]).reshape(-1, 6, 6)
-        numbers: Vec = np.linalg.cond(jacobians / np.array([1.0, 1.0, 1.0, *[self.size] * 3]))
+        numbers: Vec = np.linalg.cond(self.scaled_jacobians(poses))
         return numbers
+
+    def scaled_jacobians(self, poses: Mat) -> Mat:
+        """Jacobians (n, 6, 6) of the poses (n, 6) without unit: rotations as paths at the joints' radius."""
+        jacobians = np.array([self.jacobian(pose) for pose in poses]).reshape(-1, 6, 6)
+        scaled: Mat = jacobians / np.array([1.0, 1.0, 1.0, *[self.size] * 3])
+        return scaled
 
     def pose_of(self, lengths: Vec, near: Vec | None = None) -> Vec:
         """Pose (6,) of leg lengths (6,) [m], the one that Newton's method reaches from `near` (neutral).
@@ -148,21 +186,35 @@ class Hexapod:
         pose_of(place, pose)
         return pose
 
-    def reaches(self, poses: Mat) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-        """Whether each pose (n, 6) keeps every leg within its stroke, (n,)."""
-        lengths = self.lengths(poses)
-        low, high = self.stroke
-        within: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.all(
-            (lengths >= low) & (lengths <= high), axis=-1
-        )
-        return within
+    def reaches(self, poses: Mat) -> Bools:
+        """Whether each pose (n, 6) is one that the legs make and hold, (n,).
 
-    def check(self, pose: Vec, *, condition: float = 50.0) -> None:
+        Every leg within its stroke and leaning no further than its joints allow, the condition number below
+        `SINGULAR_CONDITION`, and the Jacobian's determinant of the sign that it has in the neutral pose:
+        between poses of different signs lies one in which the legs hold nothing.
+        """
+        poses = np.asarray(poses, dtype=np.float64)
+        lengths, (low, high) = self.lengths(poses), self.stroke
+        found: Bools = np.all((lengths >= low) & (lengths <= high), axis=-1)
+        found[found] = self.holds(poses[found])
+        return found
+
+    def holds(self, poses: Mat) -> Bools:
+        """Whether in each pose (n, 6) joints do not lean too far and the Jacobian is regular, (n,)."""
+        jacobians, neutral = self.scaled_jacobians(poses), self.scaled_jacobians(np.zeros((1, 6)))
+        firm = np.linalg.cond(jacobians) < SINGULAR_CONDITION
+        same: Bools = firm & (np.sign(np.linalg.det(jacobians)) == np.sign(np.linalg.det(neutral)))
+        if min(self.lean) < math.pi:
+            same &= np.all(self.leans(poses) <= np.array(self.lean)[:, None], axis=(1, 2))
+        return same
+
+    def check(self, pose: Vec, *, condition: float = SINGULAR_CONDITION) -> None:
         """Refuse a pose that the legs cannot make or hold.
 
         Raises
         ------
         LegOutsideStroke : names the leg that is furthest beyond its stroke.
+        LeansTooFar : names the leg that leans furthest beyond its joint's limit.
         Singular : the condition number is not below `condition`.
         """
         lengths, (low, high) = self.lengths(pose), self.stroke
@@ -170,6 +222,18 @@ class Hexapod:
         worst = int(np.argmax(np.where(np.isnan(beyond), np.inf, beyond)))
         if not beyond[worst] <= 0.0:
             raise LegOutsideStroke(worst, float(lengths[worst]), self.stroke)
+        for joint, leans, most in zip(
+            ("base", "platform"), self.leans(pose[None])[0], self.lean, strict=True
+        ):
+            if not leans.max() <= most:
+                raise LeansTooFar(int(np.argmax(leans)), joint, float(leans.max()), most)
         found = self.condition(pose)
         if not found < condition:
             raise Singular(found, condition)
+
+
+def _between(axes: Mat, legs: Mat) -> Mat:
+    """Angles (n, 6) [rad] between vectors (n, 6, 3); by the tangent, which is exact for small angles, too."""
+    across = np.linalg.norm(np.cross(axes, legs), axis=-1)
+    angles: Mat = np.arctan2(across, np.sum(axes * legs, axis=-1))
+    return angles

@@ -137,7 +137,6 @@ class Platform(_Table):
 
     name: str = Field(min_length=1, max_length=80)
     description: str = ""
-    live: bool = False  # whether live operation may use it: only for limits a real machine keeps
     surge: Translation | None = None
     sway: Translation | None = None
     heave: Translation | None = None

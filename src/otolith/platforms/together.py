@@ -9,10 +9,13 @@ c = b − R a = (c_h, c_z) the leg at the horizontal place p is |p − c| long, 
 between √(max(|c_h| − r, 0)² + c_z²) and √((|c_h| + r)² + c_z²), both attained. A tilt of its
 own changes R a by no more than |a| times the angle: so a cell of roll × pitch whose middle has that much to
 spare is proved, and one that has not is divided. Checked by test_no_pose_of_the_share_needs_more_stroke.
+That no pose is singular and no joint leans too far is proved likewise, over cells of all four axes, by the
+bounds of `otolith.platforms.reach.change_rates`.
 """
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,11 +24,16 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.motion import place_of, rotation_of
-from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 from otolith.platforms.platform import Platform, Rotation, Translation
+from otolith.platforms.reach import change_rates
 
 DIVISIONS: Final = 14  # of a cell at most; what is not proved by then counts as out of reach
 BISECTIONS: Final = 20  # of the share
+FEWER: Final = 8  # where each takes thousands of cells
+HALVINGS: Final = 8  # of a cell of four axes at most
+CELLS: Final = 5_000  # at once; what needs more counts as not proved
+CORNERS: Final = np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
 TILTS: Final = 7  # of a side of the grid of tilts over which leg speeds and accelerations are sought
 PLACES: Final = 24  # around the edge of the disc, beside its middle
 
@@ -36,14 +44,14 @@ class Together:
 
     reach: float  # of circle and angles
     speed: float  # of velocities and tilt rates
-    acceleration: float  # of accelerations, at these speeds
+    acceleration: float | None  # of accelerations, at these speeds; None where the file lacks one
 
     circle: float  # [m] radius of surge and sway
     tilt: float  # ± [rad] of roll and of pitch
     velocity: float  # ± [m/s] of surge and of sway
     tilt_rate: float  # ± [rad/s]
-    translation: float  # ± [m/s²] acceleration of surge and of sway
-    tilt_acceleration: float  # ± [rad/s²]
+    translation: float | None  # ± [m/s²] acceleration of surge and of sway
+    tilt_acceleration: float | None  # ± [rad/s²]
 
 
 def _spare(hexapod: Hexapod, circle: float, tilt: Vec) -> float:
@@ -82,14 +90,56 @@ def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
     return False
 
 
+def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
+    """Whether it is proved that no pose of a disc and of tilts is singular, nor leans a joint too far.
+
+    Parameters as of `reaches_all`, which must hold: the bounds are those of legs within their strokes.
+    """
+    rates = change_rates(hexapod)
+    cells, half = np.zeros((1, 4)), np.array([circle, circle, tilt, tilt])
+    for _ in range(HALVINGS):
+        poses = np.zeros((len(cells), 6))
+        poses[:, [0, 1, 3, 4]] = cells
+        inside = np.hypot(cells[:, 0], cells[:, 1]) <= circle
+        if not np.all(hexapod.holds(poses[inside])):
+            return False
+        change = rates[0] * float(np.hypot(half[0], half[1])) + rates[1] * float(half[2] + half[3])
+        doubtful = cells[np.any(_margins(hexapod, poses) < change, axis=1)]
+        if not len(doubtful):
+            return True
+        if len(doubtful) > CELLS:
+            return False
+        half = 0.5 * half
+        cells = (doubtful[:, None] + CORNERS * half).reshape(-1, 4)
+        cells = cells[np.hypot(*np.maximum(np.abs(cells[:, :2]) - half[:2], 0.0).T) <= circle]
+    return False
+
+
+def _margins(hexapod: Hexapod, poses: Mat) -> Mat:
+    """What poses have to spare (n, 3), in the order of `change_rates`; inf of joints without a limit."""
+    sigma = np.linalg.svd(hexapod.scaled_jacobians(poses), compute_uv=False)
+    firm = sigma[:, -1] - sigma[:, 0] / SINGULAR_CONDITION
+    lean = np.array(hexapod.lean)
+    if lean.min() >= math.pi:
+        return np.column_stack([firm, np.full((len(poses), 2), np.inf)])
+    spare = lean - hexapod.leans(poses).max(axis=2)
+    return np.column_stack([firm, np.where(lean < math.pi, spare, np.inf)])
+
+
 def reach_share(hexapod: Hexapod, circle: float, tilt: float) -> float:
-    """The largest share of a disc [m] and of tilts [rad], at most 1, that `reaches_all` proves."""
-    low, high = 0.0, 1.0
-    if reaches_all(hexapod, circle, tilt):
-        return high
-    for _ in range(BISECTIONS):
+    """The largest share, at most 1, of a disc [m] and of tilts [rad] that is proved to be in reach."""
+    share = _largest(lambda s: reaches_all(hexapod, s * circle, s * tilt), 1.0, BISECTIONS)
+    return _largest(lambda s: holds_all(hexapod, s * circle, s * tilt), share, FEWER)
+
+
+def _largest(proved: Callable[[float], bool], most: float, bisections: int) -> float:
+    """The largest share up to `most` that is proved, by bisection; what is within a proved one is, too."""
+    if proved(most):
+        return most
+    low, high = 0.0, most
+    for _ in range(bisections):
         share = 0.5 * (low + high)
-        low, high = (share, high) if reaches_all(hexapod, share * circle, share * tilt) else (low, share)
+        low, high = (share, high) if proved(share) else (low, share)
     return low
 
 
@@ -129,20 +179,23 @@ def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations
 def together(platform: Platform) -> Together:
     """What a platform's legs can do of its file's limits with four axes at once, heave and yaw neutral.
 
-    Of unequal limits the smaller counts: of the two ends of a reach, of surge and sway, of roll and pitch.
-    Reach is proved; speeds and accelerations are the worst over a grid of poses.
+    Of unequal limits the smaller counts: of the two ends of a reach, of surge and sway, of roll and pitch,
+    and of the circle, where the file gives one. Tilt rates that it does not give are the perception
+    thresholds, which cueing keeps to. Reach is proved; speeds and accelerations are the worst over a grid
+    of poses.
 
     Raises
     ------
-    InputError : no legs in the file, or a limit of the four axes, or the limit circle, is missing.
+    InputError : no legs in the file, or an axis of the four is missing.
     """
     hexapod, given = platform.six_legs(), _limits(platform)
     reach = reach_share(hexapod, given.circle, given.tilt)
     poses = _poses(reach * given.circle, reach * given.tilt)
     fast = _of_four(given.velocity, given.tilt_rate)
     speed = _speed_share(hexapod, poses, fast)
-    strong = _of_four(given.translation, given.tilt_acceleration)
-    acceleration = _acceleration_share(hexapod, poses, speed * fast, strong)
+    strong, acceleration = (given.translation, given.tilt_acceleration), None
+    if strong[0] is not None and strong[1] is not None:
+        acceleration = _acceleration_share(hexapod, poses, speed * fast, _of_four(strong[0], strong[1]))
     return Together(
         reach=reach,
         speed=speed,
@@ -151,31 +204,37 @@ def together(platform: Platform) -> Together:
         tilt=reach * given.tilt,
         velocity=speed * given.velocity,
         tilt_rate=speed * given.tilt_rate,
-        translation=acceleration * given.translation,
-        tilt_acceleration=acceleration * given.tilt_acceleration,
+        translation=_times(acceleration, strong[0]),
+        tilt_acceleration=_times(acceleration, strong[1]),
     )
+
+
+def _times(share: float | None, limit: float | None) -> float | None:
+    return None if share is None or limit is None else share * limit
 
 
 def _limits(platform: Platform) -> Together:
     """All of a file's limits, share 1."""
     lines = [axis for axis in (platform.surge, platform.sway) if isinstance(axis, Translation)]
     turns = [axis for axis in (platform.roll, platform.pitch) if isinstance(axis, Rotation)]
-    rates = [turn.rate_degps for turn in turns if turn.rate_degps is not None]
-    turning = [turn.acceleration_degps2 for turn in turns if turn.acceleration_degps2 is not None]
-    if platform.circle is None or not len(lines) == len(rates) == len(turning) == 2:
+    if not len(lines) == len(turns) == 2:
         raise InputError(
-            f"a limit of surge, sway, roll or pitch, or circle_m, of platform {platform.name}",
+            f"one of surge, sway, roll and pitch of platform {platform.name}",
             "missing",
             "in its file for what the four can do together",
         )
+    thresholds = (platform.tilt_coordination.roll_degps, platform.tilt_coordination.pitch_degps)
+    rates = [turn.rate_degps or slow for turn, slow in zip(turns, thresholds, strict=True)]
+    turning = [turn.acceleration_degps2 for turn in turns if turn.acceleration_degps2 is not None]
+    ends = [abs(end) for line in lines for end in line.position_m]
     return Together(
         reach=1.0,
         speed=1.0,
         acceleration=1.0,
-        circle=platform.circle,
-        tilt=math.radians(min(min(-turn.angle_deg[0], turn.angle_deg[1]) for turn in turns)),
+        circle=min(ends if platform.circle is None else [platform.circle, *ends]),
+        tilt=math.radians(min(abs(end) for turn in turns for end in turn.angle_deg)),
         velocity=min(line.velocity_mps for line in lines),
         tilt_rate=math.radians(min(rates)),
         translation=min(line.acceleration_mps2 for line in lines),
-        tilt_acceleration=math.radians(min(turning)),
+        tilt_acceleration=math.radians(min(turning)) if len(turning) == 2 else None,
     )

@@ -1,6 +1,7 @@
 """A platform made visible: its legs, what they reach, how firmly they stand, and a run in motion."""
 
 import io
+import itertools
 import math
 from html import escape
 from typing import Any, Final
@@ -18,7 +19,7 @@ from otolith.plant.dynamics import frequencies
 from otolith.platforms import Platform
 from otolith.platforms.fit import table_of
 from otolith.platforms.hexapod import Hexapod
-from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach
+from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach, reach_ends
 from otolith.platforms.together import together
 from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
@@ -27,6 +28,7 @@ from otolith.simulate import Run
 
 WIDTH: Final = 7.16  # [in] both columns of a paper
 FONT: Final = 7.0  # [pt]
+POOR: Final = 20.0  # condition number at which the colours end; at 50 a pose counts as singular
 SWEEP: Final = 2.4  # [s] of each axis in the tour of a platform
 
 
@@ -38,37 +40,58 @@ def _shown(axis: str) -> tuple[float, str]:
 def platform_summary(platform: Platform) -> dict[str, Any]:
     """What the legs reach and how they stand, as plain JSON values; degrees where a name says so.
 
-    Raises
-    ------
-    InputError : the platform's file describes no legs.
+    Of a platform whose file describes no legs only what it allows of each axis: its `legs` are null.
     """
-    hexapod, table = platform.six_legs(), table_of(platform)
-    ranges = {}
-    for axis, ends in reach(hexapod).items():
+    table = table_of(platform)
+    allowed = {
+        axis: {f"file_{_shown(axis)[1]}": [_shown(axis)[0] * end for end in table[axis]]} for axis in table
+    }
+    if platform.hexapod is None:
+        return {"platform": platform.name, "legs": None, "ranges": allowed}
+    hexapod, ranges = platform.six_legs(), {}
+    for axis, ends in reach_ends(hexapod).items():
         factor, unit = _shown(axis)
-        entry = {f"reach_{unit}": [factor * end for end in ends]}
-        if axis in table:
-            entry[f"file_{unit}"] = [factor * end for end in table[axis]]
-        ranges[axis] = entry
+        found = {f"reach_{unit}": [factor * end.at for end in ends], "ends": [end.why for end in ends]}
+        ranges[axis] = found | allowed.get(axis, {})
     neutral = hexapod.lengths(np.zeros(6))
+    angles = platform.hexapod.joint_angles
     return {
         "platform": platform.name,
+        "legs": platform.hexapod.source,
         "ranges": ranges,
+        "joint_angles_deg": None if angles is None else [angles.base_deg, angles.platform_deg],
         "neutral_lengths_m": neutral.tolist(),
         "leg_stroke_m": list(hexapod.stroke),
         "condition_neutral": hexapod.condition(np.zeros(6)),
         "reachable_share_of_box": box_share(hexapod),
+        "reachable_share_of_file": file_share(platform),
         "together": _together(platform),
         "servo_frequencies_hz": frequencies(hexapod).tolist(),
     }
 
 
-def _together(platform: Platform) -> dict[str, float] | None:
-    """What four axes can do in every combination; None where the file lacks a limit of theirs."""
+def file_share(platform: Platform, *, samples: int = 20_000, seed: int = 0) -> float:
+    """Share of the poses allowed by all of the file's limits which the legs reach; axes it lacks are neutral.
+
+    Corners of the box count among the samples: what a controller does at worst is likely to be there.
+    """
+    table, box = table_of(platform), np.zeros((6, 2))
+    for axis, ends in table.items():
+        box[AXES.index(axis)] = ends
+    inner = np.random.default_rng(seed).uniform(box[:, 0], box[:, 1], (samples, 6))
+    poses = np.vstack([inner, np.array(list(itertools.product(*box)))])
+    if platform.circle is not None:
+        poses = poses[np.hypot(poses[:, 0], poses[:, 1]) <= platform.circle]
+    return float(np.mean(platform.six_legs().reaches(poses)))
+
+
+def _together(platform: Platform) -> dict[str, float | None] | None:
+    """What four axes can do in every combination; None where the file lacks one of them."""
     try:
         found = together(platform)
     except InputError:
         return None
+    turning = found.tilt_acceleration
     return {
         "reach_share": found.reach,
         "speed_share": found.speed,
@@ -78,8 +101,74 @@ def _together(platform: Platform) -> dict[str, float] | None:
         "velocity_mps": found.velocity,
         "tilt_rate_degps": math.degrees(found.tilt_rate),
         "acceleration_mps2": found.translation,
-        "tilt_acceleration_degps2": math.degrees(found.tilt_acceleration),
+        "tilt_acceleration_degps2": None if turning is None else math.degrees(turning),
     }
+
+
+def range_lines(summary: dict[str, Any]) -> list[str]:
+    """The range of each axis, a line each: of the legs with what ends it, else of the file."""
+    lines = []
+    for axis, entry in summary["ranges"].items():
+        unit = _shown(axis)[1]
+        low, high = entry.get(f"reach_{unit}", entry.get(f"file_{unit}"))
+        why = f" ({'; '.join(entry['ends'])})" if "ends" in entry else " (the file)"
+        lines.append(f"{axis}: {low:.3f} to {high:.3f} {unit}{why}")
+    return lines
+
+
+def sentences(summary: dict[str, Any]) -> list[str]:
+    """What has to be known about a platform's reach, in sentences."""
+    if summary["legs"] is None:
+        return [
+            "The file describes no legs: what the axes can do together cannot be told, and none are shown "
+            "(a table [hexapod] describes them)."
+        ]
+    told = [f"Of the legs: {summary['legs']}."] if summary["legs"] else []
+    angles = summary["joint_angles_deg"]
+    if angles is None:
+        told.append(
+            "Joint angles are not given: reach ends with the legs' strokes and at singular poses only."
+        )
+    else:
+        told.append(
+            f"Legs lean up to {angles[0]:g} deg at the base's joints, {angles[1]:g} deg at the platform's."
+        )
+    return [*told, *_box_sentences(summary), *filter(None, [together_sentence(summary)])]
+
+
+def _box_sentences(summary: dict[str, Any]) -> list[str]:
+    """Whether the file's limits leave the legs' reach: axis by axis, and all at once."""
+    beyond = []
+    for axis, entry in summary["ranges"].items():
+        unit = _shown(axis)[1]
+        ends = [(entry.get(f"file_{unit}"), entry[f"reach_{unit}"])]
+        beyond += [
+            f"{axis} {_span(file, unit)} (the legs reach {_span(legs, unit)})"
+            for file, legs in ends
+            if file is not None and (file[0] < legs[0] or file[1] > legs[1])
+        ]
+    told = [f"Alone, the file allows more than the legs reach of {', '.join(beyond)}."] if beyond else []
+    share = summary["reachable_share_of_file"]
+    if share < 1.0:
+        told.append(
+            "All at once, the file's limits leave the legs' reach: of the poses that they allow, the legs "
+            f"make only {_percent(share)}."
+        )
+    else:
+        told.append(
+            "All at once, the file's limits stay within the legs' reach, in every pose that was tried."
+        )
+    return told
+
+
+def _percent(share: float) -> str:
+    """A share that is not all in per cent; never rounded to 100."""
+    return f"{min(100.0 * share, 99.9):.1f} %" if share > 0.0005 else "less than 0.1 %"
+
+
+def _span(ends: list[float], unit: str) -> str:
+    digits = 3 if unit == "m" else 1
+    return f"{ends[0]:+.{digits}f} … {ends[1]:+.{digits}f} {unit}".replace("-", "−")
 
 
 def together_sentence(summary: dict[str, Any]) -> str:
@@ -87,15 +176,26 @@ def together_sentence(summary: dict[str, Any]) -> str:
     all_at_once = summary["together"]
     if all_at_once is None:
         return ""
+    accelerations = (
+        "accelerations cannot be told, for the file gives none of roll or pitch"
+        if all_at_once["acceleration_mps2"] is None
+        else "{acceleration_mps2:.2f} m/s², {tilt_acceleration_degps2:.0f} deg/s²"
+    )
     return (
         "Surge, sway, roll and pitch in every combination: {circle_m:.3f} m around neutral with "
-        "±{tilt_deg:.2f} deg, {velocity_mps:.3f} m/s, {tilt_rate_degps:.1f} deg/s, "
-        "{acceleration_mps2:.2f} m/s², {tilt_acceleration_degps2:.0f} deg/s²."
+        f"±{{tilt_deg:.2f}} deg, {{velocity_mps:.3f}} m/s, {{tilt_rate_degps:.1f}} deg/s; {accelerations}."
     ).format(**all_at_once)
 
 
 def platform_figure(platform: Platform) -> Figure:
-    """The legs in the neutral pose, the range of each axis alone, and cuts across two axes."""
+    """The legs in the neutral pose, the range of each axis alone, and cuts across two axes.
+
+    Of a platform without legs the ranges that its file allows.
+    """
+    if platform.hexapod is None:
+        figure = Figure(figsize=(WIDTH, 0.6 + 0.3 * len(platform.axes)), layout="constrained")
+        _ranges(figure.add_subplot(), platform, None)
+        return figure
     hexapod = platform.six_legs()
     figure = Figure(figsize=(WIDTH, 6.6), layout="constrained")
     grid = figure.add_gridspec(3, 3, height_ratios=[1.25, 1.0, 1.0])
@@ -103,12 +203,20 @@ def platform_figure(platform: Platform) -> Figure:
     _ranges(figure.add_subplot(grid[0, 1:]), platform, hexapod)
     cuts = [cut(hexapod, axes) for axes in CUTS]
     highest = max(float(np.nanmax(one.condition)) for one in cuts)
-    scale = Normalize(1.0, highest)
+    scale = Normalize(1.0, min(highest, POOR))
     panels = [figure.add_subplot(grid[1 + k // 3, k % 3]) for k in range(len(cuts))]
     for axes, one in zip(panels, cuts, strict=True):
         mesh = _cut(axes, one, platform, scale)
-    bar = figure.colorbar(mesh, ax=panels, location="bottom", shrink=0.5, aspect=50, pad=0.01)
-    bar.set_label("condition number of the legs (1 is best); white: beyond a leg's stroke", fontsize=FONT)
+    bar = figure.colorbar(
+        mesh,
+        ax=panels,
+        location="bottom",
+        shrink=0.5,
+        aspect=50,
+        pad=0.01,
+        extend="max" if highest > POOR else "neither",
+    )
+    bar.set_label("condition number of the legs (1 is best); white: out of reach", fontsize=FONT)
     bar.ax.tick_params(labelsize=FONT)
     return figure
 
@@ -129,26 +237,31 @@ def _drawing(axes: Any, hexapod: Hexapod) -> None:
     axes.set_title("neutral pose (arrow: forward)", fontsize=FONT, y=-0.06)
 
 
-def _ranges(axes: Axes, platform: Platform, hexapod: Hexapod) -> None:
-    """Bars of what the legs reach, as shares of the largest of each unit; marks where the file says else."""
-    ranges, table = reach(hexapod), table_of(platform)
-    for row, (axis, ends) in enumerate(ranges.items()):
+def _ranges(axes: Axes, platform: Platform, hexapod: Hexapod | None) -> None:
+    """Bars of what the legs reach, as shares of the largest of each unit; marks of what the file allows.
+
+    Without legs the bars are what the file allows.
+    """
+    table = table_of(platform)
+    ranges = table if hexapod is None else reach(hexapod)
+    for row, axis in enumerate(ranges):
         factor, unit = _shown(axis)
-        alike = AXES[:3] if row < 3 else AXES[3:]
-        size = max(max(map(abs, ranges[name])) for name in alike)
-        low, high = (end / size for end in ends)
-        axes.barh(row, high - low, left=low, height=0.55, color=BLUE, alpha=0.75)
+        alike = AXES[:3] if axis in AXES[:3] else AXES[3:]
+        size = max(abs(end) for name in alike for end in ranges.get(name, ()))
+        low, high = (end / size for end in ranges[axis])
+        axes.barh(row, high - low, left=low, height=0.55, color=GREY if hexapod is None else BLUE, alpha=0.75)
         digits = 3 if unit == "m" else 1
-        for end, share, side in ((ends[0], low, "right"), (ends[1], high, "left")):
+        for end, share, side in ((ranges[axis][0], low, "right"), (ranges[axis][1], high, "left")):
             text = f" {factor * end:+.{digits}f} {unit} ".replace("-", "−")
             axes.text(share, row, text, ha=side, va="center", fontsize=FONT)
-        if axis in table:
+        if hexapod is not None and axis in table:
             axes.plot([end / size for end in table[axis]], [row, row], "|", color="black", ms=13, mew=1.2)
-    axes.set_yticks(range(6), AXES, fontsize=FONT)
+    axes.set_yticks(range(len(ranges)), list(ranges), fontsize=FONT)
     axes.invert_yaxis()
     axes.set_xlim(-1.5, 1.5)
     axes.set_xticks([])
-    axes.set_title("reach of each axis alone (bars) and what the file allows (marks)", fontsize=FONT)
+    title = "reach of each axis alone (bars) and what the file allows (marks)"
+    axes.set_title("what the file allows of each axis" if hexapod is None else title, fontsize=FONT)
     for side in ("top", "right", "bottom"):
         axes.spines[side].set_visible(False)
 
@@ -193,43 +306,43 @@ def platform_page(
     summary, figure : what `platform_summary` and `platform_figure` give.
     run : moves the picture; otherwise a tour of every axis does.
     """
-    hexapod = platform.six_legs()
-    view = platform_view(hexapod, *frames_of(run)) if run else platform_view(hexapod, *tour(hexapod))
-    moving = f"{run.cueing} on {run.scenario}" if run else "every axis to both of its ends"
-    share = 100.0 * summary["reachable_share_of_box"]
-    rows = [(axis, _row(entry)) for axis, entry in summary["ranges"].items()]
-    ranges = table("models", ("axis", "legs reach", "the file allows"), rows)
-    at_once = (
-        f"Of the box of all these ranges at once the legs reach {share:.1f} %. {together_sentence(summary)}"
-    )
-    parts = [
-        Part(
-            "In motion", f"<p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>\n{view}"
-        ),
-        Part(
-            "Reach of each axis alone",
-            f'<div class="wide">{ranges}</div><p class="note">{escape(at_once)}</p>',
-        ),
-        Part(
-            "Across two axes",
-            "<p>Coloured: the legs are within their strokes, the other four axes neutral. Dashed: what the "
-            f'file allows each axis alone.</p><div class="drawing">{_svg(figure)}</div>',
-        ),
-    ]
+    rows = [(axis, _row(axis, entry)) for axis, entry in summary["ranges"].items()]
+    ranges = table("models", ("axis", "legs reach", "what ends it", "the file allows"), rows)
+    told = "".join(f"<p>{escape(sentence)}</p>" for sentence in sentences(summary))
+    drawing = f'<div class="drawing">{_svg(figure)}</div>'
+    if platform.hexapod is None:
+        allowed = f'{told}<div class="wide">{ranges}</div>'
+        parts = [Part("What the file allows of each axis", allowed), Part("As a picture", drawing)]
+    else:
+        share = f"Of the box of all these ranges at once the legs reach {_percent(summary['reachable_share_of_box'])}."
+        reached = f'{told}<div class="wide">{ranges}</div><p class="note">{share}</p>'
+        parts = [
+            Part("In motion", _moving(platform.six_legs(), run)),
+            Part("Reach of each axis alone", reached),
+            Part("Across two axes", f"<p>{CUT_NOTE}</p>{drawing}"),
+        ]
     lead = f'<p class="lead">{escape(platform.description)}</p>'
     return page(platform.name, "Platform", lead, parts, styles=("platform.css",))
 
 
-def _row(entry: dict[str, list[float]]) -> list[str]:
-    unit = next(iter(entry)).removeprefix("reach_")
-    digits = 3 if unit == "m" else 1
+CUT_NOTE: Final = (
+    "Coloured: the pose is in reach, on a way through such poses from the neutral one, the other four axes "
+    "neutral. Dashed: what the file allows each axis alone."
+)
 
-    def shown(ends: list[float] | None) -> str:
-        if ends is None:
-            return "–"
-        return f"{ends[0]:+.{digits}f} … {ends[1]:+.{digits}f} {unit}".replace("-", "−")
 
-    return [f"<td>{shown(entry[f'reach_{unit}'])}</td>", f"<td>{shown(entry.get(f'file_{unit}'))}</td>"]
+def _moving(hexapod: Hexapod, run: Run | None) -> str:
+    """The picture in motion, and a line that says what moves it."""
+    view = platform_view(hexapod, *frames_of(run)) if run else platform_view(hexapod, *tour(hexapod))
+    moving = f"{run.cueing} on {run.scenario}" if run else "every axis to both of its ends"
+    return f"<p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>\n{view}"
+
+
+def _row(axis: str, entry: dict[str, Any]) -> list[str]:
+    unit = _shown(axis)[1]
+    spans = [entry.get(f"{kind}_{unit}") for kind in ("reach", "file")]
+    reached, allowed = ("–" if span is None else _span(span, unit) for span in spans)
+    return [f"<td>{cell}</td>" for cell in (reached, "; ".join(entry.get("ends", ["–"])), allowed)]
 
 
 def _svg(figure: Figure) -> str:
