@@ -314,7 +314,8 @@ def platform_page(
         allowed = f'{told}<div class="wide">{ranges}</div>'
         parts = [Part("What the file allows of each axis", allowed), Part("As a picture", drawing)]
     else:
-        share = f"Of the box of all these ranges at once the legs reach {_percent(summary['reachable_share_of_box'])}."
+        share = _percent(summary["reachable_share_of_box"])
+        share = f"Of the box of all these ranges at once the legs reach {share}."
         reached = f'{told}<div class="wide">{ranges}</div><p class="note">{share}</p>'
         parts = [
             Part("In motion", _moving(platform.six_legs(), run)),
