@@ -45,6 +45,43 @@ def test_a_channel_is_mapped_by_its_name(tmp_path: Path) -> None:
         files.read_log(path, {})
 
 
+def test_invalid_samples_are_a_gap_and_not_a_straight_line(tmp_path: Path) -> None:
+    t = np.arange(0.0, 60.0, 0.01)
+    invalid = (t >= 20.0) & (t < 40.0)
+    with asammdf.MDF(version="4.10") as file:
+        lost = asammdf.Signal(np.sin(t), t, name="AccX", unit="m/s2", invalidation_bits=invalid)
+        file.append([lost, asammdf.Signal(np.cos(t), t, name="AccY", unit="m/s2")], common_timebase=True)
+        file.save(tmp_path / "d.mf4", overwrite=True)
+    with pytest.raises(
+        InputError, match=r"gap in ax before sample 2001 of d.mf4, 19.99 s after .*, is 20.01 s"
+    ):
+        files.read_log(tmp_path / "d.mf4", {})
+    log = files.read_log(tmp_path / "d.mf4", {}, needs=("ay",))
+    assert log.duration == pytest.approx(59.99)
+    assert any(
+        note.startswith("ax: left out, taken as zero: it tells nothing from 19.99 s") for note in log.notes
+    )
+
+
+@pytest.mark.parametrize(("kind", "over"), [(2, "angle"), (3, "distance"), (4, "index")])
+def test_channels_over_other_things_than_time_have_no_clock(tmp_path: Path, kind: int, over: str) -> None:
+    def group(name: str, master: tuple[str, int]) -> list[asammdf.Signal]:
+        return [asammdf.Signal(np.sin(FAST), FAST, name=name, unit="m/s2", master_metadata=master)]
+
+    with asammdf.MDF(version="4.10") as file:
+        file.append(group("AccX", (over, kind)))
+        file.save(tmp_path / "d.mf4", overwrite=True)
+    with pytest.raises(InputError, match=rf"channels of d.mf4 is recorded without time: 'AccX' over {over}"):
+        files.read_log(tmp_path / "d.mf4", {})
+    with asammdf.MDF(version="4.10") as file:
+        file.append(group("AccX", ("time", 1)))
+        file.append(group("AccY", (over, kind)))
+        file.save(tmp_path / "d.mf4", overwrite=True)
+    log = files.read_log(tmp_path / "d.mf4", {})
+    assert f"d.mf4: 'AccY' runs over {over}, not over time: left out" in log.notes
+    assert "ay" not in log.channels
+
+
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf's own clean-up
 @pytest.mark.parametrize("kept", [40, 300, 2000])
 def test_a_file_cut_off_is_refused(tmp_path: Path, kept: int) -> None:

@@ -18,7 +18,7 @@ STORE = get_typestore(Stores.LATEST)
 T = np.round(np.arange(0.0, 4.0, 0.01), 3)
 
 
-def write(path: Path, *topics: str, stamped: bool = True) -> Path:
+def write(path: Path, *topics: str, stamped: bool = True, unmeasured: str = "") -> Path:
     kinds = STORE.types
     vector, header = kinds["geometry_msgs/msg/Vector3"], kinds["std_msgs/msg/Header"]
     imu, stamp = kinds["sensor_msgs/msg/Imu"], kinds["builtin_interfaces/msg/Time"]
@@ -34,9 +34,11 @@ def write(path: Path, *topics: str, stamped: bool = True) -> Path:
                     orientation=level,
                     orientation_covariance=np.zeros(9),
                     angular_velocity=vector(x=0.0, y=0.0, z=0.1),
-                    angular_velocity_covariance=np.zeros(9),
+                    angular_velocity_covariance=np.full(9, -1.0 if unmeasured == "angular_velocity" else 0.0),
                     linear_acceleration=vector(x=float(np.sin(t)), y=float(np.cos(t)), z=9.81),
-                    linear_acceleration_covariance=np.zeros(9),
+                    linear_acceleration_covariance=np.full(
+                        9, -1.0 if unmeasured == "linear_acceleration" else 0.0
+                    ),
                 )
                 bag.write(connection, round(1e9 * (t + 5)), STORE.serialize_cdr(message, imu.__msgtype__))
         speed = bag.add_connection("/speed", stamped_twist.__msgtype__, typestore=STORE)
@@ -66,6 +68,17 @@ def test_of_two_units_the_user_chooses(tmp_path: Path) -> None:
         files.read_log(bag, {})
     log = files.read_log(bag, {"ax": "/imu/rear linear_acceleration.x"})
     assert_allclose(log.force[:, 0], np.sin(log.t), atol=1e-6)
+
+
+def test_what_a_unit_does_not_measure_is_not_read_as_zeros(tmp_path: Path) -> None:
+    """By sensor_msgs/Imu a covariance that begins with -1 says that the quantity has no estimate."""
+    log = files.read_log(write(tmp_path / "bag", "/imu", unmeasured="angular_velocity"), {})
+    assert "yaw_rate" not in log.channels
+    assert any("/imu does not measure angular_velocity in 400 of 400 messages" in note for note in log.notes)
+    with pytest.raises(
+        InputError, match=r"\(ax\) in other is missing \(other: /imu does not measure linear_"
+    ):
+        files.read_log(write(tmp_path / "other", "/imu", unmeasured="linear_acceleration"), {}, needs=("ax",))
 
 
 def test_what_holds_no_unit_or_is_no_bag_is_refused(tmp_path: Path) -> None:

@@ -71,6 +71,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
             raise InputError(f"--{option}", line, f"a line of {source}, 1 to {len(lines)}")
     after = max(header or 0, units or 0)
     delimiter, width, start = _rows(lines, after, source)
+    lines = _ended(lines, start, delimiter)
     if header is None:
         at, names = _names(lines[:start], width, delimiter, source, start)
     else:
@@ -116,6 +117,14 @@ def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, in
     raise InputError(source, "empty", "a table with one line of column names and one row per time")
 
 
+def _ended(lines: Sequence[str], start: int, delimiter: str | None) -> Sequence[str]:
+    """The lines, those before the rows ended with a delimiter if the rows are and they are not."""
+    if delimiter is None or not lines[start].rstrip().endswith(delimiter):
+        return lines
+    head = [line if line.rstrip().endswith(delimiter) else f"{line}{delimiter}" for line in lines[:start]]
+    return [*head, *lines[start:]]
+
+
 def _holds(line: str) -> bool:
     """Whether a line may be a row: not blank, no comment, no mark of a section."""
     return bool(line.strip()) and line.lstrip()[0] not in MARKS and not _SECTION.fullmatch(line)
@@ -157,7 +166,8 @@ def _names(
         row = _split(text, delimiter, width)
         numeric = sum(is_number(cell) for cell in row)
         if len(row) == width and 2 * numeric <= width and any(row) and not _is_unit_row(row):
-            found.append(((_says(row), line), line, row))
+            own = 0.5 * (len(cells(text.lstrip(MARKS + " "), delimiter)) == width)
+            found.append(((_says(row) + own, line), line, row))
     if found:
         return max(found)[1:]
     texts = [i for i in range(start) if preamble[i].strip() and not _SECTION.fullmatch(preamble[i])]
@@ -183,8 +193,6 @@ def _split(text: str, delimiter: str | None, width: int) -> list[str]:
     own = cells(bare, delimiter)
     if len(own) == width:
         return own
-    if delimiter is not None and len(own) == width - 1:  # rows that end in a delimiter, names that do not
-        return [*own, ""]
     others = (cells(bare, other) for other in DELIMITERS if other != delimiter)
     return next((row for row in others if len(row) == width), own)
 
@@ -198,7 +206,7 @@ def _beside(
     while line < len(lines):
         text = lines[line]
         row = _split(text, delimiter, width)
-        passive = not _holds(text) and len(row) != width
+        passive = len(row) != width and (not _holds(text) or not any(map(str.isalnum, text)))
         numeric = [cell for cell in row if is_number(cell, comma=delimiter != ",") or _CLOCK.fullmatch(cell)]
         if not passive and (len(row) != width or (numeric and not _is_unit_row(row))):
             break

@@ -47,7 +47,10 @@ def recording(
     header = Header(recorded.source, recorded.names, recorded.units, recorded.origins, recorded.clocked)
     found = candidates(header, columns)
     made = derived.asked(columns)
-    needed = _needed(found, made, needs, header)
+    try:
+        needed = _needed(found, made, needs, header)
+    except InputError as error:
+        raise _explained(error, recorded.notes) from None
     stamps, clock, name = _stamps(recorded, found.get("t", []), columns, header)
     wanted = [column for key in QUANTITIES if key != "t" for column in found.get(key, [])]
     read = samples(recorded, wanted, None if stamps is None else stamps.t)
@@ -65,6 +68,11 @@ def recording(
         notes=(*recorded.notes, *(() if stamps is None else (clock, *stamps.notes)), *choice.notes),
         others={key: tuple(_channel(o, recorded, zero) for o in some) for key, some in choice.others.items()},
     )
+
+
+def _explained(error: InputError, notes: Sequence[str]) -> InputError:
+    """The sentence with what the reader of the file has to say, which may be why."""
+    return InputError(error.field, f"{error.value} ({'; '.join(notes)})", error.bound) if notes else error
 
 
 def _needed(

@@ -1,0 +1,109 @@
+"""Where a table stands in a text, and which line is to blame where it cannot be found."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from otolith.core.errors import InputError
+from otolith.scenarios.header import find
+from otolith.scenarios.table import split
+
+ROWS = ["0.0,0.10,1", "0.1,0.20,2", "0.2,0.30,3", "0.3,0.40,4"]
+
+
+def lines(*head: str, rows: list[str] = ROWS) -> list[str]:
+    return [*head, *rows]
+
+
+@pytest.mark.parametrize(
+    ("head", "header", "units", "first"),
+    [
+        (["t,ax,ay"], 0, -1, 1),
+        (["", "t,ax,ay", "", ""], 1, -1, 4),
+        (["# made by a tool", "# of 3, 4, 5", "t,ax,ay"], 2, -1, 3),
+        (["# t,ax,ay"], 0, -1, 1),
+        (["% t ax ay"], 0, -1, 1),
+        (["t,ax,ay", "s,g,g"], 0, 1, 2),
+        (["s,g,g", "t,ax,ay"], 1, -1, 2),
+        (["t,ax,ay", "[s],[m/s^2],[m/s^2]", "", "gps,acc,acc"], 0, 1, 4),
+        (["Title", "Driver,Nobody", "Rate,20", "Laps,3", "t,ax,ay", "s,,g"], 4, 5, 6),
+        (["Run,1,ok", "Date,2,3", "t,ax,ay"], 2, -1, 3),
+        (["[header]", "time", "[column names]", "t ax ay", "", "[data]"], 3, -1, 6),
+        (["alpha,beta,gamma", "names of nothing", "-----"], 0, -1, 3),
+        (["t,ax", "time,ax,ay", "C1,C1,C1", "s,m/s^2,m/s^2"], 1, 3, 4),
+    ],
+)
+def test_names_units_and_rows_are_found_by_their_content(
+    head: list[str], header: int, units: int, first: int
+) -> None:
+    place = find(lines(*head), "log.csv")
+    assert (place.header, place.unit_row, place.first) == (header, units, first)
+    assert place.delimiter == ","
+    assert len(place.names) == 3
+
+
+@given(
+    junk=st.lists(
+        st.sampled_from(["", "A title", "Key,Value", "Duration,28", "# remark", "a;b", "Beacons,"])
+    ),
+    units=st.booleans(),
+    blanks=st.integers(0, 3),
+)
+def test_whatever_stands_before_the_table_is_not_read(junk: list[str], units: bool, blanks: int) -> None:
+    head = [*junk, "time,ax,ay", *(["s,g,g"] if units else []), *[""] * blanks]
+    table = split("\n".join(lines(*head)), "log.csv")
+    assert table.names == ["time", "ax", "ay"]
+    assert table.units == (["s", "g", "g"] if units else ["", "", ""])
+    assert table.body == ROWS
+    assert list(table.lines) == list(range(len(head) + 1, len(head) + 5))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (lines(), "line 1 of log.csv is numbers, must be the names of the columns"),
+        (
+            lines("t,ax"),
+            "number of names in line 1 of log.csv is 2, must be 3, as in the rows from line 2 on "
+            "(state the line of the names with --header LINE)",
+        ),
+        (
+            lines("Title", "t,ax,ay,az", ""),
+            "number of names in line 2 of log.csv is 4, must be 3, as in the rows from line 4 on "
+            "(state the line of the names with --header LINE)",
+        ),
+        (lines("t,ax,ay", rows=[*ROWS, "0.4,0.5"]), "number of values in line 6 of log.csv is 2, must be 3"),
+        (lines("t,ax,ay", "0.0,0.1", rows=ROWS), "number of values in line 2 of log.csv is 2, must be 3"),
+        (["t,ax", "a,b"], "number of rows in log.csv is 0, must be at least 2"),
+    ],
+)
+def test_the_line_to_blame_is_named(text: list[str], sentence: str) -> None:
+    with pytest.raises(InputError) as caught:
+        split("\n".join(text), "log.csv")
+    assert str(caught.value).startswith(sentence)
+
+
+def test_a_user_states_the_lines_where_the_guess_fails() -> None:
+    text = "\n".join(lines("time,ax,ay", "s,g,mg", "GPS time,x_acc,y_acc", "s,g,g"))
+    assert split(text, "log.csv").names == ["GPS time", "x_acc", "y_acc"]
+    with pytest.raises(InputError, match=r"number of rows"):
+        split("\n".join(lines("time,ax,ay", rows=[])), "log.csv", header=1)
+    table = split(text, "log.csv", header=1, units=2)
+    assert (table.names, table.units) == (["time", "ax", "ay"], ["s", "g", "mg"])
+    assert (table.layout.header, table.layout.units, table.layout.first) == ("line 1", "line 2", "line 5")
+    with pytest.raises(InputError, match=r"--header is 99, must be a line of log.csv, 1 to 8"):
+        split(text, "log.csv", header=99)
+    with pytest.raises(InputError, match=r"number of names in line 1 of log.csv is 2"):
+        split("\n".join(lines("one,two", "time,ax,ay")), "log.csv", header=1)
+
+
+def test_blank_lines_and_comments_among_the_rows_are_left_out_and_said() -> None:
+    table = split("\n".join(lines("t,ax,ay", rows=[*ROWS[:2], "", "# lap 2", *ROWS[2:], "# end"])), "log.csv")
+    assert table.body == ROWS
+    assert list(table.lines) == [2, 3, 6, 7]
+    assert table.notes == ("log.csv: 1 blank lines and 2 comments among the data were left out",)
+
+
+def test_quotes_may_hide_delimiters() -> None:
+    table = split('t,ax,ay\n0,"1,5",2\n1,"2,5",3\n', "log.csv")
+    assert table.cells([0, 2])[1].tolist() == [2.0, 3.0]  # type: ignore[union-attr]
