@@ -240,7 +240,9 @@ def test_raceboxs_dates_are_read_and_units_that_it_does_not_state_are_mapped(
     rows = table(n, stamps(drive, "iso"), (lat, 7), (lon, 7), ["100.0"] * len(n), (3.6 * d["vx"], 2),
                  (d["ax"] / G, 3), (d["ay"] / G, 3), (d["az"] / G + 1, 3), ["0"] * len(n), (DEG * d["roll_rate"], 2),
                  (DEG * d["pitch_rate"], 2), (DEG * d["yaw_rate"], 2))  # fmt: skip
-    with pytest.raises(InputError, match=r"yaw_rate in .* is it in deg/s"):
+    with pytest.raises(
+        InputError, match=r"map .*yaw_rate=GyroZ:deg/s and vx=Speed:km/h, which makes this file agree"
+    ):
         read(f"{header}\n{rows}")
     units = {
         "vx": "Speed:km/h",

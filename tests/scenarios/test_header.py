@@ -104,6 +104,12 @@ def test_blank_lines_and_comments_among_the_rows_are_left_out_and_said() -> None
     assert table.notes == ("log.csv: 1 blank lines and 2 comments among the data were left out",)
 
 
+def test_rows_may_end_in_a_delimiter_that_the_names_lack() -> None:
+    table = split("t;ax\n0;1;\n1;2;\n2;3;\n", "log.csv")
+    assert table.names == ["t", "ax", ""]
+    assert split("t,ax,speed\n0,1,\n1,,5\n2,3,\n", "log.csv").names == ["t", "ax", "speed"]
+
+
 def test_quotes_may_hide_delimiters() -> None:
     table = split('t,ax,ay\n0,"1,5",2\n1,"2,5",3\n', "log.csv")
     assert table.cells([0, 2])[1].tolist() == [2.0, 3.0]  # type: ignore[union-attr]

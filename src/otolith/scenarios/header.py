@@ -71,7 +71,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
             raise InputError(f"--{option}", line, f"a line of {source}, 1 to {len(lines)}")
     after = max(header or 0, units or 0)
     delimiter, width, start = _rows(lines, after, source)
-    lines = _ended(lines, start, delimiter)
+    lines = _ended(lines, start, delimiter, width)
     if header is None:
         at, names = _names(lines[:start], width, delimiter, source, start)
     else:
@@ -117,10 +117,12 @@ def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, in
     raise InputError(source, "empty", "a table with one line of column names and one row per time")
 
 
-def _ended(lines: Sequence[str], start: int, delimiter: str | None) -> Sequence[str]:
-    """The lines, those before the rows ended with a delimiter if the rows are and they are not."""
+def _ended(lines: Sequence[str], start: int, delimiter: str | None, width: int) -> Sequence[str]:
+    """The lines, those before the rows ended with a delimiter if only the rows are."""
     if delimiter is None or not lines[start].rstrip().endswith(delimiter):
         return lines
+    if any(len(_split(line, delimiter, width)) == width for line in lines[:start]):
+        return lines  # the rows' last cell is blank
     head = [line if line.rstrip().endswith(delimiter) else f"{line}{delimiter}" for line in lines[:start]]
     return [*head, *lines[start:]]
 
