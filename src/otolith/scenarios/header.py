@@ -133,8 +133,8 @@ def _holds(line: str) -> bool:
 
 
 def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int, int, int, float] | None:
-    """Number of rows, width, first line and share of numbers of the longest run of rows of one width."""
-    best: tuple[int, int, int, float] | None = None
+    """Number of rows, width, first line and share of numbers of the run of equal width with most numbers."""
+    best: tuple[int, tuple[int, int, int, float]] | None = None
     run: list[tuple[int, int, int]] = []
     width = 0
     for line, row in [*rows, (-1, [])]:
@@ -142,14 +142,14 @@ def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int
         counted = sum(is_number(cell, comma=comma) or bool(_CLOCK.fullmatch(cell)) for cell in filled)
         if run and (len(row) != width or not counted):
             run = _without_names(run)
-            share = sum(c for _, c, _ in run) / sum(f for _, _, f in run)
-            if best is None or len(run) > best[0]:
-                best = len(run), width, run[0][0], share
+            numbers = sum(c for _, c, _ in run)
+            if best is None or numbers > best[0]:
+                best = numbers, (len(run), width, run[0][0], numbers / sum(f for _, _, f in run))
             run = []
         if counted and len(row) > 1:
             width = len(row)
             run.append((line, counted, len(filled)))
-    return best
+    return None if best is None else best[1]
 
 
 def _without_names(run: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
