@@ -18,14 +18,16 @@ from otolith.report.figures import save_figure
 from otolith.scenarios.checks.orientation import AXES
 from otolith.scenarios.settings import settings_to_toml
 
-app = typer.Typer(help="Recorded drives: see what is understood of a file.", no_args_is_help=True)
+app = typer.Typer(
+    help="Recorded drives: see what is understood of a file, and save how it is read.", no_args_is_help=True
+)
 
 LISTED = 12  # unused columns that are named
 
 
 @app.callback()
 def log() -> None:
-    """Recorded drives."""
+    """Recorded drives: see what is understood of a file, and save how it is read."""
 
 
 @app.command("check")

@@ -13,6 +13,7 @@ from otolith.report.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMI
 from otolith.scenarios.channels import Channel
 from otolith.scenarios.checks.relations import WINDOW, Relation
 from otolith.scenarios.columns import QUANTITIES, SI
+from otolith.scenarios.events import after_cut, before_cut, parted
 from otolith.scenarios.events.jumps import place_of
 from otolith.scenarios.span import rate
 from otolith.scenarios.understanding import Understanding
@@ -20,6 +21,8 @@ from otolith.scenarios.understanding import Understanding
 WIDTH: Final = 7.2  # [in]
 PANEL: Final = 1.35  # [in]
 MAP: Final = 3.0  # [in]
+NAMED: Final = 12  # events that are named in the picture; more would hide the curves
+WIDE: Final = 100  # letters of a legend in three columns
 POINTS: Final = 20_000  # of a curve; more are not to be seen
 EVENTS: Final = {
     "pause": PURPLE,
@@ -133,7 +136,8 @@ def log_figure(understood: Understanding) -> Figure:
     rows = figure.subplots(len(heights), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
     for ax, name in zip(rows, shown, strict=False):
         _panel(ax, name, understood)
-        ax.sharex(rows[0])
+        if ax is not rows[0]:
+            ax.sharex(rows[0])
     rows[len(shown) - 1].set_xlabel("time [s]", fontsize=FONT)
     if place is not None:
         _map(rows[-1], place[1])
@@ -155,35 +159,48 @@ def _panel(ax: Axes, name: str, understood: Understanding) -> None:
     dashes = iter([(VERMILION, "-"), (ORANGE, "--"), (PURPLE, ":"), (GREEN, "-.")])
     for relation in understood.relations:
         if relation.key in keys and relation.powers and len(relation.start):
-            _expected(ax, relation, scale, next(dashes))
-    _events(ax, understood)
+            _expected(ax, relation, scale, next(dashes), understood)
+    _events(ax, understood, named=name == next(iter(PANELS)) or "ax" not in channels)
     ax.set_ylabel(label, fontsize=FONT)
     ax.grid(visible=True, color="#dddddd", linewidth=0.4)
-    ax.legend(fontsize=SMALL, frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 0.96))
+    long = sum(len(str(line.get_label())) for line in ax.get_lines()) > WIDE
+    ncols = 2 if long else 3
+    ax.legend(fontsize=SMALL, frameon=False, ncols=ncols, loc="lower left", bbox_to_anchor=(0.0, 0.96))
     ax.tick_params(labelsize=FONT, width=0.5, length=2.5)
 
 
-def _expected(ax: Axes, one: Relation, scale: float, style: tuple[str, str]) -> None:
-    """What others make of a quantity, at the middles of their windows; gaps stay gaps."""
+def _expected(
+    ax: Axes, one: Relation, scale: float, style: tuple[str, str], understood: Understanding
+) -> None:
+    """What others make of a quantity, at the middles of their windows; gaps stay gaps.
+
+    Relations are judged on the driving alone, so their times are brought back to those of the whole drive.
+    """
     middle, expected = one.start + 0.5 * WINDOW, scale * one.expected
+    cut = understood.log is not None and understood.settings.events == "cut"
+    middle = before_cut(middle, parted([event for event in understood.events if event.sure or cut]))
+    if cut:
+        middle = after_cut(middle, understood.events)
     apart = np.flatnonzero(np.diff(middle) > 1.5) + 1
     middle, expected = np.insert(middle, apart, np.nan), np.insert(expected, apart, np.nan)
     text = f"{one.other} ({verdict(one)}, {one.correlation:.2f})"
     ax.plot(middle, expected, color=style[0], linestyle=style[1], linewidth=0.9, label=text)
 
 
-def _events(ax: Axes, understood: Understanding) -> None:
+def _events(ax: Axes, understood: Understanding, *, named: bool) -> None:
     """Shaded stretches; of a drive that was cut, seams only, for its time goes on without them."""
     cut = understood.log is not None and understood.settings.events == "cut"
     gone = 0.0
     for event in understood.events:
-        color = EVENTS[event.kind]
+        color, start = EVENTS[event.kind], event.start - gone
+        if named and len(understood.events) <= NAMED:
+            ax.annotate(event.kind, (start, 0.04), xycoords=("data", "axes fraction"), fontsize=SMALL)
         if cut and event.kind != "chatter":
-            ax.axvline(event.start - gone, color=color, linewidth=0.8, linestyle=":")
+            ax.axvline(start, color=color, linewidth=0.8, linestyle=":")
             gone += event.end - event.start - event.bridge
         else:
             width = max(event.end - event.start, 1e-3)
-            ax.axvspan(event.start - gone, event.start - gone + width, color=color, alpha=0.25, linewidth=0.6)
+            ax.axvspan(start, start + width, color=color, alpha=0.25, linewidth=0.6)
 
 
 def _map(ax: Axes, xy: Mat) -> None:

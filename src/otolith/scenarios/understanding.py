@@ -9,7 +9,7 @@ from otolith.scenarios.checks.drive import all_relations
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.relations import Relation
 from otolith.scenarios.checks.remedies import spelled
-from otolith.scenarios.events import Event, cut, find_events
+from otolith.scenarios.events import Event, cut, find_events, parted
 from otolith.scenarios.logs import Log, log_from
 from otolith.scenarios.reading import recording
 from otolith.scenarios.recorded import Recorded
@@ -65,7 +65,7 @@ def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
     try:
         log = log_from(recorded, settings=settings)
     except InputError as error:
-        driving = Kinematics(cut(told, [event for event in events if event.sure]).channels)
+        driving = Kinematics(cut(told, parted([event for event in events if event.sure])).channels)
         return Understanding(
             told=told,
             log=None,

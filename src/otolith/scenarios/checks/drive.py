@@ -14,7 +14,7 @@ from otolith.scenarios.checks.orientation import negated, oriented
 from otolith.scenarios.checks.plausible import Told, check
 from otolith.scenarios.checks.relations import Relation
 from otolith.scenarios.columns import STANDARD_GRAVITY
-from otolith.scenarios.events import Event, cut, find_events, refuse, shortened, told
+from otolith.scenarios.events import Event, cut, find_events, parted, refuse, shortened, told
 from otolith.scenarios.events.chatter import energy_notes
 
 MAX_ACCELERATION: Final = 50.0  # [m/s²]
@@ -61,7 +61,7 @@ def checked(
     """
     source, found = recording.source, find_events(recording)
     gone = found if events == "cut" else tuple(event for event in found if event.sure)
-    driving = oriented(cut(recording, gone), axes)
+    driving = oriented(cut(recording, parted(gone)), axes)
     notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
     _check_magnitudes(cut(recording, found))
     if events == "refuse":
@@ -70,7 +70,7 @@ def checked(
     constants = find_offsets(driving.drive)
     if offsets == "remove":
         refuse_removal(constants, source)
-    played = driving.recording if events == "cut" else negated(recording, driving.turned)
+    played = negated(cut(recording, found) if events == "cut" else recording, driving.turned)
     played, more = _without_offsets(played, constants, offsets)
     played, gravity = _without_gravity(played)
     felt = [one for key, one in played.channels.items() if key in FELT]

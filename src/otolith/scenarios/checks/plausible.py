@@ -200,7 +200,7 @@ def _gravity_in_the_plane(drive: Kinematics, source: str) -> list[str]:
             way = f"az={spelled(channels[key].column, 1.0 if mean > 0.0 else -1.0)}"
             hint = f"is this the vertical axis? then map another column to {key} and {way}"
             raise InputError(f"mean of {key} in {source}", size, f"about 0 m/s² ({hint})")
-        if least > GRAVITY_SHOWS and (tilt := _tilt(channels, key)) > 0.0:
+        if (tilt := _tilt(channels, key)) > 0.0:
             hint = (
                 f"az holds the rest of gravity: the sensor is tilted by {tilt:.0f} deg; turn its axes level"
             )

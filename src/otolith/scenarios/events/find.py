@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from otolith.core.arrays import Vec
 from otolith.core.errors import InputError, one_of
 from otolith.scenarios.channels import FELT, FORCE, Channel, Recording
 from otolith.scenarios.events.chatter import find_chatter, without_chatter
@@ -25,6 +26,7 @@ TREATMENTS: Final = {
     "mark": "play them as they are, and name them",
     "cut": "cut them out or bridge them, and name them",
 }
+HOLE: Final = 1.5  # [s] more than `channels.MAX_GAP`, so that no check looks across
 NAMED: Final = 3  # events of one kind that are named one by one
 
 
@@ -61,6 +63,29 @@ def cut(recording: Recording, events: Sequence[Event]) -> Recording:
         for key, one in recording.channels.items()
     }
     return replace(recording, channels=channels)
+
+
+def parted(events: Sequence[Event]) -> list[Event]:
+    """Events that leave a hole where they are cut, for checks that must not look across a jump."""
+    return [replace(event, bridge=HOLE) if event.kind == "jump" else event for event in events]
+
+
+def before_cut(t: Vec, events: Sequence[Event]) -> Vec:
+    """Times (n,) of the uncut drive at times of the cut one."""
+    whole = np.array(t, dtype=np.float64)
+    for event in sorted(events, key=lambda e: e.start):
+        if event.kind != "chatter":
+            whole += (whole > event.start) * (event.end - event.start - event.bridge)
+    return whole
+
+
+def after_cut(t: Vec, events: Sequence[Event]) -> Vec:
+    """Times (n,) of the cut drive at times of the whole one."""
+    left = np.array(t, dtype=np.float64)
+    for event in events:
+        if event.kind != "chatter":
+            left -= (t >= event.end) * (event.end - event.start - event.bridge)
+    return left
 
 
 def shortened(duration: float, events: Sequence[Event]) -> float:

@@ -120,8 +120,8 @@ def find_replays(felt: Sequence[Channel]) -> list[Event]:
     Without the leap a periodic signal would be one.
     """
     t, table = together(felt)
-    if len(t) < 4:
-        return []
+    if len(t) < 4 or np.count_nonzero(np.ptp(table, axis=0)) < 2:
+        return []  # one signal alone repeats itself as soon as it is periodic
     lag = _lags(table)
     steps = np.abs(np.diff(table, axis=0)).max(axis=1)
     events = []
