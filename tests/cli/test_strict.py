@@ -45,7 +45,7 @@ def test_ties_and_broken_limits_stand_in_the_printed_ranking() -> None:
     assert [_place(one, [a, b, c]) for one in (a, b, c)] == [
         "a: rank 1, tied",
         "b: rank 1, tied",
-        "c: rank 3; hard limits broken at 1,234 nodes",
+        "c: rank 3; hard limits passed at 1,234 nodes",
     ]
 
 

@@ -15,6 +15,7 @@ from otolith.metrics.omct import (
     Procedure,
     System,
     applicable,
+    decisions,
     drive,
     motion_cueing_test,
     respond,
@@ -128,6 +129,26 @@ def test_only_axes_that_are_cued_are_tested_and_progress_reaches_one() -> None:
         LINEAR, replace(QUICK, frequencies=(5.0,), sweep=Sweep(settle=1.0)), progress=told.append
     )
     assert told == [pytest.approx(0.5), pytest.approx(1.0)]
+
+
+def test_decisions_that_failed_are_counted_once_per_drive_however_many_tests_read_it() -> None:
+    """Surge and pitch are driven once each and read twice; every third decision fails."""
+
+    class Failing(Linear):
+        count = 0
+
+        def step(self, state: PlatformState, reference: Reference) -> Command:
+            self.count += 1
+            failed = Outcome(status=Status.INFEASIBLE if self.count % 3 == 0 else Status.OPTIMAL)
+            return replace(super().step(state, reference), outcome=failed)
+
+    cueing = Failing()
+    found = motion_cueing_test(
+        replace(LINEAR, cueing=cueing), replace(QUICK, frequencies=(5.0,), sweep=Sweep(settle=1.0))
+    )
+    assert len(found) == 4
+    assert sum(decisions(found).values()) == cueing.count
+    assert decisions(found)["infeasible"] == cueing.count // 3
 
 
 def test_frequencies_and_amplitudes_are_those_of_the_table() -> None:

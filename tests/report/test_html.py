@@ -118,7 +118,7 @@ def test_decisions_that_are_not_optimal_are_said_first(make_run) -> None:
     words = (
         "1 of 4 decisions fell back to braking: the solver ended without a solution; "
         "1 of 4 decisions fell back to braking: the problem had no solution; "
-        "hard comfort threshold broken: pitch rate by up to 0.5 deg/s beyond ±3 deg/s, at 1 of 4 nodes."
+        "hard comfort threshold exceeded: pitch rate by up to 0.5 deg/s beyond ±3 deg/s, at 1 of 4 nodes."
     )
     assert words in page.text
 

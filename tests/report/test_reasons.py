@@ -61,7 +61,7 @@ def test_who_would_be_better_but_broke_a_limit_is_named_with_the_limit() -> None
 
 def test_that_all_broke_a_limit_is_said() -> None:
     (text,) = said(x={"a": summary(0.1, broken=1), "b": summary(0.2, broken=2)})
-    assert text.endswith("All of them broke a hard limit.")
+    assert text.endswith("All of them passed a hard limit.")
 
 
 def test_the_best_over_all_is_named_with_its_wins() -> None:

@@ -12,8 +12,16 @@ from otolith.cli.options import dofs_named
 from otolith.cli.output import print_json, progress_bar
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES
+from otolith.metrics import failures
 from otolith.metrics.boundaries import parse_boundaries
-from otolith.metrics.omct import Procedure, System, applicable, motion_cueing_test, sinacori_point
+from otolith.metrics.omct import (
+    Procedure,
+    System,
+    applicable,
+    decisions,
+    motion_cueing_test,
+    sinacori_point,
+)
 from otolith.mpc.design import Design
 from otolith.report import save_figure
 from otolith.report.omct import known, omct_figure, omct_json, omct_page
@@ -66,14 +74,18 @@ def omct_(
         },
         "tests": omct_json(responses, bounds),
         "not_cued": skipped,
+        "status": dict(decisions(responses)),
     }
     folder = out or Path("out") / f"omct-{cueing}"
     files.write_json(folder / "omct.json", summary)
     facts = {**names, "amplitude of force": f"{force:g} m/s²", "not cued": ", ".join(skipped) or "–"}
+    facts |= {"failed": "; ".join(failures(summary))} if failures(summary) else {}
     files.write_text(folder / "report.html", omct_page(cueing, facts, responses, bounds))
     _write_figures(folder, functools.partial(omct_figure, responses, bounds))
     if json:
         print_json(summary)
+    for text in failures(summary):
+        console.print(text, highlight=False, soft_wrap=True)
     if skipped:
         console.print(f"not cued, hence not tested: {', '.join(skipped)}", highlight=False, soft_wrap=True)
     console.print(f"written to {folder}: report.html, figures, omct.json", highlight=False, soft_wrap=True)

@@ -32,7 +32,7 @@ from otolith.report import (
 )
 from otolith.simulate import Run, simulate
 
-BROKEN: Final = 3  # exit code of --strict
+BEYOND: Final = 3  # exit code of --strict
 _TOLD = 5  # interventions of a supervisor that are told one by one
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
@@ -46,7 +46,7 @@ Json = Annotated[
 Strict = Annotated[
     bool,
     typer.Option(
-        "--strict", help=f"Exit with code {BROKEN}, after all is written, if a hard limit was broken."
+        "--strict", help=f"Exit with code {BEYOND}, after all is written, if a hard limit was passed."
     ),
 ]
 
@@ -215,9 +215,9 @@ def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Pa
 
 
 def _judge(summaries: Sequence[dict[str, Any]], strict: bool) -> None:
-    """End with an exit code of its own where --strict was given and some run broke a hard limit."""
+    """End with an exit code of its own where --strict was given and some run passed a hard limit."""
     if strict and any(summary["violations"] for summary in summaries):
-        raise typer.Exit(BROKEN)
+        raise typer.Exit(BEYOND)
 
 
 def _place(one: Standing, ranked: Sequence[Standing]) -> str:
@@ -227,7 +227,7 @@ def _place(one: Standing, ranked: Sequence[Standing]) -> str:
     where = f"mean rank {one.mean_rank:.2f}, {one.wins} wins" if several else f"rank {one.ranks[0]}"
     broken = sum(one.broken)
     return f"{one.cueing}: {where}{', tied' if tied else ''}" + (
-        f"; hard limits broken at {broken:,} nodes" if broken else ""
+        f"; hard limits passed at {broken:,} nodes" if broken else ""
     )
 
 

@@ -7,8 +7,9 @@ gravity that tilt lends. Rotations are driven by their rate alone, without a for
 
 import cmath
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES
@@ -32,6 +33,7 @@ class Response:
     phase_deg: float  # felt against driven, negative when late; NaN where nothing is felt
     phase_uncertainty_deg: float
     distortion: float  # RMS of what is not the sinusoid over the sinusoid's; NaN where nothing is felt
+    status: Mapping[str, int] = field(default_factory=dict)  # decisions of the drive by how they ended
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +77,12 @@ def motion_cueing_test(
     """
     found = [*_drive_all(system, procedure, progress)]
     return sorted(found, key=lambda response: (response.test.number, response.omega))
+
+
+def decisions(responses: Sequence[Response]) -> Counter[str]:
+    """How the decisions of all drives ended; what one drive gave to several tests counts once."""
+    drives = {(response.test.driven, response.omega): response.status for response in responses}
+    return sum((Counter(status) for status in drives.values()), Counter())
 
 
 def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
@@ -128,7 +136,8 @@ def _read(run: Run, series: Vec, test: MotionTest, omega: float, procedure: Proc
     _, measured = procedure.sweep.times(omega)
     last = run.time > run.time[-1] - measured - 0.5 * run.plant_period
     driven = -1j * procedure.amplitudes.of(test.driven, omega)  # a sin ωt is the real part of −j a e^{jωt}
-    return _response(test, omega, driven, harmonic(run.time[last], series[last], omega))
+    found = _response(test, omega, driven, harmonic(run.time[last], series[last], omega))
+    return replace(found, status=Counter(run.status))
 
 
 def _response(test: MotionTest, omega: float, driven: complex, felt: Harmonic) -> Response:

@@ -28,7 +28,7 @@ def summarise(run: Run) -> dict[str, Any]:
     `rmse` is over the force axes that were cued together [m/s²], None where there is none;
     `rmse_per_pair` tells them apart; `wanted_rms` is what a platform that stands still would get. Yaw,
     where it was cued, has `rate_rmse` [rad/s]. `violations` counts the nodes at which a hard limit was
-    broken, `soft_exceeded` those at which a soft one was exceeded; `limits` tells them apart, each in its
+    passed, `soft_exceeded` those at which a soft one was; `limits` tells them apart, each in its
     own unit.
     """
     rmse, travel = tracking_rmse(run), travel_rms(run)

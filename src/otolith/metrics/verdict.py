@@ -1,6 +1,7 @@
 """What did not go as it should in a run, in words: said alike on the command line and in reports.
 
-Everything is read from a run's summary (`otolith.metrics.summarise`), so that no two places can differ.
+Everything is read from a run's summary (`otolith.metrics.summarise`), so that no two places can differ. Only
+a hard limit of the machine is "broken"; what an algorithm may pass, or a driver may notice, is "exceeded".
 """
 
 from collections.abc import Mapping
@@ -34,8 +35,8 @@ def breaches(summary: Summary) -> list[str]:
     passed = [one for one in summary.get("limits", {}).values() if one["nodes_beyond"]]
     passed.sort(key=lambda one: (one["soft"], one["comfort"]))
     return [
-        f"{kind(one)} {'exceeded' if one['soft'] else 'broken'}: {one['name']} {by_how_much(one)} "
-        f"beyond {bounds(one)}, at {one['nodes_beyond']:,} of {nodes:,} nodes"
+        f"{kind(one)} {'exceeded' if one['soft'] or one['comfort'] else 'broken'}: {one['name']} "
+        f"{by_how_much(one)} beyond {bounds(one)}, at {one['nodes_beyond']:,} of {nodes:,} nodes"
         for one in passed
     ]
 

@@ -128,7 +128,7 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Meas
         cells = [f"<td>{one.mean_rank:.2f}</td>", f"<td>{one.wins}</td>"] if several else []
         for k, (rank, value, broken) in enumerate(zip(one.ranks, one.values, one.broken, strict=True)):
             shared = sum(other.ranks[k] == rank for other in ranked) > 1
-            note = f"hard limits broken {tables.number(broken)}×, " if broken else ""
+            note = f"hard limits passed {tables.number(broken)}×, " if broken else ""
             note += f"rank {rank}" + (", tied" if shared else "")
             kind = " class=out" if broken else (" class=best" if rank == 1 else "")
             cells.append(f"<td{kind}>{tables.number(value)}<small>{note}</small></td>")

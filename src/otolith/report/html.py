@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from html import escape
 from typing import Final
 
@@ -37,7 +38,9 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
     of_dofs = {dof: motion_panels(run, dof) for dof in run.dofs}
     of_effort = effort_panels(run)
     points = points_each([*(panel for panels in of_dofs.values() for panel in panels), *of_effort])
-    felt = "".join(diagrams(dof, panels[:1], points=points) for dof, panels in of_dofs.items())
+    felt = "".join(
+        diagrams(dof, _named(dof, panels[:1], run), points=points) for dof, panels in of_dofs.items()
+    )
     picture = f'<div class="small">{felt}</div>' if len(run.dofs) > 1 else felt
     parts = [
         Part("Wanted and felt", picture),
@@ -69,6 +72,13 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
         scripts=DRAWN,
         contents="",
     )
+
+
+def _named(dof: str, panels: Sequence[Panel], run: Run) -> list[Panel]:
+    """Panels that say which degree of freedom they show, where a run has several."""
+    if len(run.dofs) == 1:
+        return list(panels)
+    return [replace(one, title=f"{texts.DOFS[dof]}: {one.title[0].lower()}{one.title[1:]}") for one in panels]
 
 
 def points_each(panels: Iterable[Panel]) -> int:

@@ -54,7 +54,7 @@ def false_cue_panel(runs: Sequence[Run], dof: str) -> Panel:
 
 
 def use_panel(runs: Sequence[Run]) -> Panel:
-    """Largest share of the reach that each run used along each axis; beyond 100 % the limit is broken."""
+    """Largest share of the reach that each run used along each axis; beyond 100 % the limit is passed."""
     require_one_scenario(runs)
     used = [workspace_use(run) if len(run.time) else {} for run in runs]
     axes = list(dict.fromkeys(axis for of_run in used for axis in of_run))
@@ -87,18 +87,18 @@ def use_panel(runs: Sequence[Run]) -> Panel:
 def trade_panel(summaries: ByCueing, by: Measure, *, of: str = "") -> Panel:
     """What each algorithm gained for the travel that it took on one scenario: one mark each.
 
-    Those that broke a hard limit are red and say so. `of` names the scenario in the title.
+    Those that passed a hard limit are red and say so. `of` names the scenario in the title.
     """
     kept = [color for color in palette.CYCLE if color != palette.VERMILION]
     curves = []
     for k, (name, summary) in enumerate(summaries.items()):
-        broke = bool(summary.get("violations"))
+        beyond = bool(summary.get("violations"))
         curves.append(
             Curve(
-                label=f"{name} (broke a hard limit)" if broke else name,
+                label=f"{name} (passed a hard limit)" if beyond else name,
                 x=np.array([USE.of(summary)]),
                 y=np.array([by.of(summary)]),
-                color=palette.VERMILION if broke else kept[k % len(kept)],
+                color=palette.VERMILION if beyond else kept[k % len(kept)],
                 kind="marks",
             )
         )

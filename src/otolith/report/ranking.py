@@ -1,6 +1,6 @@
 """Who did best: a measure, an order within each scenario, and one over all of them.
 
-The rule. Within a scenario, algorithms that kept every hard limit come before those that broke one; a limit
+The rule. Within a scenario, algorithms that kept every hard limit come before those that passed one; a limit
 that is soft for one of them is held against none. Among equals the smaller measure is better; equal measures
 share a rank. Over several scenarios the mean rank decides, then the mean of the measure relative to the
 scenario's best. There are no weights to argue about.
@@ -87,7 +87,7 @@ class Standing:
     cueing: str
     ranks: tuple[int, ...]  # one per scenario, 1 is best
     values: tuple[float, ...]  # of the measure
-    broken: tuple[int, ...]  # controller nodes with a hard limit broken
+    broken: tuple[int, ...]  # controller nodes beyond a hard limit
 
     @property
     def mean_rank(self) -> float:
@@ -138,7 +138,7 @@ def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Stand
 
 
 def _broken(summaries: Sequence[Summary]) -> list[int]:
-    """Nodes at which each broke a hard limit; a limit that is soft for one of them is held against none."""
+    """Nodes at which each passed a hard limit; a limit that is soft for one of them is held against none."""
     limits = [one.get("limits", {}) for one in summaries]
     soft = {name for of_one in limits for name, limit in of_one.items() if limit["soft"]}
     forgiven = [

@@ -74,13 +74,13 @@ def _took(summary: Mapping[str, Any]) -> str:
 
 
 def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing) -> str:
-    """Those whose measure is smaller but who broke a hard limit; or that all broke one."""
+    """Those whose measure is smaller but who passed a hard limit; or that all passed one."""
     if best.broken[k]:
-        return " All of them broke a hard limit." if all(one.broken[k] for one in order) else ""
+        return " All of them passed a hard limit." if all(one.broken[k] for one in order) else ""
     out = [one for one in order if one.broken[k] and one.values[k] < best.values[k]]
     said = []
     for one in out:
-        first = next(iter(breaches(of_one[one.cueing])), "a hard limit broken")
+        first = next(iter(breaches(of_one[one.cueing])), "a hard limit was passed")
         said.append(f" {one.cueing} has a smaller one, {one.values[k]:.3g}, and is ruled out: {first}.")
     return "".join(said)
 

@@ -79,7 +79,7 @@ def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
         **error,
         "Misled [s]": [misleading(s) if "false_cues" in s else None for s in summaries],
         "Reach used [%]": [100.0 * largest_use(s) if "workspace" in s else None for s in summaries],
-        "Hard limits broken": [_at(s, ("violations",)) for s in summaries],
+        "Hard limits passed": [_at(s, ("violations",)) for s in summaries],
         "Decisions failed": [_failed(s) for s in summaries],
         "Median step [µs]": [_at(s, ("step_time_us", "median")) for s in summaries],
         "Mean changes": [_at(s, ("changes", "mean")) for s in summaries],

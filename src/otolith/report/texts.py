@@ -66,7 +66,7 @@ PANELS: Final = {
     "overview-perceived": "The same after the inner ear: the difference that can be sensed.",
     "overview-false-cues": "How long cues were inverted, unwanted or missing.",
     "overview-rate": "How far the felt yaw rate was from the wanted one, in the mean of squares.",
-    "overview-use": "The share of the reach that was used at most; beyond 100 % the limit was broken.",
+    "overview-use": "The share of the reach that was used at most; beyond 100 % the limit was passed.",
     "trade": (
         "Low and to the left is best: little error for little travel. An algorithm further right spends more "
         "of the reach for what it gains; one beyond the dashed line would have hit its end."
@@ -85,9 +85,9 @@ LIMITS: Final = (
 )
 
 RULE: Final = (
-    "Within a scenario, algorithms that kept every hard limit come before those that broke one; a limit that "
-    "is soft for one of them is held against none. Then the smaller measure is better, and equal ones share "
-    "a rank."
+    "Within a scenario, algorithms that kept every hard limit come before those that passed one; a limit "
+    "that is soft for one of them is held against none. Then the smaller measure is better, and equal ones "
+    "share a rank."
 )
 RULE_OVERALL: Final = (
     " Over all scenarios the mean rank decides, then the mean of the measure relative to the best."
@@ -129,8 +129,8 @@ NAMES: Final = {
     "residual_max": ("Largest optimality residual (certificate)", ""),
     "status": ("Decisions by status", ""),
     "guesses_missed": ("Guesses that could not be had", ""),
-    "violations": ("Nodes with a hard limit broken", ""),
-    "soft_exceeded": ("Nodes with a soft limit exceeded", ""),
+    "violations": ("Nodes beyond a hard limit", ""),
+    "soft_exceeded": ("Nodes beyond a soft limit", ""),
     "mean": ("mean", ""),
     "median": ("median", ""),
     "p50": ("median", ""),

@@ -33,7 +33,7 @@
     layout.font.color = ink();
     layout.hoverlabel = {bgcolor: paper(), font: {color: ink()}};
     if (shown && "linked" in plot.dataset) layout.xaxis.range = [...shown];
-    const narrow = innerWidth < NARROW;
+    const narrow = plot.clientWidth < NARROW;
     if (narrow) {
       layout.font.size = 11;
       layout.margin.l = Math.min(layout.margin.l, 96);
