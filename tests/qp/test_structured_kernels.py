@@ -1,5 +1,6 @@
 """The compiled pieces one by one, each against plain numpy."""
 
+import os
 import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from otolith.core.arrays import Mat
 from otolith.qp.stage import StageQp, by_columns, condense, rollout, row_values, stage_residual, stationarity
 from otolith.qp.structured import StructuredSolver
-from otolith.qp.structured.generate import module_of, source, write
+from otolith.qp.structured.generate import module_of, source, sweep, write
 from otolith.qp.structured.layout import Structure
 from tests.qp.stage_problems import NU, NX, N, stage_problem, stage_qp
 
@@ -187,3 +188,18 @@ def test_an_extension_is_compiled_with_the_engine(tmp_path: Path) -> None:
     structure = Structure.of(stage_problem(np.random.default_rng(1)))
     module = module_of(structure, "\n@kernel\ndef horizon(W):\n    return W[START] + N\n", tmp_path)
     assert module.horizon(np.ones(4)) == N + 1
+
+
+def test_the_folder_of_modules_is_bounded_and_the_oldest_go_with_their_machine_code(tmp_path: Path) -> None:
+    (tmp_path / "__pycache__").mkdir()
+    for age in range(5):
+        module = write(f"X = {age}\n", tmp_path)
+        code = tmp_path / "__pycache__" / f"{module.stem}.solve-1.py311.1.nbc"
+        code.touch()
+        os.utime(module, (1000.0 - age, 1000.0 - age))
+    (tmp_path / "notes.py").touch()
+    sweep(tmp_path, kept=2)
+    left = sorted(path.read_text() for path in tmp_path.glob("otolith_stage_*.py"))
+    assert left == ["X = 0\n", "X = 1\n"]
+    assert len(list((tmp_path / "__pycache__").iterdir())) == 2
+    assert (tmp_path / "notes.py").exists()

@@ -1,11 +1,26 @@
-"""One decorator for everything that numba compiles."""
+"""One decorator for everything that numba compiles, and a cache of machine code that is never stale.
 
+Numba keeps machine code beside the source, or in the user's cache where that cannot be written to, and
+compiles anew when the source file of the function itself changes. But the code of a function holds that of
+all functions it calls, and the constants it reads, also from other files. Here the code is stamped with
+a fingerprint of all these files (`otolith.core.sources`), so that after an edit or a `git pull` no
+process runs what the source no longer says, in whatever order functions are called.
+"""
+
+import pickle
+import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.caching import FunctionCache
+
+from otolith.core.sources import fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_swept: set[tuple[str, str]] = set()  # folders and modules whose stale code this process has removed
 
 
 def kernel(function: F) -> F:
@@ -14,4 +29,73 @@ def kernel(function: F) -> F:
     Strict IEEE arithmetic: fast-math would let a NaN pass for a number (a residual test
     would then accept it), so it is never switched on where data are judged.
     """
-    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+    return compiled(function)
+
+
+def compiled(function: F, **options: Any) -> F:
+    """As `kernel`, with further options of `numba.njit`."""
+    options = {"error_model": "numpy", **options}
+    dispatcher: Any = numba.njit(**options)(function)
+    if hasattr(dispatcher, "py_func"):  # absent when numba is disabled
+        dispatcher._cache = _cache_of(function) or dispatcher._cache
+    return cast(F, dispatcher)
+
+
+def _cache_of(function: Callable[..., Any]) -> FunctionCache | None:
+    """Where the machine code of `function` is kept; None without a source file or a folder to write to."""
+    if not Path(function.__code__.co_filename).is_file():
+        return None
+    try:
+        return SourceCache(function)
+    except (
+        RuntimeError,
+        AttributeError,
+    ) as error:  # numba's: no locator; another numba, without the parts used
+        warnings.warn(f"every start compiles anew: {error}; set NUMBA_CACHE_DIR", stacklevel=4)
+        return None
+
+
+class SourceCache(FunctionCache):
+    """Numba's cache of one function, its stamp the fingerprint of all source that is compiled into it."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        _ = self._cache_file._source_stamp  # AttributeError here rather than stale code later
+        self._module = function.__module__
+        self._file = function.__code__.co_filename
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Machine code of a signature, or None; the stamp is made when it is first asked for."""
+        self._stamp()
+        return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the machine code of a signature, after what the module kept under other stamps is removed."""
+        self._stamp()
+        self._sweep()
+        super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+    def _stamp(self) -> None:
+        self._cache_file._source_stamp = fingerprint(self._file, self._module)
+
+    def _sweep(self) -> None:
+        """Remove what no process can load any more, once per module: it would pile up with every edit."""
+        folder, stem = self.cache_path, Path(self._file).stem
+        if (folder, stem) in _swept:
+            return
+        _swept.add((folder, stem))
+        for index in Path(folder).glob(f"{stem}.*.nbi"):
+            if _stamp_of(index) not in (None, self._cache_file._source_stamp):
+                for stale in (*index.parent.glob(f"{index.stem}.*.nbc"), index):
+                    stale.unlink(missing_ok=True)
+
+
+def _stamp_of(index: Path) -> Any:
+    """The stamp in an index of numba's; None when another version of numba wrote it, or it is damaged."""
+    try:
+        with index.open("rb") as file:
+            if pickle.load(file) != numba.__version__:  # noqa: S301 (numba loads the same file)
+                return None
+            return pickle.load(file)[0]  # noqa: S301
+    except (OSError, EOFError, pickle.UnpicklingError):
+        return None

@@ -19,6 +19,7 @@ from otolith.qp.structured.layout import LANES, Structure, offsets
 
 TEMPLATES = ("lanes", "working", "certify", "interior", "drive")  # each uses those before it
 MARKER = "# --- template ---\n"
+KEPT = 64  # modules in a folder, of 1 to 6 MB each with their machine code
 
 SETTINGS = ("TOLERANCE", "EXCHANGES", "POLISH", "ITERATION_LIMIT")
 INFO = ("STATUS", "RESIDUAL", "CHANGES", "FACTORISATIONS", "REFINEMENTS", "ITERATIONS", "HINTED")
@@ -104,7 +105,23 @@ def write(text: str, folder: Path) -> Path:
         with tempfile.NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as own:
             own.write(text.encode())
         Path(own.name).replace(path)
+        sweep(folder)
     return path
+
+
+def sweep(folder: Path, kept: int = KEPT) -> None:
+    """Remove all but the latest modules, with their machine code; every change here leaves old ones behind."""
+    for old in sorted(folder.glob("otolith_stage_*.py"), key=_written, reverse=True)[kept:]:
+        for path in (*folder.glob(f"__pycache__/{old.stem}.*"), old):
+            path.unlink(missing_ok=True)
+
+
+def _written(path: Path) -> float:
+    """When a file was written; long ago where another process has just removed it."""
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
 
 
 def module_of(structure: Structure, extension: str = "", folder: Path | None = None) -> ModuleType:

@@ -5,6 +5,8 @@ from typing import Any, TypeVar
 
 import numba
 
+from otolith.core.jit import compiled
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 _FREEDOMS = {"contract", "nsz", "reassoc", "arcp"}  # of fast-math, those that keep NaN and infinity
@@ -12,9 +14,7 @@ _FREEDOMS = {"contract", "nsz", "reassoc", "arcp"}  # of fast-math, those that k
 
 def pure(function: F) -> F:
     """Compile a kernel that may fuse and reorder its arithmetic; no data are judged in it."""
-    compile_: Any = numba.njit(cache=True, error_model="numpy", fastmath=_FREEDOMS)
-    compiled: F = compile_(function)
-    return compiled
+    return compiled(function, fastmath=_FREEDOMS)
 
 
 def woven(function: F) -> F:
@@ -24,5 +24,5 @@ def woven(function: F) -> F:
     ones that only steer into the one call at the top makes that a fraction.
     """
     compile_: Any = numba.njit(inline="always", error_model="numpy")
-    compiled: F = compile_(function)
-    return compiled
+    woven_in: F = compile_(function)
+    return woven_in

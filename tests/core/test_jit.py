@@ -1,0 +1,92 @@
+"""Machine code from the cache does what the source says now, whichever file was edited."""
+
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import otolith
+
+CALLER = """
+from otolith.core.jit import kernel
+from small.callee import FACTOR, double
+
+@kernel
+def call(x):
+    return FACTOR * double(x)
+"""
+CALLEE = """
+from otolith.core.jit import kernel
+
+FACTOR = 1.0
+
+@kernel
+def double(x):
+    return 2.0 * x
+"""
+
+
+def package(folder: Path) -> Path:
+    """A package of two files, one of which calls into the other."""
+    small = folder / "small"
+    small.mkdir()
+    (small / "__init__.py").touch()
+    (small / "caller.py").write_text(CALLER)
+    (small / "callee.py").write_text(CALLEE)
+    return small
+
+
+def run(small: Path, *, first: str = "call", cache: Path | None = None) -> tuple[float, int]:
+    """What the caller returns in a process of its own, and how often its code came from the cache."""
+    source = Path(otolith.__file__).parents[1]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(small.parent), str(source)])}
+    if cache is not None:
+        environment["NUMBA_CACHE_DIR"] = str(cache)
+    code = (
+        "from small.caller import call; from small.callee import double;"
+        f"{first}(1.0); print(call(1.0), sum(call.stats.cache_hits.values()))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    value, hits = done.stdout.split()
+    return float(value), int(hits)
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_an_edit_of_a_callee_or_of_its_constants_reaches_the_caller(tmp_path: Path, elsewhere: bool) -> None:
+    small = package(tmp_path)
+    cache = tmp_path / "cache" if elsewhere else None  # as where the source cannot be written beside
+    assert run(small, cache=cache) == (2.0, 0)
+    assert run(small, cache=cache) == (2.0, 1)
+    callee = small / "callee.py"
+    callee.write_text(CALLEE.replace("2.0 * x", "3.0 * x"))
+    assert run(small, first="double", cache=cache) == (3.0, 0)  # the callee's own cache is fresh by then
+    callee.write_text(CALLEE.replace("FACTOR = 1.0", "FACTOR = 5.0"))
+    assert run(small, cache=cache) == (10.0, 0)
+    assert run(small, cache=cache) == (10.0, 1)
+
+
+def test_code_of_functions_that_moved_is_removed(tmp_path: Path) -> None:
+    """Numba names files by the function's line: without sweeping every edit above it would leave two."""
+    small = package(tmp_path)
+    for lines in range(3):
+        (small / "caller.py").write_text("\n" * lines + CALLER)
+        assert run(small) == (2.0, 0)
+    kept = sorted(path.suffix for path in (small / "__pycache__").glob("caller.*.nb?"))
+    assert kept == [".nbc", ".nbi"]
+
+
+def test_what_another_numba_has_written_is_left_alone(tmp_path: Path) -> None:
+    small = package(tmp_path)
+    foreign = small / "__pycache__" / "caller.call-99.py311.nbi"
+    foreign.parent.mkdir()
+    foreign.write_bytes(pickle.dumps("0.0") + b"unreadable")
+    damaged = foreign.with_name("caller.call-98.py311.nbi")
+    damaged.write_bytes(pickle.dumps(numba.__version__))
+    assert run(small) == (2.0, 0)
+    assert foreign.exists()
+    assert damaged.exists()
