@@ -110,7 +110,7 @@ def write(text: str, folder: Path) -> Path:
 
 
 def sweep(folder: Path, kept: int = KEPT) -> None:
-    """Remove all but the latest modules, with their machine code; every change here leaves old ones behind."""
+    """Remove all but the latest modules, with their machine code; changes here leave old ones behind."""
     for old in sorted(folder.glob("otolith_stage_*.py"), key=_written, reverse=True)[kept:]:
         for path in (*folder.glob(f"__pycache__/{old.stem}.*"), old):
             path.unlink(missing_ok=True)
