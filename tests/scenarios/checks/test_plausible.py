@@ -195,7 +195,7 @@ def test_a_constant_is_told_and_stays_unless_the_user_says_otherwise(kind: str) 
     assert_allclose(level.force[:, column], good()[key], atol=0.06)
 
 
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None)
 @given(tilt=st.floats(-4.5, 4.5))
 def test_a_sensor_out_of_level_is_put_right_at_the_users_word(tilt: float) -> None:
     """Whatever the tilt [deg], what is left of it is below what a good sensor shows."""

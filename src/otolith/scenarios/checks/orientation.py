@@ -6,7 +6,7 @@ channel tells up from down; the course over ground (`witnesses`) tells left from
 stands in for either.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -69,20 +69,33 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
         notes += _unless(cued, lambda: verdict.refuse_statement(axes))
         return Oriented(upright, drive, f"your word, --axes {axes}", tuple(turned), tuple(notes))
     if verdict.turned(up):
-        also = [key for key in (*TURNED, *(() if up else ("az",))) if key in upright.channels]
+        also = _turned_along(upright, up)
         upright, turned = negated(upright, also), [*turned, *also]
-        notes.append(
-            f"{listed(also)}: turned, for {verdict.by} shows that the file is in {AXES['sae']}; "
-            "--axes sae says the same"
-        )
+        notes += _about_turning(also, verdict.by, upright, up)
         drive = Kinematics(upright.channels)
         verdict = Verdict(drive, recording.source)
     elif up < 0.0:
         notes += _unless(cued, lambda: _refuse_half(verdict, recording))
-    notes += _unless(cued, verdict.refuse_contradiction)
+    notes += _unless(cued, lambda: verdict.refuse_contradiction(up))
     if cued:
         notes += _about_proof(verdict, upright)
     return Oriented(upright, drive, verdict.proof, tuple(turned), tuple(notes))
+
+
+def _turned_along(recording: Recording, up: float) -> list[str]:
+    """What is turned when the ground shows that left is right: all of SAE J670, unless gravity says z up."""
+    keys = {1.0: ("ay", "yaw_rate"), -1.0: TURNED, 0.0: (*TURNED, "az")}[up]
+    return [key for key in keys if key in recording.channels]
+
+
+def _about_turning(keys: Sequence[str], by: str, recording: Recording, up: float) -> list[str]:
+    if up <= 0.0:
+        same = f"the file is in {AXES['sae']}; --axes sae says the same"
+        return [f"{listed(keys)}: turned, for {by} shows that {same}"]
+    notes = [f"{listed(keys)}: turned, for {by} shows that right is positive there, though z points up"]
+    if alive(recording.channels, ["pitch_rate"]):
+        notes.append("doubtful: pitch_rate: nothing tells whether it is turned, too; it is left as it is")
+    return notes
 
 
 def negated(recording: Recording, keys: Iterable[str]) -> Recording:

@@ -54,26 +54,29 @@ class Verdict:
 
     def turned(self, up: float) -> bool:
         """Whether lateral force and yaw rate are turned together, for sure."""
+        channels = self.drive.channels
         if self.yaw < 0:
-            return self.lateral < 0 or (
-                self.lateral == 0 and (up < 0.0 or not alive(self.drive.channels, ["ay"]))
-            )
-        if "yaw_rate" not in self.drive.channels and self.lateral < 0:
-            return up < 0.0 or self._beyond_banks()
+            return self.lateral < 0 or (self.lateral == 0 and (up < 0.0 or not alive(channels, ["ay"])))
+        if "yaw_rate" not in channels and self.lateral < 0:
+            alone = up == 0.0 and not alive(channels, ["pitch_rate"]) and self._beyond_banks()
+            return up < 0.0 or alone
         return up < 0.0 and not self.yaw and self.yaw_on_map < 0 and self.together >= 0
 
-    def refuse_contradiction(self) -> None:
-        """Refuse what a witness contradicts and what cannot simply be turned, with what would mend it."""
+    def refuse_contradiction(self, up: float) -> None:
+        """Refuse what a witness contradicts and what cannot simply be turned, with what would mend it.
+
+        `up` tells by gravity whether z points up, +1, down, -1, or nothing.
+        """
         channels = self.drive.channels
         if self.yaw < 0:
             ways = ["map " + _remap(channels, ["yaw_rate"])]
-            if self.lateral == 0:
+            if self.lateral == 0 and up <= 0.0:
                 ways.append("--axes sae, which turns ay and the pitch rate, too")
             found = f"against {self._by_yaw}{self._how('yaw_rate')}"
             raise InputError(f"yaw rate in {self.source}", found, _same(ways))
         if self.lateral < 0:
             ways = ["map " + _remap(channels, ["ay"])]
-            if "yaw_rate" not in channels:
+            if "yaw_rate" not in channels and up <= 0.0:
                 ways.append("--axes sae, which turns pitch and yaw, too")
             if not self._beyond_banks():
                 ways.append("--axes iso if it is right: on a steep bank, or in a vehicle that leans, it is")

@@ -67,7 +67,7 @@ def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, i
         if frozen and abs(change - gain) > GAIN:
             size = f"{length}, speed too, where a_x makes {gain:+.3g} m/s"
             return Event("pause", start, end, size, bridge=row)
-        if not frozen and abs(change - gain) > SENSOR and end - start > SENSOR:
+        if change != 0.0 and abs(change - gain) > SENSOR and end - start > SENSOR:
             size = f"{length} while the speed changes by {change:+.3g} m/s"
             return Event("frozen sensor", start, end, size, bridge=row)
         if ax is not None:
@@ -93,7 +93,9 @@ def _change_of_speed(speed: Channel, start: float, end: float) -> tuple[float, b
     """By how much speed changes in a stretch [m/s], and whether it stands still to the last digit."""
     before, after = speed.on(np.array([start, end]))
     inside = speed.values[(speed.t >= start) & (speed.t <= end)]
-    return float(after - before), len(inside) > 1 and float(np.ptp(inside)) == 0.0
+    updates = _held(np.diff(speed.values) == 0.0, speed.t)  # a slow speed stands still from one to the next
+    still = len(inside) > 1 and float(np.ptp(inside)) == 0.0 and end - start > 2.0 * updates
+    return float(after - before), still
 
 
 def _standing_at(channels: Mapping[str, Channel], start: float, end: float) -> float:
@@ -103,7 +105,8 @@ def _standing_at(channels: Mapping[str, Channel], start: float, end: float) -> f
         return 0.0
     t, xy = place
     inside = (t >= start) & (t <= end)
-    if inside.sum() < 2 or float(np.ptp(xy[inside], axis=0).max()) > 0.0:
+    updates = _held((np.diff(xy, axis=0) == 0.0).all(axis=1), t)
+    if inside.sum() < 2 or float(np.ptp(xy[inside], axis=0).max()) > 0.0 or end - start < 2.0 * updates:
         return 0.0
     return abs(float(channels["vx"].on(np.array([start]))[0]))
 
