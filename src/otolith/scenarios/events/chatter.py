@@ -72,9 +72,9 @@ def _chatter_of(channel: Channel) -> list[Event]:
         if (last - first) * step < LENGTH:
             continue
         part = fast[first:last]
-        crossings = np.count_nonzero(np.diff(np.signbit(part)))
-        size = f"{channel.key} shakes at about {0.5 * crossings / (len(part) * step):.2g} Hz, "
-        size += f"{np.sqrt(np.mean(part**2)):.2g} m/s² rms"
+        loudest = int(np.argmax(np.abs(np.fft.rfft(part))))
+        size = f"{channel.key} shakes at about {loudest / (len(part) * step):.2g} Hz, "
+        size += f"{np.sqrt(shaking[first:last].max()):.2g} m/s² rms"
         events.append(Event("chatter", float(t[first]), float(t[min(last, len(t) - 1)]), size, sure=False))
     return events
 

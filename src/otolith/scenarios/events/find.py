@@ -45,8 +45,8 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
         return ()
     strays = find_strays(felt)
     halts = find_halts(channels, strays)
-    found = _merged([*find_jumps(channels), *halts], strays)
-    found += [event for event in find_replays(felt) if not overlap(event, found)]
+    found = _merged([*find_jumps(channels, strays), *halts], strays)
+    found += [event for event in find_replays(felt) if not overlap(event, halts)]
     found += [event for event in find_chatter(felt) if not overlap(event, found)]
     return tuple(sorted(found, key=lambda event: event.start))
 

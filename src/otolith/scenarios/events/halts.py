@@ -58,7 +58,7 @@ def _frozen_sensors(channels: Mapping[str, Channel]) -> list[Event]:
 
 def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, int]) -> Event | None:
     """What a stretch of unchanging forces is: a pause, a frozen sensor, perhaps driving, or standing."""
-    start, end = float(t[run[0]]), float(t[run[1]])
+    start, end, after = float(t[run[0]]), float(t[run[1]]), float(t[min(run[1] + 1, len(t) - 1)])
     length, row = f"all forces unchanged for {end - start:.3g} s", float(t[run[0] + 1] - t[run[0]])
     ax = channels.get("ax")
     gain = 0.0 if ax is None else float(ax.on(np.array([start]))[0]) * (end - start)
@@ -66,18 +66,18 @@ def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, i
         change, frozen = _change_of_speed(channels["vx"], start, end)
         if frozen and abs(change - gain) > GAIN:
             size = f"{length}, speed too, where a_x makes {gain:+.3g} m/s"
-            return Event("pause", start, end, size, bridge=row)
+            return Event("pause", start, after, size, bridge=row)
         if change != 0.0 and abs(change - gain) > SENSOR and end - start > SENSOR:
             size = f"{length} while the speed changes by {change:+.3g} m/s"
-            return Event("frozen sensor", start, end, size, bridge=row)
+            return Event("frozen sensor", start, after, size, bridge=row)
         if ax is not None:
             return None  # speed and force go together: a steady manoeuvre
     standing = _standing_at(channels, start, end)
     if standing > 1.0:
-        return Event("pause", start, end, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
+        return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
     if float(np.abs(table[run[0]]).max()) < STILL or end - start < STEADY:
         return None
-    return Event("held", start, end, length, sure=False, bridge=row)
+    return Event("held", start, after, length, sure=False, bridge=row)
 
 
 def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:

@@ -1,6 +1,7 @@
 """Jumps in a recorded drive: respawns, teleports, crashes, which nothing can drive."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -21,16 +22,28 @@ UNEXPLAINED: Final = 0.5  # … and not explained by a_x to this share
 PLACE_JUMP: Final = 10.0  # [m] beyond what the speed explains …
 PLACE_NOISE: Final = 20.0  # … and so many times the usual disagreement
 BACK: Final = 2.0  # [s] within which a value that is astray comes back
+RESTING: Final = 1.0  # [s] for which a vehicle stands after a respawn …
+AT_REST: Final = 0.1  # [m/s²] … and its forces hardly vary
 BRIDGE: Final = 1.0  # [s] of straight line in place of a jump
 
 
-def find_jumps(channels: Mapping[str, Channel]) -> list[Event]:
-    """Jumps of speed and of place.
+def find_jumps(channels: Mapping[str, Channel], strays: Sequence[Event] = ()) -> list[Event]:
+    """Jumps of speed and of place, besides stray packets.
 
-    They are no driving for sure where the forces leap at the same time; else a sensor of speed or position
-    may have gone astray, of which the driver felt nothing.
+    They are no driving for sure where the forces leap at the same time or come to rest with the speed; else a
+    sensor of speed or position may have gone astray, of which the driver felt nothing.
     """
-    return [*_speed_jumps(channels), *_place_jumps(channels)]
+    calm = {key: _without(channel, strays) for key, channel in channels.items()}
+    return [*_speed_jumps(calm), *_place_jumps(calm)]
+
+
+def _without(channel: Channel, strays: Sequence[Event]) -> Channel:
+    keep = np.ones(len(channel.t), dtype=np.bool_)
+    for stray in strays:
+        keep &= (channel.t <= stray.start) | (channel.t >= stray.end)
+    if keep.all() or keep.sum() < 2:
+        return channel
+    return replace(channel, t=channel.t[keep], values=channel.values[keep], rows=channel.rows[keep])
 
 
 def place_of(channels: Mapping[str, Channel]) -> tuple[Vec, Mat] | None:
@@ -79,7 +92,7 @@ def _speed_jump(channels: Mapping[str, Channel], i: int, size: str) -> Event:
         end = float(speed.t[np.argmax(back)])
         return Event("stray speed", start, end, size, sure=False, bridge=end - start)
     last = _until_it_moves(speed, i + 1)
-    sure = _leaps(channels, start, end)
+    sure = _leaps(channels, start, end) or _rests(channels, end, float(speed.t[last]))
     start, end = _around(channels, start, float(speed.t[last]))
     return Event("jump", start, end, size, sure=sure, bridge=BRIDGE)
 
@@ -113,6 +126,16 @@ def _leaps(channels: Mapping[str, Channel], start: float, end: float) -> bool:
         if near.any() and float(step[near].max()) > max(LEAP, USUAL * float(np.median(step))):
             return True
     return False
+
+
+def _rests(channels: Mapping[str, Channel], start: float, end: float) -> bool:
+    """Whether a vehicle that was put down stands there with all that it means: no force varies."""
+    if end - start < RESTING or "vx" not in channels:
+        return False
+    inside = {key: (one.t >= start) & (one.t < end) for key, one in channels.items() if key in ("ax", "ay")}
+    return all(
+        inside[key].sum() > 2 and float(np.std(channels[key].values[inside[key]])) < AT_REST for key in inside
+    )
 
 
 def _place_jumps(channels: Mapping[str, Channel]) -> list[Event]:
