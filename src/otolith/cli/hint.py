@@ -57,7 +57,7 @@ def build_(
     blocks: Blocks = None,
     washout: Washout = "thesis-fit",
     weight: Weights = None,
-    braking: Braking = "position",
+    braking: Braking = "stopping",
     quick: Annotated[bool, typer.Option("--quick", help="Little training: to try things out.")] = False,
     json: Json = False,
 ) -> None:
@@ -96,7 +96,7 @@ def verify(
     blocks: Blocks = None,
     washout: Washout = "thesis-fit",
     weight: Weights = None,
-    braking: Braking = "position",
+    braking: Braking = "stopping",
     log: Annotated[
         list[Path] | None, typer.Option(help="Also judge on a recorded drive; repeatable.")
     ] = None,

@@ -133,7 +133,8 @@ class Choices:
     braking: Annotated[
         str | None,
         typer.Option(
-            help="Braking rows: position, printed or none (default: implicit position, explicit none)."
+            help="Braking rows: stopping, position (the thesis's), printed or none "
+            "(default: implicit stopping, explicit none)."
         ),
     ] = None
     soft: Annotated[
@@ -165,7 +166,7 @@ class Choices:
         weights = washout_weights(self.washout, self.weight or [])
         settings = replace(
             implicit_settings(self.horizon, self.blocks, weights),
-            braking=rows or BrakingRows.POSITION,
+            braking=rows or BrakingRows.STOPPING,
             engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
             soft=soft_rows(self.soft or []),
         )

@@ -109,7 +109,8 @@ class Design:
 
 def explicit(design: Design) -> Explicit:
     """The explicit laws alone."""
-    return Explicit(design.pairs, explicit_limits(design.platform, design.pairs), design.laws_at_work())
+    limits = explicit_limits(design.platform, design.pairs)
+    return Explicit(design.platform, design.pairs, limits, design.laws_at_work())
 
 
 def implicit(design: Design) -> Implicit:

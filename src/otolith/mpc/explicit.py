@@ -18,25 +18,24 @@ from otolith.core.frames import GRAVITY, AxisPair
 from otolith.core.lti import condense, zero_order_hold
 from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.mpc.model import (
-    POSITION,
     ROT,
     TILT,
-    TILT_RATE,
     TRAN,
-    VELOCITY,
     BrakingRows,
     Row,
     acceleration_rows,
-    bounded,
-    brake,
     braking_rows,
     explicit_dynamics,
+    leading_rows,
     planar_state,
+    plausible,
     state_rows,
 )
+from otolith.mpc.several import added
 from otolith.mpqp import Law, ParametricQp
-from otolith.platforms import Braking, PairLimits
+from otolith.platforms import Braking, PairLimits, Platform
 from otolith.qp import Status
+from otolith.stopping import Stopping
 
 UNLIMITED = 20.0  # [SI] range of a state without a limit, e.g. of the velocity [m/s] in Table C.1
 EDGE_TOLERANCE = 1e-7  # how far outside its box, relative to it, a parameter may lie through rounding
@@ -102,7 +101,7 @@ def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSet
         H += weight * Gamma[:N, i].T @ Gamma[:N, i]
         F[:, :4] += weight * Gamma[:N, i].T @ Phi[:N, i]
 
-    G, w, S = _one_sided(_stage_rows(limits, braking, settings.braking), Phi, Gamma, u)
+    G, w, S = _one_sided(_stage_rows(limits, braking, settings), Phi, Gamma, u)
     G_u, w_u = _input_rows(acceleration_rows(limits), T.shape[1])
     high = np.array([limits.tilt_rate, limits.tilt[1], limits.velocity, limits.position[1]])
     low = np.array([-limits.tilt_rate, limits.tilt[0], -limits.velocity, limits.position[0]])
@@ -118,10 +117,14 @@ def explicit_problem(limits: PairLimits, braking: Braking, settings: ExplicitSet
     )
 
 
-def _stage_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> list[tuple[Row, int]]:
+def _stage_rows(limits: PairLimits, braking: Braking, settings: ExplicitSettings) -> list[tuple[Row, int]]:
     """Rows with the first stage at which an input can still move them."""
-    states = [(row, 1) for row in state_rows(limits)]  # x_1 … x_N; x_0 is given
-    return states + [(row, 0) for row in braking_rows(limits, braking, kind)]  # (x_k, u_k), k < N
+    if settings.braking is BrakingRows.STOPPING:
+        of_states = leading_rows(limits, braking, lag=0.0, period=settings.period)
+    else:
+        of_states = state_rows(limits)
+    slowing = braking_rows(limits, braking, settings.braking)
+    return [(row, 1) for row in of_states] + [(row, 0) for row in slowing]  # x_1 … x_N; (x_k, u_k), k < N
 
 
 def _one_sided(rows: Sequence[tuple[Row, int]], Phi: Mat, Gamma: Mat, u: Mat) -> tuple[Mat, Vec, Mat]:
@@ -198,14 +201,23 @@ class Explicit:
 
     With the linearised output and separate reaches, the joint law of several pairs is these laws
     beside each other: neither can see the other's state.
+
+    Where a law has no answer, its pair stops as `otolith.stopping` says; so does it where an answer leads to
+    a state from which it no longer could, which no law does that has braking rows.
     """
 
     def __init__(
-        self, pairs: Sequence[AxisPair], limits: Sequence[PairLimits], laws: Sequence[ExplicitLaw]
+        self,
+        platform: Platform,
+        pairs: Sequence[AxisPair],
+        limits: Sequence[PairLimits],
+        laws: Sequence[ExplicitLaw],
     ) -> None:
         self._pairs, self._laws = tuple(pairs), tuple(laws)
-        self._bounds = [np.array([one.tilt_acceleration, one.acceleration]) for one in limits]  # order of u
-        self._A, self._B = zero_order_hold(*explicit_dynamics(), self.period)
+        self._stopping = [
+            Stopping(platform, (pair,), limits=(of_pair,), lag=0.0, period=self.period)
+            for pair, of_pair in zip(pairs, limits, strict=True)
+        ]
 
     @property
     def period(self) -> float:
@@ -214,26 +226,31 @@ class Explicit:
 
     def reset(self, state: PlatformState) -> None:
         """Start afresh; the laws have no memory but the region of their last query."""
-        del state
-        for law in self._laws:
+        for law, stopping in zip(self._laws, self._stopping, strict=True):
             law.reset()
+            stopping.reset(state)
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Look the laws up; where one has no answer, brake its pair to rest over one period."""
-        plan = np.zeros((self._laws[0].settings.horizon, 6))
-        pose, twist = np.zeros(6), np.zeros(6)
-        found = True
-        for pair, law, bounds in zip(self._pairs, self._laws, self._bounds, strict=True):
-            x = planar_state(state, pair)[:4]
-            U = law.inputs(x, float(reference.specific_force[pair.translation]))
-            if U is None:
-                found = False
-                U = np.zeros((len(plan), 2))
-                U[0] = brake(x, self.period, bounds)
-            after = self._A @ bounded(x) + self._B @ U[0]
-            plan[:, pair.translation] = U[:, TRAN]
-            plan[:, pair.rotation] = pair.sign * U[:, ROT]
-            pose += pair.axes(after[POSITION], after[TILT])
-            twist += pair.axes(after[VELOCITY], after[TILT_RATE])
-        outcome = Outcome(status=Status.OPTIMAL if found else Status.INFEASIBLE)
-        return Command(acceleration=plan[0], pose=pose, twist=twist, plan=plan[1:], outcome=outcome)
+        """Look the laws up, each on its own."""
+        return added(
+            [
+                self._of_pair(pair, law, stopping, state, reference)
+                for pair, law, stopping in zip(self._pairs, self._laws, self._stopping, strict=True)
+            ]
+        )
+
+    def _of_pair(
+        self, pair: AxisPair, law: ExplicitLaw, stopping: Stopping, state: PlatformState, reference: Reference
+    ) -> Command:
+        wanted = reference.specific_force[pair.translation]
+        if not (stopping.observe(state) and plausible(wanted)):
+            return stopping.rest(Outcome(status=Status.INVALID))
+        U = law.inputs(planar_state(state, pair)[:4], float(wanted))
+        if U is None:
+            return stopping.rest(Outcome(status=Status.INFEASIBLE))
+        plan = np.zeros((len(U), 6))
+        plan[:, pair.translation] = U[:, TRAN]
+        plan[:, pair.rotation] = pair.sign * U[:, ROT]
+        if stopping.safe and not stopping.safe_after(plan[0]):
+            return stopping.rest(Outcome(status=Status.UNCERTIFIED))
+        return stopping.decided(plan, Outcome(status=Status.OPTIMAL))

@@ -26,11 +26,15 @@ from otolith.mpc.model import (
     POSITION,
     STATES,
     TILT,
+    VELOCITY,
     BrakingRows,
     Row,
     acceleration_rows,
     braking_rows,
+    circle_weights,
+    command_bound,
     implicit_dynamics,
+    leading_rows,
     state_rows,
     terminal_rows,
 )
@@ -70,8 +74,13 @@ class Formulation:
         self.lengths = setting.blocks or (1,) * setting.horizon
         self._ends = block_ends(self.lengths)
         limits = [platform.pair_limits(pair) for pair in self.pairs]
-        self.command_bound = np.array(
-            [bound for one in limits for bound in (one.tilt_acceleration, one.command)]
+        self.stopping = setting.braking is BrakingRows.STOPPING
+        self.command_bound = np.ravel(
+            [
+                bound
+                for one in limits
+                for bound in (one.tilt_acceleration, command_bound(one, setting.braking))
+            ]
         )
         self.radius = platform.circle if len(self.pairs) == 2 else None
         rows = [self._rows(platform, pair) for pair in self.pairs]
@@ -80,6 +89,7 @@ class Formulation:
         ]
         self._quantities += ["circle"] * (self.radius is not None)  # commands, which come last, are hard
         self.A, self.B = zero_order_hold(*implicit_dynamics(setting.lag), setting.period)  # of one pair
+        self.circle = circle_weights(limits, platform.braking, setting.braking, setting.lag, setting.period)
         self.problem = self._problem(rows)
         self._lower, self._upper = self._bounds([row for of_pair in rows for row in of_pair])
         washout = [(p, weight) for p in range(len(self.pairs)) for weight in setting.washout]
@@ -91,6 +101,7 @@ class Formulation:
             of=np.array([6 * p + STATES.index(weight.of) for p, weight in washout], dtype=np.int64),
             washout=np.array([(*weight.coefficients, weight.scale) for _, weight in washout]).reshape(-1, 5),
             control_weight=np.full(2 * len(self.pairs), setting.control_weight),
+            circle=self.circle,
             X=np.empty((setting.horizon, 6 * len(self.pairs))),
         )
         self._no_reference = np.empty((0, 2 * len(self.pairs)))
@@ -123,7 +134,10 @@ class Formulation:
         every stage: twice as many as there are inputs to move them. So the braking row ends a hair before.
         """
         limits, setting = platform.pair_limits(pair), self.setting
-        rows = state_rows(limits) + acceleration_rows(limits)
+        if self.stopping:
+            rows = leading_rows(limits, platform.braking, lag=setting.lag, period=setting.period)
+        else:
+            rows = state_rows(limits) + acceleration_rows(limits)
         rows += [_a_hair_less(row) for row in braking_rows(limits, platform.braking, setting.braking)]
         rows += terminal_rows(limits) if setting.terminal else []
         if self.radius is not None and min(-limits.position[0], limits.position[1]) >= self.radius:
@@ -141,7 +155,8 @@ class Formulation:
             output[p, [6 * p + TILT, 6 * p + ACCELERATION]] = True
             if (q := self._lies_under(pair)) >= 0:
                 output[p, 6 * q + TILT] = True
-            circle[:, 6 * p + POSITION] = True
+            of_pair = [6 * p + VELOCITY, 6 * p + POSITION, 6 * p + ACCELERATION]
+            circle[:, of_pair] = self.circle != 0.0
         return StageProblem(
             horizon=setting.horizon,
             A=block_diag(*[self.A] * P),

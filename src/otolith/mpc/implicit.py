@@ -26,15 +26,9 @@ from otolith.mpc.hint.along import Along
 from otolith.mpc.hint.choose import Chooser
 from otolith.mpc.hybrid import Guess, Hint, NoGuess
 from otolith.mpc.model import (
-    POSITION,
     ROT,
-    TILT,
-    TILT_RATE,
     TRAN,
-    VELOCITY,
     BrakingRows,
-    bounded,
-    brake,
     planar_state,
     plausible,
 )
@@ -44,6 +38,7 @@ from otolith.qp import Status
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
 from otolith.qp.stage import StageProblem, StageSolution
+from otolith.stopping import Stopping
 
 HORIZON: Final = 50  # the thesis's N
 BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
@@ -75,7 +70,7 @@ class ImplicitSettings:
     lag: float = 0.01  # [s] between commanded and actual acceleration
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
-    braking: BrakingRows = BrakingRows.POSITION
+    braking: BrakingRows = BrakingRows.STOPPING
     terminal: bool = False  # the last state must be able to stop; braking rows imply it
     soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
     blocks: Lengths = ()  # steps of each block of constant inputs, N in sum; none: every step its own
@@ -151,6 +146,9 @@ class Implicit:
             self._guess, self._hint = NoGuess(), Along(guess, self.formulation, self.engine.memory)
         self._chooser = Chooser(self.problem, settings.blocks)
         self._plan = np.zeros((settings.horizon, 2 * len(pairs)))
+        self._stopping = Stopping(
+            platform, pairs, circle=self.formulation.radius, lag=settings.lag, period=settings.period
+        )
         self._compile()
 
     def _compile(self) -> None:
@@ -181,31 +179,49 @@ class Implicit:
 
     def reset(self, state: PlatformState) -> None:
         """Forget plan, working set, guess and hint."""
-        del state
         self._plan[:] = 0.0
+        self._stopping.reset(state)
         self.engine.reset()
         self._guess.reset()
         if self._hint is not None:
             self._hint.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide by one certified QP; on failure follow the last certified plan, and say why."""
-        x = np.concatenate([planar_state(state, pair) for pair in self._pairs])
+        """Decide by one certified QP; where there is no such decision, stop, and say why."""
         wanted = self._wanted(reference)
-        if not (plausible(x) and plausible(wanted)):
-            return self._command(x, self._fallback(x), Outcome(status=Status.INVALID, residual=np.inf))
+        if not (self._stopping.observe(state) and plausible(wanted)):
+            return self._stop(Outcome(status=Status.INVALID, residual=np.inf))
+        x = np.concatenate([planar_state(state, pair) for pair in self._pairs])
         guessed = self._guess.controls(x, wanted[0], self._plan)
         self._missed = guessed is None and self._guess.active
         solution = self._solve(x, wanted, guessed)
-        solved = solution.status is Status.OPTIMAL
         outcome = Outcome(
             status=solution.status,
             changes=solution.changes,
             residual=solution.residual,
             guess_missed=self._missed,
         )
-        plan = self.formulation.of_steps(solution.U) if solved else self._fallback(x)
-        return self._command(x, plan, outcome)
+        if solution.status is not Status.OPTIMAL:
+            return self._stop(outcome)
+        plan = self.formulation.of_steps(solution.U)
+        in_axes = self._in_axes(plan)
+        if self.formulation.stopping and self._stopping.safe and not self._stopping.safe_after(in_axes[0]):
+            return self._stop(replace(outcome, status=Status.UNCERTIFIED))
+        self._plan = plan
+        return self._stopping.decided(in_axes, outcome)
+
+    def _stop(self, outcome: Outcome) -> Command:
+        """Brake to rest; the next decision starts from there, with no plan to go on with."""
+        self._plan = np.zeros_like(self._plan)
+        return self._stopping.rest(outcome)
+
+    def _in_axes(self, plan: Mat) -> Mat:
+        """(N, 6) accelerations of the platform from the pairs' inputs (N, 2P)."""
+        in_axes = np.zeros((len(plan), 6))
+        for p, pair in enumerate(self._pairs):
+            in_axes[:, pair.translation] = plan[:, 2 * p + TRAN]
+            in_axes[:, pair.rotation] = pair.sign * plan[:, 2 * p + ROT]
+        return in_axes
 
     def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None) -> StageSolution:
         """Gauss-Newton steps, the first with the hint, until the plan stands still or they are used up."""
@@ -237,24 +253,3 @@ class Implicit:
         stages = np.minimum(np.arange(N), len(known) - 1)
         wanted: Mat = known[stages][:, self._axes]
         return wanted
-
-    def _fallback(self, x: Vec) -> Mat:
-        """The last certified plan, one step on; where there is none, brake to rest."""
-        if self._plan.any():
-            return np.vstack([self._plan[1:], np.zeros((1, self._plan.shape[1]))])
-        return np.tile(
-            brake(x, 5.0 * self.settings.period, self.formulation.command_bound), (len(self._plan), 1)
-        )
-
-    def _command(self, x: Vec, plan: Mat, outcome: Outcome) -> Command:
-        self._plan = plan
-        in_axes = np.zeros((len(plan), 6))
-        pose, twist = np.zeros(6), np.zeros(6)
-        for p, pair in enumerate(self._pairs):
-            u = plan[:, 2 * p : 2 * p + 2]
-            in_axes[:, pair.translation] = u[:, TRAN]
-            in_axes[:, pair.rotation] = pair.sign * u[:, ROT]
-            after = self.formulation.A @ bounded(x[6 * p : 6 * p + 6]) + self.formulation.B @ u[0]
-            pose += pair.axes(after[POSITION], after[TILT])
-            twist += pair.axes(after[VELOCITY], after[TILT_RATE])
-        return Command(acceleration=in_axes[0], pose=pose, twist=twist, plan=in_axes[1:], outcome=outcome)

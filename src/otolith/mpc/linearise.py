@@ -18,7 +18,7 @@ from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
 from otolith.qp.engines import StageMemory
 
-TILT, POSITION, ACCELERATION = 1, 3, 4  # as in otolith.mpc.model, whose test checks it
+TILT, VELOCITY, POSITION, ACCELERATION = 1, 2, 3, 4  # as in otolith.mpc.model, whose test checks it
 _NO_DIRECTION: Final = 1e-9  # [m] closer than this to the centre, the circle has no direction
 
 
@@ -32,6 +32,7 @@ class Given(NamedTuple):
     of: Ints  # (w,) state whose size the washout weight depends on
     washout: Mat  # (w, 5) its coefficients w₁ … w₄ and scale
     control_weight: Vec  # (2P,) R
+    circle: Vec  # (3,) weights of velocity, position and acceleration in the place that the circle limits
     X: Mat  # (N, 6P) room for the prediction
 
 
@@ -77,21 +78,35 @@ def linearise_force(X: Mat, under: Ints, wanted: Mat, D: Mat, error: Mat) -> Non
 
 
 @kernel
-def linearise_circle(X: Mat, ends: Ints, directions: Mat) -> None:
-    """Unit directions n (M, 2) of the positions predicted for the steps `ends` (M,).
+def _limited(X: Mat, k: int, p: int, of: Vec) -> float:
+    x = X[k, 6 * p : 6 * p + 6]
+    place: float = of[0] * x[VELOCITY] + of[1] * x[POSITION] + of[2] * x[ACCELERATION]
+    return place
 
-    With them, n·(s_long, s_lat) ≤ radius touches the circle.
+
+@kernel
+def linearise_circle(X: Mat, of: Vec, ends: Ints, rows: Mat) -> None:
+    """Rows (M, values) of the limit circle about the places predicted for the steps `ends` (M,).
+
+    The circle limits c = (c_long, c_lat), per pair the position alone or a combination with velocity and
+    acceleration, weights `of` (3,). With n the unit vector towards the predicted c, n·c ≤ radius touches
+    the circle. The non-zeros of a row stand in the order of the states, pair by pair.
 
     The half-plane through the circle's point nearest to the prediction contains the whole circle, and
-    cuts off what lies beyond it in that direction; a position that turns by φ from its prediction may
+    cuts off what lies beyond it in that direction; a place that turns by φ from its prediction may
     leave the circle by radius·φ²/2 at most.
     """
     for k in range(len(ends)):
-        x, y = X[ends[k], POSITION], X[ends[k], 6 + POSITION]
+        x, y = _limited(X, ends[k], 0, of), _limited(X, ends[k], 1, of)
         length = np.hypot(x, y)
         near = length <= _NO_DIRECTION
-        directions[k, 0] = 0.0 if near else x / length
-        directions[k, 1] = 0.0 if near else y / length
+        slot = 0
+        for p in range(2):
+            direction = 0.0 if near else (x, y)[p] / length
+            for i in range(3):
+                if of[i] != 0.0:
+                    rows[k, slot] = direction * of[i]
+                    slot += 1
 
 
 @kernel
@@ -123,7 +138,7 @@ def write(given: Given, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_r
     memory.start[:] = x
     predict(given.A, given.B, x, plan, given.X)
     linearise_force(given.X, given.under, wanted, memory.output, memory.error)
-    if memory.varying.shape[1] == 2:
-        linearise_circle(given.X, given.ends, memory.varying)
+    if memory.varying.shape[1] > 0:
+        linearise_circle(given.X, given.circle, given.ends, memory.varying)
     weigh_washout(x, given.of, given.washout, memory.state_weight)
     pull_to(u_ref, given.control_weight, given.ends, memory.input_linear)

@@ -9,6 +9,7 @@ stay between two bounds at every stage.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
@@ -20,17 +21,18 @@ from otolith.core.errors import InputError
 from otolith.core.frames import AxisPair
 from otolith.interfaces import PlatformState
 from otolith.platforms import Braking, PairLimits
+from otolith.stopping import HUGE
 
 STATES: Final = ("tilt_rate", "tilt", "velocity", "position", "acceleration", "tilt_acceleration")
 TILT_RATE, TILT, VELOCITY, POSITION, ACCELERATION, TILT_ACCELERATION = range(6)
 ROT, TRAN = range(2)  # inputs
-HUGE: Final = 1e6  # [SI] beyond any platform and any drive, far below overflow
 
 
 class BrakingRows(StrEnum):
-    """Which braking rows are imposed."""
+    """Which rows slow the platform down as it nears its reach."""
 
-    POSITION = "position"  # eq. C.2: s + c_v v T + ½ c_u a T², which stops within the reach
+    STOPPING = "stopping"  # eq. C.2, and limits on the leading motion: whoever keeps them can stop
+    POSITION = "position"  # eq. C.2: s + c_v v T + ½ c_u a T² within the reach, limits at the nodes
     PRINTED = "printed"  # eqs. 4.7 and 4.8 as printed, without the position: for reproduction only
     NONE = "none"
 
@@ -96,6 +98,76 @@ def acceleration_rows(limits: PairLimits) -> list[Row]:
     return rows
 
 
+def leading_rows(limits: PairLimits, braking: Braking, *, lag: float, period: float) -> list[Row]:
+    """Limits on the leading motion, from which the platform can always stop (`otolith.stopping`).
+
+    With q = s + T v and w = v + T a, T the lag: |w| ≤ v_max and q + τ w within the reach. While both hold,
+    q follows q + τ w, and s and v follow q and w, through low-passes; so the limits on s and v hold as
+    well, between the nodes too. τ is such that full braking needs no more than τ |w| (`look_ahead`).
+    The commands' bounds, not above those on the accelerations, keep the accelerations.
+    """
+    turning, moving = look_ahead(limits, braking, period)
+    return [
+        Row("tilt_rate", _led(TILT_RATE, TILT_ACCELERATION, lag), -limits.tilt_rate, limits.tilt_rate),
+        Row(
+            "tilt",
+            _led(TILT, TILT_RATE, lag) + turning * _led(TILT_RATE, TILT_ACCELERATION, lag),
+            *limits.tilt,
+        ),
+        Row("velocity", _led(VELOCITY, ACCELERATION, lag), -limits.velocity, limits.velocity),
+        Row(
+            "position",
+            _led(POSITION, VELOCITY, lag) + moving * _led(VELOCITY, ACCELERATION, lag),
+            *limits.position,
+        ),
+    ]
+
+
+def _led(state: int, derivative: int, lag: float) -> Vec:
+    return _unit(state) + lag * _unit(derivative)
+
+
+def look_ahead(limits: PairLimits, braking: Braking, period: float) -> tuple[float, float]:
+    """Times τ [s] of tilt and travel in `leading_rows`.
+
+    Full braking by periods Δ from the leading speed w takes at most w (Δ/2 + w/(2U)), and w is at most
+    v_max, or L/τ when the reach of length L is shorter. τ is at least a tenth of the braking rows' own
+    time, far below where they act in normal motion, so that measurement errors cost little command.
+    """
+    turning = time_to_stop(limits.tilt, limits.tilt_rate, limits.tilt_acceleration, period)
+    bound = min(limits.command, limits.acceleration)
+    moving = time_to_stop(limits.position, limits.velocity, bound, period)
+    return max(turning, 0.1 * braking.c_w * braking.tilt_s), max(
+        moving, 0.1 * braking.c_v * braking.position_s
+    )
+
+
+def circle_weights(
+    limits: Sequence[PairLimits], braking: Braking, kind: BrakingRows, lag: float, period: float
+) -> Vec:
+    """Weights (3,) of velocity, position and acceleration in the place that the limit circle holds.
+
+    The position itself, or with `leading_rows` their q + τ w with one τ for all pairs: the way from q
+    there is straight, and stays in the circle.
+    """
+    if kind is not BrakingRows.STOPPING:
+        return np.array([0.0, 1.0, 0.0])
+    ahead = max(look_ahead(one, braking, period)[1] for one in limits)
+    return np.array([lag + ahead, 1.0, ahead * lag])
+
+
+def time_to_stop(reach: tuple[float, float], speed: float, bound: float, period: float) -> float:
+    """Smallest τ with τ ≥ Δ/2 + min(v_max, L/τ)/(2U)."""
+    half = 0.5 * period
+    room = (reach[1] - reach[0]) / (2.0 * bound)
+    return min(half + speed / (2.0 * bound), 0.5 * half + math.sqrt(0.25 * half**2 + room))
+
+
+def command_bound(limits: PairLimits, kind: BrakingRows) -> float:
+    """Bound on the commanded acceleration [m/s²]; beside `leading_rows` it keeps the actual one, too."""
+    return min(limits.command, limits.acceleration) if kind is BrakingRows.STOPPING else limits.command
+
+
 def braking_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> list[Row]:
     """Rows that slow the platform down as it nears its reach (eqs. 4.7, 4.8; with position: C.2).
 
@@ -104,7 +176,7 @@ def braking_rows(limits: PairLimits, braking: Braking, kind: BrakingRows) -> lis
     """
     if kind is BrakingRows.NONE:
         return []
-    own = 1.0 if kind is BrakingRows.POSITION else 0.0
+    own = 0.0 if kind is BrakingRows.PRINTED else 1.0
     T_s, T_tilt = braking.position_s, braking.tilt_s
     translation = own * _unit(POSITION) + braking.c_v * T_s * _unit(VELOCITY)
     translation += 0.5 * braking.c_u * T_s**2 * _unit(ACCELERATION)
@@ -144,26 +216,5 @@ def planar_state(state: PlatformState, pair: AxisPair) -> Vec:
 
 
 def plausible(values: Mat) -> bool:
-    """True when states or forces are numbers of this world, at most `HUGE` in SI units."""
+    """True when forces are numbers of this world, at most `HUGE` in SI units."""
     return bool(np.abs(values).max(initial=0.0) <= HUGE)  # so written, a NaN is not
-
-
-def bounded(x: Vec) -> Vec:
-    """State x with every entry finite: what is no number becomes 0, what is huge becomes ±`HUGE`."""
-    return np.clip(np.where(np.isnan(x), 0.0, x), -HUGE, HUGE)
-
-
-def brake(x: Vec, within: float, bounds: Vec) -> Vec:
-    """Accelerations that bring tilts and travels to rest in the time `within` [s].
-
-    Parameters
-    ----------
-    x : (P·k,) states of P pairs beside each other, each beginning with [ω θ v s].
-    bounds : (P·2,) bounds on the accelerations, in their order: per pair a_rot, a_tran.
-
-    Returns
-    -------
-    (P·2,), within the bounds and always finite.
-    """
-    rates = bounded(x).reshape(len(bounds) // 2, -1)[:, [TILT_RATE, VELOCITY]].ravel()
-    return np.clip(-rates / within, -bounds, bounds)

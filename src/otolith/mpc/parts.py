@@ -5,7 +5,6 @@ quantity that is felt, a row of x (force a + g θ, or rate), which one vestibula
 is sensed.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -26,10 +25,13 @@ from otolith.mpc.model import (
     Row,
     acceleration_rows,
     braking_rows,
+    command_bound,
     implicit_dynamics,
+    leading_rows,
     planar_state,
     state_rows,
     terminal_rows,
+    time_to_stop,
 )
 from otolith.perception import Vestibular
 from otolith.platforms import AxisLimits, PairLimits, Platform
@@ -75,6 +77,8 @@ class PartSettings:
     force_weight: float
     rate_weight: float
     senses: Vestibular
+    period: float  # [s]
+    eased: bool = True  # whether the rows of eq. C.2 slow a pair down long before it must stop
 
 
 def _force(axis: int) -> Callable[[Reference], Vec]:
@@ -94,15 +98,19 @@ def pair_part(platform: Platform, limits: PairLimits, pair: AxisPair, settings: 
     A, B = implicit_dynamics(settings.lag)
     felt, turning = np.zeros(6), np.zeros(6)
     felt[ACCELERATION], felt[TILT], turning[TILT_RATE] = 1.0, GRAVITY, 1.0
-    rows = state_rows(limits) + acceleration_rows(limits)
-    rows += braking_rows(limits, platform.braking, settings.braking)
+    stopping = settings.braking is BrakingRows.STOPPING
+    if stopping:
+        rows = leading_rows(limits, platform.braking, lag=settings.lag, period=settings.period)
+    else:
+        rows = state_rows(limits) + acceleration_rows(limits)
+    rows += braking_rows(limits, platform.braking, settings.braking) if settings.eased else []
     rows += terminal_rows(limits) if settings.terminal else []
     return Part(
         A=A,
         B=B,
         rows=tuple(rows),
         names=STATES,
-        bounds=np.array([limits.tilt_acceleration, limits.command]),
+        bounds=np.array([limits.tilt_acceleration, command_bound(limits, settings.braking)]),
         channels=(
             Channel(
                 organ=settings.senses.otolith,
@@ -130,13 +138,12 @@ def single_part(limits: AxisLimits, axis: str, settings: PartSettings) -> Part:
     """Heave, which is felt as a force, or yaw, which is felt as a rate."""
     index, translates = AXES.index(axis), AXES.index(axis) < 3
     A = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0 / settings.lag]])
-    unit, (low, high) = np.eye(3), limits.position
-    kappa = math.sqrt(limits.acceleration / (high - low))  # as in `otolith.mpc.model.terminal_rows`
+    unit, T = np.eye(3), settings.lag
+    speed = unit[0] + T * unit[2]  # leading, as in `otolith.mpc.model.leading_rows`
+    ahead = time_to_stop(limits.position, limits.velocity, limits.acceleration, settings.period)
     rows = (
-        Row("velocity", unit[0], -limits.velocity, limits.velocity),
-        Row("position", unit[1], low, high),
-        Row("acceleration", unit[2], -limits.acceleration, limits.acceleration),
-        Row("terminal_position", unit[1] + unit[0] / kappa, low, high),
+        Row("velocity", speed, -limits.velocity, limits.velocity),
+        Row("position", unit[1] + T * unit[0] + ahead * speed, *limits.position),
     )
     channel = Channel(
         organ=settings.senses.otolith if translates else settings.senses.canal,

@@ -21,11 +21,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import GRAVITY
 from otolith.core.lti import StateSpace, condense, first_order_hold, zero_order_hold
 from otolith.interfaces import Reference
 from otolith.mpc.formulation import BACK_OFF
+from otolith.mpc.model import ACCELERATION, POSITION, VELOCITY
 from otolith.mpc.parts import Part
 from otolith.mpc.washout import WashoutWeight
 from otolith.qp.blocked import Lengths, block_ends
@@ -77,6 +78,7 @@ class PerceivingSettings:
     later_penalty: float
     exact_gravity: bool  # whether Δ is added along the previous plan
     circle: float | None  # [m] the places of the first two parts keep within, linearised about the plan
+    circle_weights: Vec  # (3,) of velocity, position and acceleration in those places
 
 
 class Perceiving:
@@ -147,6 +149,10 @@ class Perceiving:
         """Inputs (N, nu) of every step."""
         return np.repeat(solution.U, self.lengths, axis=0)
 
+    def of_parts(self, plan: Mat) -> list[Mat]:
+        """The columns of every part of a plan (N, nu)."""
+        return np.split(plan, np.cumsum([part.B.shape[1] for part in self.parts])[:-1], axis=1)
+
     def _washout(self) -> list[tuple[int, WashoutWeight]]:
         """Part and weight, of the weights whose states the part has."""
         every = [(p, weight) for p in range(len(self.parts)) for weight in self.settings.washout]
@@ -180,11 +186,19 @@ class Perceiving:
         return found
 
     def _directions(self, ahead: Mat) -> Mat:
-        """Unit vectors (M, 2) from the centre to the places predicted for the blocks' ends."""
-        columns = [self._first[p] + self.parts[p].places[-1] for p in range(2)]
-        places = ahead[1:][block_ends(self.lengths)][:, columns]
+        """Rows (M, values) of the circle about the places predicted for the blocks' ends."""
+        weights = self.settings.circle_weights
+        of_parts = ahead[1:][block_ends(self.lengths)][:, self._in_circle]  # (M, 2, 3)
+        places = of_parts @ weights
         length = np.linalg.norm(places, axis=1, keepdims=True)
-        return np.where(length > 1e-9, places / np.maximum(length, 1e-9), 0.0)
+        directions = np.where(length > 1e-9, places / np.maximum(length, 1e-9), 0.0)
+        rows: Mat = directions[:, :, None] * weights[weights != 0.0]
+        return rows.reshape(len(rows), -1)
+
+    @property
+    def _in_circle(self) -> Ints:
+        """(2, 3) columns of velocity, position and acceleration of the first two parts."""
+        return np.array([self._first[p] + np.array([VELOCITY, POSITION, ACCELERATION]) for p in range(2)])
 
     def _dynamics(self) -> tuple[Mat, Mat]:
         """Continuous (A, B) of z."""
@@ -217,8 +231,8 @@ class Perceiving:
         C = np.zeros((len(rows), nz))
         C[:, :n] = block_diag(*(np.array([row.coefficients for row in part.rows]) for part in self.parts))
         circle = np.zeros((0 if settings.circle is None else 1, nz), dtype=bool)
-        for p in range(2 * len(circle)):
-            circle[0, self._first[p] + self.parts[p].places[-1]] = True
+        if len(circle):
+            circle[0, self._in_circle] = settings.circle_weights != 0.0
         penalty = np.full((settings.horizon, len(rows) + len(circle) + self.inputs), np.inf)
         if settings.blocks:
             after = sum(settings.blocks[: settings.firm])

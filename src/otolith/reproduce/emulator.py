@@ -17,6 +17,7 @@ from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.metrics import distribution, tracking_rmse
 from otolith.mpc.design import Design
 from otolith.mpc.implicit import Entry, ImplicitSettings
+from otolith.mpc.model import BrakingRows
 from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import load
 from otolith.qp import Status
@@ -53,7 +54,9 @@ class Case:
         """Close the loop."""
         platform = load("thesis")
         soft = {"tilt_rate": PENALTY} if self.soft else {}
-        settings = ImplicitSettings(soft=soft, washout=self.washout, engine=engine_named(self.solver))
+        settings = ImplicitSettings(
+            braking=BrakingRows.POSITION, soft=soft, washout=self.washout, engine=engine_named(self.solver)
+        )
         design = Design(platform=platform, implicit=settings, entry=self.entry)
         plant = PLANT_OF[self.where]
         return simulate(

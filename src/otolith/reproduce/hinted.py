@@ -15,6 +15,7 @@ from otolith.hints.recording import record
 from otolith.mpc.hint.coarse import Coarse, CoarseLaws
 from otolith.mpc.hybrid import NoGuess
 from otolith.mpc.implicit import Implicit, ImplicitSettings
+from otolith.mpc.model import BrakingRows
 from otolith.mpc.washout import WashoutWeight
 from otolith.platforms import Platform
 from otolith.reproduce.loop import Closed, Loop, close_with
@@ -51,9 +52,13 @@ class Hinted:
         """Make the hint, then close the loops; by signal."""
         first = self.loop(self.scenarios[0])
         platform, pairs = first.platform, first.pairs
-        settings = ImplicitSettings(washout=self.washout, engine=first.engine)
+        settings = ImplicitSettings(braking=BrakingRows.POSITION, washout=self.washout, engine=first.engine)
         laws = coarse_laws(
-            platform, pairs, ImplicitSettings(washout=self.washout), every=self.every, effort=self.effort
+            platform,
+            pairs,
+            ImplicitSettings(braking=BrakingRows.POSITION, washout=self.washout),
+            every=self.every,
+            effort=self.effort,
         )
         return {
             scenario: close_with(

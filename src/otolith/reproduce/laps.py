@@ -23,6 +23,7 @@ from otolith.mpc.design import Design
 from otolith.mpc.hint.coarse import Coarse
 from otolith.mpc.hybrid import NoGuess
 from otolith.mpc.implicit import Implicit, ImplicitSettings
+from otolith.mpc.model import BrakingRows
 from otolith.plant import Ideal
 from otolith.plant.hexapod import hexapod
 from otolith.platforms import Platform
@@ -119,7 +120,7 @@ class LapOnLegs:
     def run(self) -> OnLegs:
         """Drive, then cue."""
         loop, reference = _loop(self.cueing, self.on), _reference(self.speed)
-        settings = ImplicitSettings(soft=SOFT)
+        settings = ImplicitSettings(braking=BrakingRows.POSITION, soft=SOFT)
         design = Design(platform=loop.platform, pairs=loop.pairs, explicit=EXPLICIT[2], implicit=settings)
         plant = hexapod(loop.platform)
         cueing = CUEING[self.cueing].load()(design)
@@ -154,7 +155,7 @@ class HintedLaps:
     def run(self) -> dict[int, Closed]:
         """Make the hint from training manoeuvres, then cue every lap; by speed."""
         loop = _loop(MODELS[0])
-        platform, pairs, settings = loop.platform, loop.pairs, ImplicitSettings()
+        platform, pairs, settings = loop.platform, loop.pairs, ImplicitSettings(braking=BrakingRows.POSITION)
         laws = coarse_laws(platform, pairs, settings, every=self.every)
         return {
             speed: closed(

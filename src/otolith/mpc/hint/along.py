@@ -8,7 +8,7 @@ from otolith.core.arrays import Ints, Mat, Vec
 from otolith.mpc import linearise
 from otolith.mpc.formulation import Formulation
 from otolith.mpc.hybrid import Guess
-from otolith.mpc.model import POSITION
+from otolith.mpc.model import ACCELERATION, POSITION, VELOCITY
 from otolith.qp.blocked import block_ends, block_starts
 from otolith.qp.engines import StageMemory
 
@@ -43,7 +43,8 @@ class Along:
         X = self._X[self._ends]
         rows = [X @ of.problem.C.T]
         if of.radius is not None:
-            rows.append(np.hypot(X[:, POSITION], X[:, 6 + POSITION])[:, None])
+            limited = X.reshape(len(X), 2, 6)[:, :, [VELOCITY, POSITION, ACCELERATION]] @ of.circle  # (M, 2)
+            rows.append(np.linalg.norm(limited, axis=1, keepdims=True))
         return np.hstack([*rows, controls[self._starts]])
 
 

@@ -1,0 +1,348 @@
+"""How a platform comes to rest inside its limits, whatever came before: the fallback of every algorithm.
+
+Notation: per axis p place, v speed, a acceleration; u the command that is held over a period Δ and that a
+lags by T, ȧ = (u − a)/T. The *leading* place and speed
+
+    q = p + T v,    w = v + T a    obey    q̇ = w,  ẇ = u    exactly,
+
+a double integrator without lag. In turn T ṗ = q − p and T v̇ = w − v: p and v follow q and w through a
+low-pass without overshoot, so an interval (a disc) that holds p now and q always holds p always, and the
+like for v and w. With T = 0 they are the same.
+
+*Stopping in n periods* takes w linearly to zero, u = −w/(nΔ) in the first of them, over the distance
+w n Δ/2. *Full braking*, u = ∓U while |w| ≥ UΔ and then the rest, covers the least distance of all, for
+nothing takes w down sooner; w = mUΔ + r with 0 ≤ r < UΔ needs mΔ(w − mUΔ/2) + rΔ/2.
+
+Safe set: q, and the place where full braking would end, are within reach. From a safe state the law
+takes as many periods as are comfortable, at most as many as the room allows, at least as many as U needs;
+where that is impossible it brakes fully. Either choice leads to a safe state: what is left of stopping in n
+periods is stopping in n − 1 at the same place, and full braking goes on as full braking. |w| falls, so the
+number of periods is finite. Asked anew in every period the law therefore comes to rest inside the
+limits, from every safe state, through any number of interruptions.
+
+Surge and sway that share a circle stop in the same number of periods: the way is then straight, from q to
+the end, and a disc is convex. From a state that is not safe (a measurement beyond a limit, a start outside)
+the law first brakes fully, then goes back inside without overshoot: ẇ = (w* − w)/t_w, w* = (b − q)/(10 t_w)
+towards a place b inside has two real poles.
+
+Checked by tests/test_stopping.py from random states and through random interruptions.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import AXES, AxisPair
+from otolith.core.jit import kernel
+from otolith.interfaces import Command, Outcome, PlatformState
+from otolith.platforms import PairLimits, Platform
+from otolith.qp import Status
+
+HUGE: Final = 1e6  # [SI] beyond any platform and any drive, far below overflow
+GUARD: Final = 1e-9  # [m, rad] kept from the ends of the reach, above all rounding
+EASE: Final = 0.25  # [s] in which a comfortable stop ends the largest speed
+LONGEST: Final = 1500  # periods of a plan and its way to rest
+_AT_REST: Final = 1e-9  # [SI] commands below end a plan
+_RETURN: Final = 0.01  # of the reach: how far inside a platform goes that was outside
+_AGAIN: Final = 0.25  # of the largest speed: the fastest way back
+_UNLIMITED: Final = 1e12  # stands for a limit that a platform's file does not give
+
+
+class Reach(NamedTuple):
+    """Limits of the six axes as the law reads them; axes that are not cued have a command of 0."""
+
+    low: Vec  # (6,) [m ×3, rad ×3]
+    high: Vec  # (6,)
+    speed: Vec  # (6,) [m/s ×3, rad/s ×3]
+    command: Vec  # (6,) U [m/s² ×3, rad/s² ×3]
+    circle: float  # [m] radius that surge and sway keep within together; infinite where there is none
+    lag: float  # T [s]
+    period: float  # Δ [s]
+
+
+@kernel
+def _full_braking(w: float, U: float, dt: float) -> float:
+    """Distance that full braking from the leading speed w takes, with the sign of w."""
+    full = math.floor(abs(w) / (U * dt))
+    rest = abs(w) - full * U * dt
+    return math.copysign(full * dt * (abs(w) - 0.5 * full * U * dt) + 0.5 * rest * dt, w)
+
+
+@kernel
+def _needed(w: float, U: float, dt: float) -> float:
+    """Fewest periods n ≥ 1 in which |w|/(nΔ) ≤ U."""
+    return max(1.0, math.ceil(abs(w) / (U * dt) - 1e-9))
+
+
+@kernel
+def _room(q: float, w: float, low: float, high: float, dt: float) -> float:
+    """Most periods in which stopping ends within [low, high]; 0 where none does."""
+    if w == 0.0:
+        return 1e9 if low <= q <= high else 0.0
+    ahead = (high - q) if w > 0.0 else (q - low)
+    return max(0.0, math.floor(2.0 * ahead / (abs(w) * dt) + 1e-6))
+
+
+@kernel
+def _room_in_circle(q: Vec, w: Vec, radius: float, dt: float) -> float:
+    """Most periods in which stopping ends within the circle about the centre; 0 where none does."""
+    inside = radius * radius - q[0] * q[0] - q[1] * q[1]
+    speed = w[0] * w[0] + w[1] * w[1]
+    if inside < 0.0 or speed == 0.0:
+        return 0.0 if inside < 0.0 else 1e9
+    along = q[0] * w[0] + q[1] * w[1]
+    periods: float = 2.0 * (math.sqrt(along * along + speed * inside) - along) / (speed * dt)
+    return float(math.floor(periods + 1e-6))
+
+
+@kernel
+def _axis_safe(q: float, w: float, low: float, high: float, U: float, dt: float) -> bool:
+    """Whether q and the end of full braking lie within [low, high]."""
+    end = q + _full_braking(w, U, dt)
+    return low - GUARD <= q <= high + GUARD and low - GUARD <= end <= high + GUARD
+
+
+@kernel
+def _leading(motion: Mat, T: float, q: Vec, w: Vec) -> None:
+    for i in range(6):
+        q[i] = motion[0, i] + T * motion[1, i]
+        w[i] = motion[1, i] + T * motion[2, i]
+
+
+@kernel
+def safe(motion: Mat, reach: Reach) -> bool:
+    """Whether full braking from `motion` (3, 6) ends within reach, and on a straight way in the circle."""
+    q, w = np.empty(6), np.empty(6)
+    _leading(motion, reach.lag, q, w)
+    for i in range(6):
+        cued = reach.command[i] > 0.0
+        if cued and not _axis_safe(q[i], w[i], reach.low[i], reach.high[i], reach.command[i], reach.period):
+            return False
+    if reach.circle < np.inf:
+        n = max(_needed(w[0], reach.command[0], reach.period), _needed(w[1], reach.command[1], reach.period))
+        return _room_in_circle(q, w, reach.circle + GUARD, reach.period) >= n
+    return True
+
+
+@kernel
+def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
+    """Command that takes a platform at rest, or on its way back already, to the place `inside`."""
+    loop = max(5.0 * reach.period, 0.05)
+    fastest = _AGAIN * reach.speed[i]
+    wanted = min(fastest, max(-fastest, (inside - q) / (10.0 * loop)))
+    return min(reach.command[i], max(-reach.command[i], (wanted - w) / loop))
+
+
+@kernel
+def _brake(w: float, n: float, reach: Reach, i: int) -> float:
+    """Command of the first period of stopping in n, or in as many as the axis needs."""
+    periods = max(n, _needed(w, reach.command[i], reach.period))
+    return -w / (periods * reach.period)
+
+
+@kernel
+def _full(w: float, reach: Reach, i: int) -> float:
+    strength: float = min(reach.command[i], abs(w) / reach.period)
+    return -math.copysign(strength, w)
+
+
+@kernel
+def _comfortable(w: float, reach: Reach, i: int) -> float:
+    return float(math.ceil(abs(w) * EASE / (reach.speed[i] * reach.period)))
+
+
+@kernel
+def _axis(q: float, w: float, reach: Reach, i: int) -> float:
+    """Command of an axis on its own."""
+    low, high, U, dt = reach.low[i], reach.high[i], reach.command[i], reach.period
+    n_room = _room(q, w, low, high, dt)
+    n_needed = _needed(w, U, dt)
+    if n_room >= n_needed and low <= q <= high:
+        n = max(n_needed, min(n_room, _comfortable(w, reach, i)))
+        return _brake(w, n, reach, i)
+    if _axis_safe(q, w, low, high, U, dt):
+        return _full(w, reach, i)
+    beyond = q if q < low or q > high else q + _full_braking(w, U, dt)
+    outwards = 1.0 if beyond > high else -1.0
+    if w * outwards > 0.0:
+        return _full(w, reach, i)
+    margin = _RETURN * min(high - low, _UNLIMITED)
+    return _back(q, w, (high if outwards > 0.0 else low) - outwards * margin, reach, i)
+
+
+@kernel
+def _in_circle(q: Vec, w: Vec, reach: Reach, u: Vec) -> None:
+    """Write the commands of surge and sway, which share a circle."""
+    dt, n_room, n_comfortable, n_needed = reach.period, 1e9, 1.0, 1.0
+    for i in range(2):
+        n_room = min(n_room, _room(q[i], w[i], reach.low[i], reach.high[i], dt))
+        n_comfortable = max(n_comfortable, _comfortable(w[i], reach, i))
+        n_needed = max(n_needed, _needed(w[i], reach.command[i], dt))
+    n_room = min(n_room, _room_in_circle(q, w, reach.circle, dt))
+    n = max(n_needed, min(n_room, n_comfortable))
+    distance = math.sqrt(q[0] * q[0] + q[1] * q[1])
+    outwards = q[0] * w[0] + q[1] * w[1] > 0.0
+    if n_room >= n_needed or distance <= reach.circle or outwards:
+        for i in range(2):
+            u[i] = _brake(w[i], n, reach, i)
+        return
+    for i in range(2):
+        u[i] = _back(q[i], w[i], q[i] / distance * reach.circle * (1.0 - 2.0 * _RETURN), reach, i)
+
+
+@kernel
+def stop(motion: Mat, reach: Reach, u: Vec) -> None:
+    """Write the law's commands (6,) for `motion` (3, 6)."""
+    q, w = np.empty(6), np.empty(6)
+    _leading(motion, reach.lag, q, w)
+    for i in range(6):
+        u[i] = _axis(q[i], w[i], reach, i) if reach.command[i] > 0.0 else 0.0
+    if reach.circle < np.inf:
+        _in_circle(q, w, reach, u)
+
+
+@kernel
+def advance(motion: Mat, u: Vec, reach: Reach) -> None:
+    """Move `motion` (3, 6) on by one period under the held commands (6,), in place; exact."""
+    T, dt = reach.lag, reach.period
+    rho = math.exp(-dt / T) if T > 0.0 else 0.0
+    for i in range(6):
+        p, v, a = motion[0, i], motion[1, i], motion[2, i]
+        if T == 0.0:
+            a = u[i]
+        q, w = p + T * v, v + T * a
+        q += dt * w + 0.5 * dt * dt * u[i]
+        w += dt * u[i]
+        a = u[i] + rho * (a - u[i])
+        motion[2, i] = a
+        motion[1, i] = w - T * a
+        motion[0, i] = q - T * motion[1, i]
+
+
+@kernel
+def to_rest(motion: Mat, reach: Reach, plan: Mat, out: Mat) -> int:
+    """Write a plan's commands (K, 6) and after them the law's until all stands; how many there are.
+
+    `motion` (3, 6) moves on by the first of them.
+    """
+    for k in range(len(plan)):
+        out[k] = plan[k]
+    ahead, k = motion.copy(), 0
+    while k < len(out):
+        if k >= len(plan):
+            stop(ahead, reach, out[k])
+            if k > 0 and np.max(np.abs(out[k])) <= _AT_REST:
+                break
+        advance(ahead, out[k], reach)
+        if k == 0:
+            motion[:] = ahead
+        k += 1
+    return k
+
+
+class Stopping:
+    """The law on one platform: brakes it, says whether it still can stop, and remembers where it should be.
+
+    Axes that are not cued stay at zero, in what is believed and in what is commanded.
+
+    Parameters
+    ----------
+    pairs, limits : the axis pairs that are cued, and the limits of each (default: the platform's).
+    singles : names of the axes that are cued on their own.
+    circle : [m] radius that surge and sway keep within together.
+    lag : T [s] between commanded and actual acceleration; period : Δ [s] between two decisions.
+    """
+
+    def __init__(
+        self,
+        platform: Platform,
+        pairs: Sequence[AxisPair],
+        *,
+        limits: Sequence[PairLimits] | None = None,
+        singles: Sequence[str] = (),
+        circle: float | None = None,
+        lag: float,
+        period: float,
+    ) -> None:
+        self.reach = _reach(platform, pairs, limits, singles)._replace(
+            circle=math.inf if circle is None else circle, lag=lag, period=period
+        )
+        self._cued = (self.reach.command > 0.0).astype(np.float64)
+        self._believed = np.zeros((3, 6))
+        self._room = np.zeros((LONGEST, 6))
+        self.rest(Outcome(status=Status.INVALID))  # no decision waits for a compiler
+        self.safe_after(np.zeros(6))
+        self.reset(PlatformState())
+
+    def reset(self, state: PlatformState) -> None:
+        """Believe that the platform is at `state`."""
+        self._believed[:] = 0.0
+        self.observe(state)
+
+    def observe(self, state: PlatformState) -> bool:
+        """Believe a measured state where it is one; else keep to where the commands have led.
+
+        Returns
+        -------
+        False where a number of the state is none of this world.
+        """
+        measured = np.stack([state.pose, state.twist, state.acceleration])
+        plausible = bool(np.abs(measured).max() <= HUGE)  # so written, a NaN is not
+        if plausible:
+            self._believed[:] = self._cued * measured
+        return plausible
+
+    @property
+    def safe(self) -> bool:
+        """Whether the platform can stop inside its limits from where it is believed to be."""
+        return bool(safe(self._believed, self.reach))
+
+    def safe_after(self, acceleration: Vec) -> bool:
+        """Whether a command (6,) leads from the believed state to one from which the platform can stop."""
+        after = self._believed.copy()
+        advance(after, np.ascontiguousarray(acceleration), self.reach)
+        return bool(safe(after, self.reach))
+
+    def decided(self, plan: Mat, outcome: Outcome) -> Command:
+        """The command of a plan (K, 6), K ≥ 0, which comes to rest after it by the law.
+
+        Its first period is believed to be followed. Without a plan, K = 0, the law brakes at once.
+        """
+        count = to_rest(self._believed, self.reach, np.ascontiguousarray(plan), self._room)
+        commands = self._room[: max(1, count)].copy()
+        return Command(
+            acceleration=commands[0],
+            pose=self._believed[0],
+            twist=self._believed[1],
+            plan=commands[1:],
+            outcome=outcome,
+        )
+
+    def rest(self, outcome: Outcome) -> Command:
+        """The law's own command, with a plan that comes to rest."""
+        return self.decided(np.empty((0, 6)), outcome)
+
+
+def _reach(
+    platform: Platform,
+    pairs: Sequence[AxisPair],
+    limits: Sequence[PairLimits] | None,
+    singles: Sequence[str],
+) -> Reach:
+    """The limits of all cued axes in the platform's own signs."""
+    low, high = np.full(6, -_UNLIMITED), np.full(6, _UNLIMITED)
+    speed, command = np.full(6, _UNLIMITED), np.zeros(6)
+    for pair, of_pair in zip(pairs, limits or map(platform.pair_limits, pairs), strict=True):
+        s, tilt = pair.translation, pair.rotation
+        low[s], high[s] = of_pair.position
+        low[tilt], high[tilt] = sorted(pair.sign * bound for bound in of_pair.tilt)
+        speed[s], speed[tilt] = of_pair.velocity, of_pair.tilt_rate
+        command[s] = min(of_pair.command, of_pair.acceleration)
+        command[tilt] = min(of_pair.tilt_acceleration, _UNLIMITED)
+    for name in singles:
+        i, axis = AXES.index(name), platform.axis_limits(name)
+        (low[i], high[i]), speed[i], command[i] = axis.position, axis.velocity, axis.acceleration
+    return Reach(low, high, speed, command, math.inf, 0.0, 0.0)
