@@ -125,6 +125,7 @@ CUEING: Final = {
     ),
 }
 
+_AHEAD: Final = Entry("otolith.mpc.ahead:Ahead", "decides for the moment at which a command takes effect")
 _BESIDE: Final = Entry("otolith.mpc.beside:with_singles", "heave and yaw by linear MPC, decoupled")
 
 # The thesis's four, which differ in their guess alone (section 3.1).
@@ -214,6 +215,8 @@ def make_cueing(name: str, design: "Design") -> "Cueing":
     entry = check_cueing(name, design.singles)
     beside = entry.singles == "beside"
     cueing: Cueing = _BESIDE.load()(entry.load(), design) if beside else entry.load()(design)
+    if design.dead_time is not None and entry.limited:
+        cueing = _AHEAD.load()(cueing, lag=design.implicit.lag, dead_time=design.dead_time)
     return cueing
 
 

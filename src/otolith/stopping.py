@@ -205,9 +205,8 @@ def stop(motion: Mat, reach: Reach, u: Vec) -> None:
 
 
 @kernel
-def advance(motion: Mat, u: Vec, reach: Reach) -> None:
-    """Move `motion` (3, 6) on by one period under the held commands (6,), in place; exact."""
-    T, dt = reach.lag, reach.period
+def move(motion: Mat, u: Vec, T: float, dt: float) -> None:
+    """Move `motion` (3, 6) on by dt [s] under held commands (6,) that the axes lag by T [s]; exact."""
     rho = math.exp(-dt / T) if T > 0.0 else 0.0
     for i in range(6):
         p, v, a = motion[0, i], motion[1, i], motion[2, i]
@@ -220,6 +219,12 @@ def advance(motion: Mat, u: Vec, reach: Reach) -> None:
         motion[2, i] = a
         motion[1, i] = w - T * a
         motion[0, i] = q - T * motion[1, i]
+
+
+@kernel
+def advance(motion: Mat, u: Vec, reach: Reach) -> None:
+    """Move `motion` (3, 6) on by one period under the held commands (6,), in place."""
+    move(motion, u, reach.lag, reach.period)
 
 
 @kernel
