@@ -58,7 +58,7 @@ class Command:
     acceleration: Vec  # (6,) [m/s² ×3, rad/s² ×3] commanded over the period
     pose: Vec  # (6,) predicted at the period's end
     twist: Vec  # (6,) predicted at the period's end
-    plan: Vec  # (K, 6) commanded accelerations of the following periods
+    plan: Vec  # (K, 6) commanded accelerations of the following periods, which end at rest
     outcome: Outcome
 
 
@@ -82,6 +82,14 @@ class Cueing(Protocol):
 
 class Plant(Protocol):
     """Moves as commanded: an ideal platform, one with actuators, a hexapod, a real one."""
+
+    @property
+    def dead_time(self) -> float | None:
+        """Time before a command takes effect [s], as its maker states it.
+
+        None where the plant moves exactly as the algorithms' models say, so that its state can be taken as
+        it is measured.
+        """
 
     def reset(self, state: PlatformState) -> None:
         """Put the platform to `state`."""

@@ -210,13 +210,19 @@ def check_cueing(name: str, singles: Sequence[str]) -> Entry:
     return entry
 
 
-def make_cueing(name: str, design: "Design") -> "Cueing":
-    """The algorithm `name` for a design, with heave and yaw where it has them; errors as `check_cueing`."""
+def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) -> "Cueing":
+    """The algorithm `name` for a design, with heave and yaw where it has them; errors as `check_cueing`.
+
+    Parameters
+    ----------
+    dead_time : [s] as `otolith.interfaces.Plant.dead_time` says of what will be moved. None: it moves exactly as
+        the algorithm's model; else what is measured passes an observer and a predictor (`otolith.mpc.ahead`).
+    """
     entry = check_cueing(name, design.singles)
     beside = entry.singles == "beside"
     cueing: Cueing = _BESIDE.load()(entry.load(), design) if beside else entry.load()(design)
-    if design.dead_time is not None and entry.limited:
-        cueing = _AHEAD.load()(cueing, lag=design.implicit.lag, dead_time=design.dead_time)
+    if dead_time is not None and entry.limited:
+        cueing = _AHEAD.load()(cueing, lag=design.implicit.lag, dead_time=dead_time)
     return cueing
 
 

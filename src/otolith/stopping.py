@@ -133,7 +133,8 @@ def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
     loop = max(5.0 * reach.period, 0.05)
     fastest = _AGAIN * reach.speed[i]
     wanted = min(fastest, max(-fastest, (inside - q) / (10.0 * loop)))
-    return min(reach.command[i], max(-reach.command[i], (wanted - w) / loop))
+    command: float = min(reach.command[i], max(-reach.command[i], (wanted - w) / loop))
+    return command
 
 
 @kernel

@@ -98,9 +98,10 @@ def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[S
     plant_name = plant or maker.plant
     plant_maker = registry.lookup(registry.PLANTS, "--plant", plant_name)
     design = Design(platform=files.read_platform(platform), pairs=pairs, singles=singles)
+    moved = plant_maker.load()(design.platform)
     system = System(
-        cueing=registry.make_cueing(cueing, design),
-        plant=plant_maker.load()(design.platform),
+        cueing=registry.make_cueing(cueing, design, dead_time=moved.dead_time),
+        plant=moved,
         platform=design.platform,
         axes={axis for pair in pairs for axis in pair.name.split("-")} | set(singles),
     )

@@ -145,7 +145,8 @@ def _simulate_all(
     for name, plant, plant_maker in zip(names, plants, plant_makers, strict=True):
         status.update(f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached")
         with status:
-            cueing = registry.make_cueing(name, design)
+            dead_time = plant_maker.load()(design.platform).dead_time
+            cueing = registry.make_cueing(name, design, dead_time=dead_time)
         for done, (choices, scenario) in zip(runs, wanted, strict=True):
             moved = plant_maker.load()(design.platform)
             with progress_bar(console, f"{name} on {scenario.name}") as progress:

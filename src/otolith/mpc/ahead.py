@@ -73,7 +73,9 @@ class Ahead:
         if not 0.0 <= dead_time <= LONGEST:
             raise InputError("dead time", dead_time, f"between 0 and {LONGEST:g} s")
         self._cueing, self._lag, self._dead_time = cueing, lag, dead_time
-        self._count = math.ceil(dead_time / cueing.period - 1e-9)  # commands given and not yet wholly in effect
+        self._count = math.ceil(
+            dead_time / cueing.period - 1e-9
+        )  # commands given and not yet wholly in effect
         shown = self._count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
         self._given: deque[Vec] = deque(maxlen=shown)  # the latest last
         self._share = 1.0 - math.exp(-cueing.period / SETTLING)

@@ -40,7 +40,6 @@ class Design:
     implicit: ImplicitSettings = field(default_factory=ImplicitSettings)
     entry: Entry = Entry.REFERENCE
     singles: tuple[str, ...] = ()  # axes cued on their own, "heave" and "yaw", by what can
-    dead_time: float | None = None  # [s] before a command takes effect; none: the plant is the model itself
     washout: Tuning | None = None  # of the conventional washouts; none: the one shipped for the platform
     stored_laws: tuple[Law, ...] = ()  # from a file; enumerated on first use when there is none
     hint: StoredHint | Refused | None = None  # offline knowledge, from a file

@@ -101,25 +101,22 @@ def acceleration_rows(limits: PairLimits) -> list[Row]:
 def leading_rows(limits: PairLimits, braking: Braking, *, lag: float, period: float) -> list[Row]:
     """Limits on the leading motion, from which the platform can always stop (`otolith.stopping`).
 
-    With q = s + T v and w = v + T a, T the lag: |w| ≤ v_max and q + τ w within the reach. While both hold,
-    q follows q + τ w, and s and v follow q and w, through low-passes; so the limits on s and v hold as
-    well, between the nodes too. τ is such that full braking needs no more than τ |w| (`look_ahead`).
-    The commands' bounds, not above those on the accelerations, keep the accelerations.
+    With q = s + T v and w = v + T a, T the lag: |v + 2 T a| ≤ v_max and q + τ w within the reach. While both
+    hold, v follows v + 2 T a, q follows q + τ w, and s follows q, each through a low-pass; so the limits on
+    v and s hold as well, between the nodes too. With T instead of 2 T the speed would run into its limit
+    within one period, and a servo that follows not quite would overshoot it. τ is such that full braking
+    needs no more than τ |w| (`look_ahead`). The commands' bounds, not above those on the accelerations,
+    keep the accelerations.
     """
     turning, moving = look_ahead(limits, braking, period)
+    rate, speed = _led(TILT_RATE, TILT_ACCELERATION, lag), _led(VELOCITY, ACCELERATION, lag)
+    angle, place = _led(TILT, TILT_RATE, lag), _led(POSITION, VELOCITY, lag)
+    late_rate, late_speed = lag * _unit(TILT_ACCELERATION), lag * _unit(ACCELERATION)
     return [
-        Row("tilt_rate", _led(TILT_RATE, TILT_ACCELERATION, lag), -limits.tilt_rate, limits.tilt_rate),
-        Row(
-            "tilt",
-            _led(TILT, TILT_RATE, lag) + turning * _led(TILT_RATE, TILT_ACCELERATION, lag),
-            *limits.tilt,
-        ),
-        Row("velocity", _led(VELOCITY, ACCELERATION, lag), -limits.velocity, limits.velocity),
-        Row(
-            "position",
-            _led(POSITION, VELOCITY, lag) + moving * _led(VELOCITY, ACCELERATION, lag),
-            *limits.position,
-        ),
+        Row("tilt_rate", rate + late_rate, -limits.tilt_rate, limits.tilt_rate),
+        Row("tilt", angle + turning * rate, *limits.tilt),
+        Row("velocity", speed + late_speed, -limits.velocity, limits.velocity),
+        Row("position", place + moving * speed, *limits.position),
     ]
 
 

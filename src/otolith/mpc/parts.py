@@ -142,7 +142,7 @@ def single_part(limits: AxisLimits, axis: str, settings: PartSettings) -> Part:
     speed = unit[0] + T * unit[2]  # leading, as in `otolith.mpc.model.leading_rows`
     ahead = time_to_stop(limits.position, limits.velocity, limits.acceleration, settings.period)
     rows = (
-        Row("velocity", speed, -limits.velocity, limits.velocity),
+        Row("velocity", speed + T * unit[2], -limits.velocity, limits.velocity),
         Row("position", unit[1] + T * unit[0] + ahead * speed, *limits.position),
     )
     channel = Channel(

@@ -37,7 +37,7 @@ class Actuator:
     ) -> None:
         if not 0.0 <= dead_time <= 1.0:
             raise InputError("plant dead time", dead_time, "between 0 and 1 s")
-        self._axes, self._dead_time = Ideal(lag, head=head), dead_time
+        self._axes, self.dead_time = Ideal(lag, head=head), dead_time
         self.reset(PlatformState())
 
     def reset(self, state: PlatformState) -> None:
@@ -50,7 +50,7 @@ class Actuator:
         """Follow what was commanded a dead time ago, for dt [s]."""
         start, end = self._now, self._now + dt
         if not self._coming or self._coming[-1][1] is not command:
-            self._coming.append((start + self._dead_time, command))
+            self._coming.append((start + self.dead_time, command))
         while self._coming and self._coming[0][0] <= end - EDGE:
             due, coming = self._coming.popleft()
             self._follow(due - self._now)

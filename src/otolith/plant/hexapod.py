@@ -1,5 +1,7 @@
 """The emulator of chapter 6: a rigid body on six legs, moved by the servos of its legs."""
 
+from typing import Final
+
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
@@ -61,6 +63,8 @@ class HexapodPlant:
     ------
     InputError : the servos' gains are not stable.
     """
+
+    dead_time: Final = 0.0  # its servos know where they shall be; what their springs add is no delay
 
     def __init__(self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD) -> None:
         self.drive = Drive(hexapod, lag=lag, period=period)

@@ -38,6 +38,8 @@ class Ideal:
         sensed, rotation and lever arm included; otherwise the planar models' force stands.
     """
 
+    dead_time: Final = None  # it moves as the models say
+
     def __init__(self, lag: float = 0.01, *, head: tuple[float, float, float] | None = None) -> None:
         if not 0.0 <= lag < np.inf:
             raise InputError("plant lag", lag, "finite and at least 0 s")
@@ -81,8 +83,10 @@ def axis_dynamics(lag: float, dt: float) -> tuple[Mat, Mat]:
 
 
 def ideal(platform: Platform | None = None) -> Ideal:
-    """The plant that the implicit model assumes (eq. 4.9)."""
-    return Ideal(head=None if platform is None else platform.head)
+    """The plant that the implicit model assumes (eq. 4.9), with the lag of the platform's file."""
+    if platform is None:
+        return Ideal()
+    return Ideal(platform.actuators.lag_s, head=platform.head)
 
 
 def without_lag(platform: Platform | None = None) -> Ideal:

@@ -41,6 +41,8 @@ class MujocoHexapod:
     steps : of MuJoCo in a servo period; the more, the stiffer the joints.
     """
 
+    dead_time: Final = 0.0
+
     def __init__(
         self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD, steps: int = STEPS
     ) -> None:
