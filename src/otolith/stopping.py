@@ -141,7 +141,8 @@ def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
 def _brake(w: float, n: float, reach: Reach, i: int) -> float:
     """Command of the first period of stopping in n, or in as many as the axis needs."""
     periods = max(n, _needed(w, reach.command[i], reach.period))
-    return -w / (periods * reach.period)
+    strength: float = min(reach.command[i], abs(w) / (periods * reach.period))
+    return -math.copysign(strength, w)
 
 
 @kernel

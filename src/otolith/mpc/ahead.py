@@ -7,8 +7,8 @@ is believed.
 the believed state is taken ahead, exactly, and from there the algorithm decides as if there were no dead
 time (a Smith predictor in state space; Smith, 1957).
 
-*What is believed.* Measured motion is not simply taken for true. Where the real lag or dead time is another than
-the file says, what is measured and what the commands should have done differ for a moment, by up to
+*What is believed.* Measured motion is not simply taken for true. Where the real lag or dead time is another
+than the file says, what is measured and what the commands should have done differ for a moment, by up to
 (T + d) |u| in w and (T + d) |v| in q, and agree again afterwards: ẇ = u whatever the lag. A controller that
 takes the moment for true corrects at once what would have passed by itself, and swings. So the model's own
 state is kept, and drawn towards the measured one with the time constant `SETTLING`; what the timing cannot
@@ -88,6 +88,11 @@ class Ahead:
     def period(self) -> float:
         """Time between two decisions [s]."""
         return self._cueing.period
+
+    @property
+    def soft(self) -> frozenset[str]:
+        """Limits that the algorithm may pass at a price."""
+        return frozenset(getattr(self._cueing, "soft", ()))
 
     def reset(self, state: PlatformState) -> None:
         """Start from `state`, with no command on its way."""

@@ -26,10 +26,10 @@ from otolith.interfaces import Command, Outcome, PlatformState, Reference
 from otolith.platforms import Platform
 from otolith.platforms.tuning import Tuning
 from otolith.qp import Status
+from otolith.stopping import HUGE, Stopping
 from otolith.washout.scaling import Cubic
 
 PERIOD: Final = 0.01  # [s]
-SANE: Final = 1e6  # [SI] a reference beyond is no reference
 STOP: Final = 30  # periods in which the plan of every command comes to rest
 STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
 UP: Final = np.array([0.0, 0.0, GRAVITY])
@@ -149,6 +149,7 @@ class Washout:
             limits[pair.rotation - 3] = task.platform.pair_limits(pair).tilt_rate
         self._tilting = Tilting(limits, tuning.catch_up_radps, period)
         self._homing = Homing(tuning.home_radps, period)
+        self._stopping = Stopping(task.platform, task.pairs, singles=task.singles, lag=0.0, period=period)
         self.reset(PlatformState())
 
     @property
@@ -158,21 +159,31 @@ class Washout:
 
     def reset(self, state: PlatformState) -> None:
         """Start from `state`, from where the platform returns to neutral; filters start from rest."""
+        self._stopped = False
         self._pose, self._twist = state.pose * self._cued, state.twist * self._cued
         self._homing.reset(self._pose, self._twist)
         self._tilting.reset()
         self._channels.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide one command; a reference that is no number counts as none, and the outcome says so."""
+        """Decide one command; while there is no reference, come to rest, then start again from there."""
         del state  # feedforward: see the class
         given = np.concatenate([reference.specific_force, reference.angular_rate])
-        sane = bool(np.all(np.abs(given) <= SANE))  # so written, a NaN is not
-        demand = self._demand(given if sane else np.zeros(6))
+        if not np.all(np.abs(given) <= HUGE):  # so written, a NaN is no reference
+            return self._stop()
+        if self._stopped:
+            self.reset(PlatformState(pose=self._pose, twist=self._twist))
+        demand = self._demand(given)
         motion = self._channels.step(demand)
         rotation = motion.turning + self._tilting.step(motion.tilt, motion.tilt_rate)
         twist = self._cued * np.concatenate([motion.velocity, rotation]) + self._homing.step()
-        return self._command(twist, Status.OPTIMAL if sane else Status.INVALID)
+        return self._command(twist)
+
+    def _stop(self) -> Command:
+        self._stopping.observe(PlatformState(pose=self._pose, twist=self._twist))
+        command = self._stopping.rest(Outcome(status=Status.INVALID))
+        self._pose, self._twist, self._stopped = command.pose, command.twist, True
+        return command
 
     def _demand(self, given: Vec) -> Demand:
         force, rate = self._force(given[:3]), self._rate(given[3:])
@@ -183,7 +194,7 @@ class Washout:
         twist_of(midway, np.concatenate([np.zeros(3), R @ rate]), turning)
         return Demand(force, R @ (force + UP) - UP, turning[3:])
 
-    def _command(self, twist: Vec, status: Status) -> Command:
+    def _command(self, twist: Vec) -> Command:
         """Accelerations held over the period that lead to `twist` at its end."""
         T = self._period
         acceleration = (twist - self._twist) / T
@@ -195,7 +206,7 @@ class Washout:
             pose=self._pose,
             twist=twist,
             plan=rest,
-            outcome=Outcome(status=status),
+            outcome=Outcome(status=Status.OPTIMAL),
         )
 
 
