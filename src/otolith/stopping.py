@@ -322,8 +322,8 @@ class Stopping:
         commands = self._room[: max(1, count)].copy()
         return Command(
             acceleration=commands[0],
-            pose=self._believed[0],
-            twist=self._believed[1],
+            pose=self._believed[0].copy(),
+            twist=self._believed[1].copy(),
             plan=commands[1:],
             outcome=outcome,
         )
