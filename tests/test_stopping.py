@@ -80,7 +80,7 @@ def test_motion_under_held_commands_is_that_of_the_differential_equation(lag: fl
         start[2] = u
 
     def flow(_: float, y: np.ndarray) -> np.ndarray:
-        p, v, a = y.reshape(3, 6)
+        _p, v, a = y.reshape(3, 6)
         return np.concatenate([v, a, (u - a) / lag if lag else np.zeros(6)])
 
     theirs = solve_ivp(flow, (0.0, 0.13), start.ravel(), rtol=1e-10, atol=1e-12).y[:, -1].reshape(3, 6)

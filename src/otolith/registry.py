@@ -215,8 +215,9 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
 
     Parameters
     ----------
-    dead_time : [s] as `otolith.interfaces.Plant.dead_time` says of what will be moved. None: it moves exactly as
-        the algorithm's model; else what is measured passes an observer and a predictor (`otolith.mpc.ahead`).
+    dead_time : [s] as `otolith.interfaces.Plant.dead_time` says of what will be moved. None: it moves exactly
+        as the algorithm's model; else what is measured passes an observer and a predictor, see
+        `otolith.mpc.ahead`.
     """
     entry = check_cueing(name, design.singles)
     beside = entry.singles == "beside"

@@ -9,10 +9,11 @@ from otolith import metrics, registry
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.interfaces import PlatformState, Reference
-from otolith.mpc.beside import Beside, with_singles
+from otolith.mpc.beside import with_singles
 from otolith.mpc.design import Design, implicit
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.mpc.linear import YAW_WEIGHT, single_axes
+from otolith.mpc.several import Beside
 from otolith.mpc.washout import constant
 from otolith.plant import Ideal
 from otolith.platforms import load
@@ -102,7 +103,7 @@ def test_yaw_is_the_optimum_that_another_solver_finds() -> None:
         return total
 
     best = minimize(cost, np.zeros(N), method="BFGS", options={"gtol": 1e-10, "maxiter": 2000}).x
-    plan = np.concatenate([command.acceleration[None], command.plan])[:, 5]
+    plan = np.concatenate([command.acceleration[None], command.plan])[:N, 5]
     assert command.outcome.status is Status.OPTIMAL
     assert_allclose(plan, best, atol=1e-4 * np.abs(best).max())
 

@@ -68,12 +68,14 @@ def test_cost_and_rows_are_those_of_the_rollout(seed: int, block_from: int | Non
         cost += (a_tran + GRAVITY * tilt - wanted) ** 2 + 1e-3 * (a_rot**2 + a_tran**2)
         margins.append(9.81 - abs(a_tran))
         if kind is not BrakingRows.NONE:
-            own = kind is BrakingRows.POSITION
+            own = kind is not BrakingRows.PRINTED
             margins.append(0.5 - abs(own * s + 2.5 * v + 1.40625 * a_tran))
             margins.append(np.deg2rad(30) - abs(own * tilt + 0.5 * w + 0.05625 * a_rot))
         s, v = s + stages * v + stages**2 / 2 * a_tran, v + stages * a_tran
         tilt, w = tilt + stages * w + stages**2 / 2 * a_rot, w + stages * a_rot
-        margins += [np.deg2rad(3) - abs(w), np.deg2rad(30) - abs(tilt), 7.2 - abs(v), 0.5 - abs(s)]
+        ahead = (0.05, 0.025 + np.sqrt(0.025**2 + 0.1)) if kind is BrakingRows.STOPPING else (0.0, 0.0)
+        margins += [np.deg2rad(3) - abs(w), np.deg2rad(30) - abs(tilt + ahead[0] * w)]
+        margins += [7.2 - abs(v), 0.5 - abs(s + ahead[1] * v)]
 
     constant = 5 * theta[4] ** 2  # what is left of the cost at z = 0, tilt = 0
     constant += sum(GRAVITY**2 * (theta[1] + 0.1 * k * theta[0]) ** 2 for k in range(5))
@@ -127,9 +129,9 @@ def test_where_no_law_exists_it_brakes_and_says_so(plain: design.Design) -> None
     command = cueing.step(fast, Reference(specific_force=np.zeros(3)))
     assert command.outcome.status is Status.INFEASIBLE
     assert command.acceleration[0] == -9.81
-    assert command.twist[4] == pytest.approx(0.0, abs=1e-12)
+    assert 0.0 <= command.twist[4] < 0.01
     nan = cueing.step(PlatformState(), Reference(specific_force=np.full(3, np.nan)))
-    assert nan.outcome.status is Status.INFEASIBLE
+    assert nan.outcome.status is Status.INVALID
     assert np.isfinite(nan.acceleration).all()
 
 

@@ -47,11 +47,8 @@ def felt(X: Mat, pairs: tuple[AxisPair, ...]) -> Mat:
 
 
 def test_the_kernels_count_states_as_the_model_does() -> None:
-    assert (linearise.TILT, linearise.POSITION, linearise.ACCELERATION) == (
-        model.TILT,
-        model.POSITION,
-        model.ACCELERATION,
-    )
+    for state in ("TILT", "VELOCITY", "POSITION", "ACCELERATION"):
+        assert getattr(linearise, state) == getattr(model, state)
 
 
 @PAIRS
@@ -98,10 +95,36 @@ def test_the_linearised_force_has_the_slope_of_finite_differences(pairs: tuple[A
 @given(seed=st.integers(0, 10_000), pair=st.sampled_from(BOTH))
 @settings(max_examples=20, deadline=None)
 def test_every_row_is_the_limit_it_stands_for(seed: int, pair: AxisPair) -> None:
-    """Rows of eq. 4.10 written out once more by hand (braking: eq. C.2)."""
+    """Rows on the leading motion written out by hand: lag T = 0.01 s, τ = 0.32 s (tilt: 0.05 s)."""
     rng = np.random.default_rng(seed)
     x, plan = 0.1 * rng.normal(size=6), rng.normal(size=(N, 2))
     qp = written(formulation((pair,)), x, plan, np.zeros((N, 1)))
+    X = rollout(qp, plan)
+    w, th, v, s, at, ar = X.T
+    rate = {SURGE_PITCH: 3.0, SWAY_ROLL: 2.6}[pair] * DEGREE
+    tau = 0.0025 + np.sqrt(0.0025**2 + 1.0 / (2 * 5.0))  # 1 m of reach, 5 m/s², by periods of 10 ms
+    by_hand = [
+        (w + 0.02 * ar, rate),
+        (th + 0.01 * w + 0.05 * (w + 0.01 * ar), 30 * DEGREE),
+        (v + 0.02 * at, 7.2),
+        (s + 0.01 * v + tau * (v + 0.01 * at), 0.5),
+        (s + 2.5 * v + 1.40625 * at, 0.5),
+        (th + 0.5 * w + 0.05625 * ar, 30 * DEGREE - HAIR),
+        (plan[:, 0], np.inf),
+        (plan[:, 1], 5.0),
+    ]
+    assert_allclose(row_values(qp, plan, X), np.array([value for value, _ in by_hand]).T, atol=1e-12)
+    assert_allclose(qp.upper, np.tile([bound for _, bound in by_hand], (N, 1)), atol=1e-6)
+    assert_allclose(qp.lower, -qp.upper)
+
+
+@given(seed=st.integers(0, 10_000), pair=st.sampled_from(BOTH))
+@settings(max_examples=20, deadline=None)
+def test_the_thesiss_rows_are_the_limits_they_stand_for(seed: int, pair: AxisPair) -> None:
+    """Rows of eq. 4.10 written out once more by hand (braking: eq. C.2)."""
+    rng = np.random.default_rng(seed)
+    x, plan = 0.1 * rng.normal(size=6), rng.normal(size=(N, 2))
+    qp = written(formulation((pair,), braking=BrakingRows.POSITION), x, plan, np.zeros((N, 1)))
     X = rollout(qp, plan)
     w, th, v, s, at, ar = X.T
     rate = {SURGE_PITCH: 3.0, SWAY_ROLL: 2.6}[pair] * DEGREE
@@ -135,7 +158,7 @@ def test_the_circle_is_touched_where_the_prediction_points(seed: int) -> None:
     """The half-plane contains the circle, and its boundary passes through the circle's nearest point."""
     rng = np.random.default_rng(seed)
     x, plan = 0.3 * rng.normal(size=12), 3 * rng.normal(size=(N, 4))
-    qp = written(formulation(BOTH), x, plan, np.zeros((N, 2)))
+    qp = written(formulation(BOTH, braking=BrakingRows.POSITION), x, plan, np.zeros((N, 2)))
     s = rollout(qp, plan)[:, [3, 9]]
     row = len(qp.problem.C)
     n = qp.varying[:, 0][:, [3, 9]]
@@ -145,6 +168,20 @@ def test_the_circle_is_touched_where_the_prediction_points(seed: int) -> None:
     around = 0.5 * np.array([np.cos(angles), np.sin(angles)])
     assert (n @ around <= qp.upper[:, row, None] + 2e-5).all()
     assert np.isneginf(qp.lower[:, row]).all()
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_the_circle_limits_where_the_way_to_rest_may_end(seed: int) -> None:
+    """Its row is n·c with c = s + T v + τ (v + T a) of both pairs, n towards the predicted c."""
+    rng = np.random.default_rng(seed)
+    x, plan = 0.3 * rng.normal(size=12), 3 * rng.normal(size=(N, 4))
+    qp = written(formulation(BOTH), x, plan, np.zeros((N, 2)))
+    X = rollout(qp, plan).reshape(N, 2, 6)
+    tau = 0.0025 + np.sqrt(0.0025**2 + 1.0 / (2 * 5.0))
+    c = X[:, :, 3] + 0.01 * X[:, :, 2] + tau * (X[:, :, 2] + 0.01 * X[:, :, 4])
+    values = np.einsum("ki,ki->k", qp.varying[:, 0], X.reshape(N, 12))
+    assert_allclose(values, np.linalg.norm(c, axis=1), rtol=1e-9)
 
 
 def test_at_the_centre_the_circle_has_no_direction_and_no_effect() -> None:

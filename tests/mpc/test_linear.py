@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose
 from otolith import metrics
 from otolith.core.filter import Filter
 from otolith.core.frames import GRAVITY, SURGE_PITCH, SWAY_ROLL
-from otolith.interfaces import PlatformState, Reference
+from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.mpc.design import Design, implicit
 from otolith.mpc.implicit import ImplicitSettings
-from otolith.mpc.linear import SensedMpc, implicit_sensed, linear_mpc
+from otolith.mpc.linear import implicit_sensed, linear_mpc
 from otolith.mpc.perceiving import Organ
 from otolith.perception import otoliths, sense
 from otolith.plant import Ideal
@@ -30,7 +30,7 @@ def design(**fields) -> Design:
     return Design(implicit=ImplicitSettings(horizon=20, engine=CondensedEngine), **fields)
 
 
-def loop(cueing: SensedMpc, wanted: Scenario, pairs: tuple[str, ...] = ("surge-pitch",)) -> Run:
+def loop(cueing: Cueing, wanted: Scenario, pairs: tuple[str, ...] = ("surge-pitch",)) -> Run:
     return simulate(cueing, Ideal(), wanted, platform=load("davsi"), pairs=pairs, plant_period=2e-3)
 
 
@@ -58,9 +58,9 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
     for _ in range(120):
         state = plant.step(cueing.step(state, reference), T)
     command = cueing.step(state, reference)
-    problem, memory = cueing.problems[0], cueing.engines[0].memory
+    problem, memory = cueing.problem, cueing.engine.memory
     qp = expand(problem.problem, memory)
-    x, U = qp.x0, cueing._plans[0]
+    x, U = qp.x0, cueing._plan
     errors = []
     for k in range(20):
         x = problem.A @ x + problem.B @ U[k]
@@ -105,7 +105,7 @@ def test_linear_sub_problems_do_not_know_of_each_other() -> None:
     """Four of them, and what is wanted sideways, upwards or in yaw leaves the surge as it is."""
     alone = linear_mpc(design())
     all_four = linear_mpc(design(pairs=(SURGE_PITCH, SWAY_ROLL), singles=("heave", "yaw")))
-    assert [len(problem.parts) for problem in all_four.problems] == [1, 1, 1, 1]
+    assert [len(one.problem.parts) for one in all_four.parts] == [1, 1, 1, 1]
     state = PlatformState()
     force = np.array([0.5, -0.8, 0.4])
     for _ in range(5):
@@ -136,12 +136,12 @@ def test_tracking_what_is_sensed_is_worth_something() -> None:
     assert metrics.perceived_rmse(sensed)[0] < metrics.perceived_rmse(plain)[0]
 
 
-def test_in_trouble_the_last_plan_goes_on_and_the_outcome_says_so() -> None:
+def test_in_trouble_it_stops_and_the_outcome_says_so() -> None:
     cueing = implicit_sensed(design())
-    good = cueing.step(PlatformState(), Reference(specific_force=np.array([1.0, 0.0, 0.0])))
-    bad = cueing.step(PlatformState(), Reference(specific_force=np.array([np.nan, 0.0, 0.0])))
+    moving = PlatformState(twist=np.array([0.2, 0, 0, 0, 0.01, 0]))
+    bad = cueing.step(moving, Reference(specific_force=np.array([np.nan, 0.0, 0.0])))
     assert bad.outcome.status is Status.INVALID
-    assert_allclose(bad.acceleration, good.plan[0])
+    assert (bad.acceleration[[0, 4]] < 0.0).all()
     beyond = cueing.step(
         PlatformState(pose=np.array([5.0, 0, 0, 0, 0, 0])), Reference(specific_force=np.zeros(3))
     )
@@ -161,7 +161,7 @@ def test_a_preview_is_used_and_blocks_are_taken() -> None:
     command = cueing.step(PlatformState(), Reference(specific_force=np.zeros(3), preview=coming))
     assert command.outcome.status is Status.OPTIMAL
     assert np.abs(command.plan).max() > 1e-3
-    assert len(command.plan) == 19
+    assert len(command.plan) >= 19  # and from its end to rest
 
 
 @pytest.mark.parametrize("make", [linear_mpc, implicit_sensed])

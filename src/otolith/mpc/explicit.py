@@ -8,7 +8,7 @@ stage, y_k = a_tran,k + g θ_k the linearised specific force, parameter ϑ = (x�
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -215,7 +215,7 @@ class Explicit:
     ) -> None:
         self._pairs, self._laws = tuple(pairs), tuple(laws)
         self._stopping = [
-            Stopping(platform, (pair,), limits=(of_pair,), lag=0.0, period=self.period)
+            Stopping(platform, (pair,), limits=(_at_once(of_pair),), lag=0.0, period=self.period)
             for pair, of_pair in zip(pairs, limits, strict=True)
         ]
 
@@ -254,3 +254,8 @@ class Explicit:
         if stopping.safe and not stopping.safe_after(plan[0]):
             return stopping.rest(Outcome(status=Status.UNCERTIFIED))
         return stopping.decided(plan, Outcome(status=Status.OPTIMAL))
+
+
+def _at_once(limits: PairLimits) -> PairLimits:
+    """The same limits in the explicit model, where a command is the acceleration itself."""
+    return replace(limits, command=limits.acceleration)

@@ -92,11 +92,11 @@ class Tilting:
 
     def __init__(self, largest: Vec, catch_up: float, period: float) -> None:
         self._largest, self._kappa, self._period = largest, catch_up, period
-        self.reset()
+        self.reset(np.zeros(3), np.zeros(3))
 
-    def reset(self) -> None:
-        """Level, and at rest."""
-        self._angle, self._rate = np.zeros(3), np.zeros(3)
+    def reset(self, angle: Vec, rate: Vec) -> None:
+        """Start from a tilt [rad] that turns at a rate [rad/s], (3,) each."""
+        self._angle, self._rate = angle, rate
 
     def step(self, angle: Vec, rate: Vec) -> Vec:
         """Rate (3,) [rad/s] at the period's end towards the wanted angle and rate there."""
@@ -147,6 +147,7 @@ class Washout:
         limits = np.full(3, np.inf)
         for pair in task.pairs:
             limits[pair.rotation - 3] = task.platform.pair_limits(pair).tilt_rate
+        self._tilted = np.isfinite(limits).astype(np.float64)  # (3,) roll, pitch, yaw
         self._tilting = Tilting(limits, tuning.catch_up_radps, period)
         self._homing = Homing(tuning.home_radps, period)
         self._stopping = Stopping(task.platform, task.pairs, singles=task.singles, lag=0.0, period=period)
@@ -158,11 +159,15 @@ class Washout:
         return self._period
 
     def reset(self, state: PlatformState) -> None:
-        """Start from `state`, from where the platform returns to neutral; filters start from rest."""
+        """Start from `state`, from where the platform returns to neutral; filters start from rest.
+
+        Tilt is taken over as it is, and goes on at rates that nobody notices.
+        """
         self._stopped = False
         self._pose, self._twist = state.pose * self._cued, state.twist * self._cued
-        self._homing.reset(self._pose, self._twist)
-        self._tilting.reset()
+        others = 1.0 - np.concatenate([np.zeros(3), self._tilted])
+        self._homing.reset(others * self._pose, others * self._twist)
+        self._tilting.reset(self._tilted * self._pose[3:], self._tilted * self._twist[3:])
         self._channels.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
