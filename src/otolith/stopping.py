@@ -152,6 +152,15 @@ def _full(w: float, reach: Reach, i: int) -> float:
 
 
 @kernel
+def _turn(w: float, room: float, reach: Reach, i: int) -> float:
+    """Full braking, and more where that keeps the end of this period within the room left."""
+    dt = reach.period
+    within = 2.0 * (abs(w) * dt - room) / (dt * dt) if room > 0.0 else 0.0
+    strength: float = min(reach.command[i], max(abs(w) / dt, within))
+    return -math.copysign(strength, w)
+
+
+@kernel
 def _comfortable(w: float, reach: Reach, i: int) -> float:
     return float(math.ceil(abs(w) * EASE / (reach.speed[i] * reach.period)))
 
@@ -167,10 +176,10 @@ def _axis(q: float, w: float, reach: Reach, i: int) -> float:
         return _brake(w, n, reach, i)
     if _axis_safe(q, w, low, high, U, dt):
         return _full(w, reach, i)
-    beyond = q if q < low or q > high else q + _full_braking(w, U, dt)
-    outwards = 1.0 if beyond > high else -1.0
+    inside = low <= q <= high
+    outwards = 1.0 if (q + _full_braking(w, U, dt) if inside else q) > high else -1.0
     if w * outwards > 0.0:
-        return _full(w, reach, i)
+        return _turn(w, (high - q if outwards > 0.0 else q - low) if inside else 0.0, reach, i)
     margin = _RETURN * min(high - low, _UNLIMITED)
     return _back(q, w, (high if outwards > 0.0 else low) - outwards * margin, reach, i)
 

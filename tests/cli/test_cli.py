@@ -164,7 +164,10 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         (["run", "sine-1", "--weight", "position"], "--weight is 'position', must be of the form NAME=VALUE"),
         (["run", "sine-1", "--weight", "position=much"], "--weight position is 'much', must be a number"),
         (["run", "sine-1", "--weight", "position=-1"], "weight position is -1.0, must be a finite number"),
-        (["run", "sine-1", "--braking", "hard"], "braking is 'hard', must be one of position, printed, none"),
+        (
+            ["run", "sine-1", "--braking", "hard"],
+            "braking is 'hard', must be one of stopping, position, printed, none",
+        ),
         (["run", "sine-1", "--guess-entry", "dual"], "guess entry is 'dual', must be one of reference"),
         (["run", "sine-1", "--law", "absent.h5"], "absent.h5 is absent, must be an existing file"),
         (["run", "sine-1", "--scale", "nan"], "scale is nan, must be greater than 0 and at most 10"),

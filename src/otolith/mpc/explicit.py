@@ -202,8 +202,9 @@ class Explicit:
     With the linearised output and separate reaches, the joint law of several pairs is these laws
     beside each other: neither can see the other's state.
 
-    Where a law has no answer, its pair stops as `otolith.stopping` says; so does it where an answer leads to
-    a state from which it no longer could, which no law does that has braking rows.
+    Where a law has no answer, its pair stops as `otolith.stopping` says. A law whose rows are to make that
+    possible (`BrakingRows.STOPPING`) is also held to it: an answer that leads to a state from which the pair
+    could not stop is not followed.
     """
 
     def __init__(
@@ -251,7 +252,8 @@ class Explicit:
         plan = np.zeros((len(U), 6))
         plan[:, pair.translation] = U[:, TRAN]
         plan[:, pair.rotation] = pair.sign * U[:, ROT]
-        if stopping.safe and not stopping.safe_after(plan[0]):
+        kept = law.settings.braking is BrakingRows.STOPPING and stopping.safe
+        if kept and not stopping.safe_after(plan[0]):
             return stopping.rest(Outcome(status=Status.UNCERTIFIED))
         return stopping.decided(plan, Outcome(status=Status.OPTIMAL))
 
