@@ -40,7 +40,8 @@ def test_rows_at_their_bounds_along_the_guess_are_named(form: str) -> None:
     state, rows = x.copy(), []
     for u in controls:
         state = formulation.problem.A @ state + formulation.problem.B @ u
-        circle = [np.hypot(state[3], state[9])]
+        longitudinal, lateral = (formulation.circle @ state[[p + 2, p + 3, p + 4]] for p in (0, 6))
+        circle = [np.hypot(longitudinal, lateral)]
         rows.append(np.concatenate([formulation.problem.C @ state, circle, u]))
     values = np.array(rows)[np.cumsum(formulation.lengths) - 1]
     with np.errstate(invalid="ignore"):  # of infinite bounds: NaN, which compares false

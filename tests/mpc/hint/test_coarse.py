@@ -82,7 +82,7 @@ def test_rows_are_carried_to_their_own_kind_pair_and_time(settings: ImplicitSett
     pairs = (SURGE_PITCH, SWAY_ROLL)
     fine = settings.formulation(THESIS, pairs).problem
     law = Coarse(nothing_learned(2), THESIS, pairs, settings)
-    names = ["tilt_rate", "tilt", "velocity", "position", "acceleration", "braking_position", "braking_tilt"]
+    names = ["tilt_rate", "tilt", "velocity", "position", "braking_position", "braking_tilt"]
     for p, pair in enumerate(pairs):
         own = settings.formulation(THESIS, (pair,)).problem
         for row, name in enumerate([*names, "rotation", "translation"]):
@@ -102,10 +102,10 @@ def test_rows_are_carried_to_their_own_kind_pair_and_time(settings: ImplicitSett
 
 def test_times_are_the_nearest_and_inputs_those_of_the_block() -> None:
     law = Coarse(nothing_learned(1), THESIS, (SURGE_PITCH,), CONSTANT)
-    coarse = np.zeros((10, 9), dtype=np.int64)
+    coarse = np.zeros((10, 8), dtype=np.int64)
     coarse[3, 0], coarse[3, -1] = -1, 1  # block 4: steps 15 to 19, its end at 0.20 s
-    fine = np.zeros((50, 9), dtype=np.int64)
+    fine = np.zeros((50, 8), dtype=np.int64)
     law._carry.add(0, coarse, fine)
     assert_array_equal(np.flatnonzero(fine[:, 0]), [17, 18, 19, 20, 21])  # 0.18 s to 0.22 s
     assert_array_equal(np.flatnonzero(fine[:, -1]), [15, 16, 17, 18, 19])
-    assert CondensedSolver(CONSTANT.formulation(THESIS, (SURGE_PITCH,)).problem).problem.rows == 9
+    assert CondensedSolver(CONSTANT.formulation(THESIS, (SURGE_PITCH,)).problem).problem.rows == 8
