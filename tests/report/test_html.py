@@ -25,6 +25,7 @@ class Page(HTMLParser):
         super().__init__()
         self.open: list[str] = []
         self.fetched: list[str] = []
+        self.links: list[str] = []
         self.ids: list[str] = []
         self.plots: dict[str, Any] = {}
         self.text = ""
@@ -36,6 +37,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         values = dict(attrs)
+        self.links += [value[1:] for name, value in attrs if name == "href" and value]
         self.fetched += [
             value or "" for name, value in attrs if name in FETCHING and not (value or "").startswith("#")
         ]
@@ -281,6 +283,20 @@ def test_a_page_of_many_curves_draws_fewer_points_of_each(make_run) -> None:
     assert len(text.encode()) < 0.8e6
     curves = {c["name"]: _values(c["y"]) for c in Page(text).plots["surge-pitch-compare-force"]["data"]}
     assert curves["model-3"].max() == pytest.approx(runs[3].felt_force[:, 0].max(), rel=1e-6)
+
+
+@pytest.mark.usefixtures("light")
+def test_every_link_leads_to_a_part_of_the_page_and_many_parts_are_listed(make_run) -> None:
+    runs = [make_run(20, cueing=name, pairs=("surge-pitch", "sway-roll")) for name in ("implicit", "other")]
+    contest = {f"scenario {k}": (runs, compare(runs)) for k in range(4)}
+    single, many = render_comparison(runs, compare(runs)), render_contest(contest)
+    for text in (render(runs[0], summarise(runs[0])), single, many):
+        page = Page(text)
+        assert page.links
+        assert set(page.links) <= set(page.ids)
+        assert len(page.ids) == len(set(page.ids))
+    assert '<nav class="contents"' in many
+    assert '<a href="#scenario-3">scenario 3</a>' in many
 
 
 def test_a_lap_on_six_legs_is_a_page_of_less_than_2_mb(make_run) -> None:

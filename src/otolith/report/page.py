@@ -19,11 +19,6 @@ class Part:
     body: str
     folded: bool = False
 
-    @property
-    def key(self) -> str:
-        """Where a link to this part points."""
-        return re.sub(r"\W+", "-", self.title.lower()).strip("-")
-
 
 def page(
     title: str,
@@ -62,7 +57,7 @@ def page(
 {listed}
 </header>
 <main>
-{"".join(map(_part, parts))}
+{"".join(_part(key, part) for key, part in keyed(parts).items())}
 </main>
 <footer>Made by Otolith. This page is complete in itself.</footer>
 {script}</body>
@@ -76,11 +71,25 @@ def asset(name: str) -> str:
     return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")
 
 
+def keyed(parts: Sequence[Part]) -> dict[str, Part]:
+    """Parts by what a link to them points at: their titles' words, numbered where two would be the same."""
+    found: dict[str, Part] = {}
+    for part in parts:
+        words = re.sub(r"\W+", "-", part.title.lower()).strip("-") or "part"
+        key = words
+        while key in found:
+            key = f"{words}-{len(found)}"
+        found[key] = part
+    return found
+
+
 def contents_of(parts: Sequence[Part]) -> str:
     """Links to the parts of a page, where they are many."""
     if len(parts) <= MANY:
         return ""
-    links = "".join(f'<li><a href="#{part.key}">{escape(part.title)}</a></li>' for part in parts)
+    links = "".join(
+        f'<li><a href="#{key}">{escape(part.title)}</a></li>' for key, part in keyed(parts).items()
+    )
     return f'<nav class="contents" aria-label="Contents"><ol>{links}</ol></nav>'
 
 
@@ -110,10 +119,8 @@ def table(kind: str, heads: Sequence[str], rows: Sequence[tuple[str, Sequence[st
     return f'<table class="{kind}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
 
 
-def _part(part: Part) -> str:
-    heading = f"<h2>{escape(part.title)}</h2>{anchor(part.key)}"
+def _part(key: str, part: Part) -> str:
+    heading = f"<h2>{escape(part.title)}</h2>{anchor(key)}"
     if part.folded:
-        return f'<details class="part" id="{part.key}"><summary>{heading}</summary>{part.body}</details>\n'
-    return (
-        f'<section class="part" id="{part.key}"><div class="heading">{heading}</div>{part.body}</section>\n'
-    )
+        return f'<details class="part" id="{key}"><summary>{heading}</summary>{part.body}</details>\n'
+    return f'<section class="part" id="{key}"><div class="heading">{heading}</div>{part.body}</section>\n'

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any, Final
 
-from otolith.report.page import Part, anchor
+from otolith.report.page import Part, anchor, keyed
 from otolith.report.page import page as frame
 from otolith.report.thesis_figures import columns, draw, svg
 
@@ -194,15 +194,15 @@ def _contents(parts: Sequence[Part], items: Mapping[str, Values]) -> str:
     """Links to the chapters and, by their short names, to the items of each."""
     chapters = {CHAPTERS[key]: key for key in CHAPTERS}
     rows = []
-    for part in parts:
-        key = chapters.get(part.title)
-        own = [n for n, item in items.items() if item["kind"] != "study" and chapter_of(n) == key]
+    for place, part in keyed(parts).items():
+        chapter = chapters.get(part.title)
+        own = [n for n, item in items.items() if item["kind"] != "study" and chapter_of(n) == chapter]
         links = "".join(
             f'<li><a href="#{name}" title="{escape(heading_of(name, items[name]))}">'
             f"{escape(_label(name))}</a></li>"
             for name in own
         )
-        rows.append(f'<p><a href="#{part.key}">{escape(part.title)}</a></p>{f"<ol>{links}</ol>" * bool(own)}')
+        rows.append(f'<p><a href="#{place}">{escape(part.title)}</a></p>{f"<ol>{links}</ol>" * bool(own)}')
     studies = "".join(
         f'<li><a href="#{name}">{escape(item["title"])}</a></li>'
         for name, item in items.items()
