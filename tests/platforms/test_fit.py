@@ -5,7 +5,7 @@ import pytest
 
 from otolith.core.errors import InputError
 from otolith.platforms import Platform, load, parse_platform
-from otolith.platforms.fit import Fit, as_toml, fit
+from otolith.platforms.fit import Fit, _Problem, as_toml, fit, table_of
 from otolith.platforms.reach import reach
 from tests.platforms.test_geometry import HEXAPOD
 
@@ -69,6 +69,29 @@ def test_equal_seeds_give_equal_geometries() -> None:
 def test_a_table_of_few_axes_is_refused() -> None:
     with pytest.raises(InputError, match="axes of platform benchmark is surge, pitch, must be at least four"):
         fit(load("benchmark"), STROKE)
+
+
+def test_four_axes_are_enough() -> None:
+    four = data_sheet().model_copy(update={"surge": None, "sway": None})
+    assert fit(four, STROKE, starts=3).best.worst < 1e-4
+
+
+def test_the_search_grows_with_the_legs() -> None:
+    """A machine twice as large is among the candidates where its half is; angles stay."""
+    table = table_of(DAVSI)
+    small, large = _Problem(table, (1.0, 1.5)), _Problem(table, (2.0, 3.0))
+    lengths = np.array([2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # of radii, half-angles, height, reference point
+    np.testing.assert_allclose(large._high, lengths * small._high)
+    np.testing.assert_allclose(large._low, lengths * small._low)
+
+
+@pytest.mark.parametrize("ratio", [0.75, 1.3])
+def test_the_search_holds_machines_of_usual_proportions(ratio: float) -> None:
+    """Platforms from half to four thirds of a mean leg, bases to one and a half; 1 to 30 deg half-angles."""
+    problem = _Problem(table_of(DAVSI), (1.0, 3.0))  # a mean leg of 2 m
+    wide = np.array([2.9, 2.0 * ratio - 0.05, 25.0, 25.0, 1.9, 0.9, 0.9])
+    assert np.all(problem._low < wide)
+    assert np.all(wide < problem._high)
 
 
 def test_speeds_that_the_file_does_not_give_are_left_open() -> None:

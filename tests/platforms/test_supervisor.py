@@ -128,6 +128,15 @@ def test_it_says_when_and_why_it_acted() -> None:
     assert supervisor.interventions == ()
 
 
+def test_an_intervention_lasts_from_its_first_period_to_its_last() -> None:
+    """Two periods of nonsense after three of rest: from 3 ms to 5 ms."""
+    supervisor, home = Supervisor(DAVSI), DAVSI.lengths(STILL)
+    for wanted in (home, home, home, np.full(6, np.nan), np.full(6, np.nan), home):
+        supervisor.follow(wanted, STILL)
+    (only,) = supervisor.interventions
+    assert (only.start, only.end) == (pytest.approx(3e-3), pytest.approx(5e-3))
+
+
 def test_what_it_remembers_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("otolith.platforms.supervisor.KEPT", 2)
     supervisor, home = Supervisor(DAVSI), DAVSI.lengths(STILL)

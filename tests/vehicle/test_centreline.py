@@ -73,7 +73,7 @@ FAULTS = {
     "overlap": (
         np.vstack([oval(), oval()[:10] + np.array([0.8, 0.5])]),
         3e-3,
-        "one lap of 691 m is kept, the 33 m",
+        "one lap is kept, the 33 m",
     ),
     "no fix": (np.insert(oval(), 40, 0.0, axis=0), 2e-3, "1 stray point left out, the first in line 42"),
     "jump": (oval() + np.c_[np.zeros(120), 40.0 * (np.arange(120) == 50)], 2e-3, "1 stray point left out"),

@@ -123,7 +123,7 @@ def test_what_was_driven_before_and_after_the_lap_is_left_out_and_said() -> None
     assert_allclose(
         lap.points[5:100], oval()[np.argmin(np.linalg.norm(oval() - lap.points[5], axis=1)) :][:95]
     )
-    assert "one lap of 690 m is kept, the 9" in lap.notes[0]
+    assert "one lap is kept, the 9" in lap.notes[0]
     assert "m after it left out" in lap.notes[0]
 
 

@@ -24,8 +24,8 @@ _UNITS: Final = {
     "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / np.pi},  # to degrees
 }
 _SPELLINGS: Final = {
-    "x": ("x", "easting", "east", "utm_x", "utm_easting", "pos_x", "x_pos", "position_x"),
-    "y": ("y", "northing", "north", "utm_y", "utm_northing", "pos_y", "y_pos", "position_y"),
+    "x": ("x", "x_ref", "easting", "east", "utm_x", "utm_easting", "pos_x", "x_pos", "position_x"),
+    "y": ("y", "y_ref", "northing", "north", "utm_y", "utm_northing", "pos_y", "y_pos", "position_y"),
     "lat": ("lat", "latitude", "gps_lat", "gps_latitude", "position_lat"),
     "lon": ("lon", "lng", "long", "longitude", "gps_lon", "gps_lng", "gps_long", "gps_longitude"),
     "z": ("z", "ele", "elevation", "alt", "altitude", "height", "pos_z", "position_z"),

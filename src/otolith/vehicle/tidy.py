@@ -129,9 +129,7 @@ def one_lap(survey: Survey) -> tuple[Survey, bool]:
     before, after = float(start), float(way[-1] - end)
     told = [f"the {before:.0f} m before it"] if before > STRIDE else []
     told += [f"the {after:.0f} m after it"] if after > STRIDE else []
-    note = (
-        f"the road meets itself again: one lap of {end - start:.0f} m is kept, {' and '.join(told)} left out"
-    )
+    note = f"the road meets itself again: one lap is kept, {' and '.join(told)} left out"
     lap = _chosen(survey, keep, note if told else "")
     off = np.diff(_at(survey.points, way, np.array([start, end])), axis=0)[0]
     return _joined(lap, off, way[keep] - start, end - start), True
