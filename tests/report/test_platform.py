@@ -39,9 +39,24 @@ def test_the_summary_is_plain_json_in_shown_units() -> None:
 
 
 def test_without_a_sheet_of_accelerations_the_sentence_says_so() -> None:
-    told = together_sentence(platform_summary(load("thesis")))
+    thesis = load("thesis")
+    assert thesis.hexapod is not None
+    own = thesis.model_copy(update={"hexapod": thesis.hexapod.model_copy(update={"lent": False})})
+    told = together_sentence(platform_summary(own))
     assert told.endswith("accelerations cannot be told, for the file gives none of roll or pitch.")
     assert together_sentence({"together": None}) == ""
+
+
+def test_lent_legs_are_not_shown_as_the_platforms_own() -> None:
+    """No machine has the limits of the thesis's simulations; the plants take the legs of `davsi`."""
+    platform = load("thesis")
+    summary, figure = platform_summary(platform), platform_figure(platform)
+    (told,) = sentences(summary)
+    assert told.startswith(
+        "No legs of its own are documented, and none are shown: those in the file (lent by davsi"
+    )
+    assert len(figure.axes) == 1
+    assert "<canvas" not in platform_page(platform, summary, figure)
 
 
 def test_a_platform_without_legs_shows_none() -> None:

@@ -151,6 +151,7 @@ class HexapodTable(_Table):
     """The table `[hexapod]` of a platform file."""
 
     source: str = Field(default="", max_length=200)  # where the geometry comes from, if it needs saying
+    lent: bool = False  # whether the legs are another machine's, for the plants only: no picture shows them
     neutral_height_m: Height  # of the platform joints' centre above the base joints' centre
     reference_point_m: Point = (0.0, 0.0, 0.0)  # motion reference point, from the platform joints' centre
     head_m: Point | None = None  # the driver's head, from the motion reference point

@@ -206,7 +206,7 @@ class Supervisor:
 
         Raises
         ------
-        LegOutsideStroke, Singular : the legs cannot make the pose.
+        LegOutsideStroke, LeansTooFar, Singular : the legs cannot make the pose.
         InputError : so fast that the legs cannot stop within their strokes.
         """
         self._hexapod.check(pose)

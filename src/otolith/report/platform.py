@@ -37,27 +37,34 @@ def _shown(axis: str) -> tuple[float, str]:
     return (180.0 / np.pi, "deg") if AXES.index(axis) >= 3 else (1.0, "m")
 
 
+def has_own_legs(platform: Platform) -> bool:
+    """Whether the platform's file describes legs that are its own, not lent by another machine."""
+    return platform.hexapod is not None and not platform.hexapod.lent
+
+
 def platform_summary(platform: Platform) -> dict[str, Any]:
     """What the legs reach and how they stand, as plain JSON values; degrees where a name says so.
 
-    Of a platform whose file describes no legs only what it allows of each axis: its `legs` are null.
+    Of a platform whose file describes no legs of its own, only what it allows of each axis; `legs` is null.
     """
     table = table_of(platform)
     allowed = {
         axis: {f"file_{_shown(axis)[1]}": [_shown(axis)[0] * end for end in table[axis]]} for axis in table
     }
-    if platform.hexapod is None:
-        return {"platform": platform.name, "legs": None, "ranges": allowed}
-    hexapod, ranges = platform.six_legs(), {}
+    if not has_own_legs(platform):
+        lent = None if platform.hexapod is None else platform.hexapod.source
+        return {"platform": platform.name, "legs": None, "lent": lent, "ranges": allowed}
+    hexapod, ranges = platform.six_legs(), dict[str, Any]()
     for axis, ends in reach_ends(hexapod).items():
         factor, unit = _shown(axis)
         found = {f"reach_{unit}": [factor * end.at for end in ends], "ends": [end.why for end in ends]}
         ranges[axis] = found | allowed.get(axis, {})
     neutral = hexapod.lengths(np.zeros(6))
-    angles = platform.hexapod.joint_angles
+    table_of_legs = platform.hexapod
+    angles = None if table_of_legs is None else table_of_legs.joint_angles
     return {
         "platform": platform.name,
-        "legs": platform.hexapod.source,
+        "legs": "" if table_of_legs is None else table_of_legs.source,
         "ranges": ranges,
         "joint_angles_deg": None if angles is None else [angles.base_deg, angles.platform_deg],
         "neutral_lengths_m": neutral.tolist(),
@@ -118,6 +125,11 @@ def range_lines(summary: dict[str, Any]) -> list[str]:
 
 def sentences(summary: dict[str, Any]) -> list[str]:
     """What has to be known about a platform's reach, in sentences."""
+    if summary["legs"] is None and summary["lent"] is not None:
+        return [
+            f"No legs of its own are documented, and none are shown: those in the file ({summary['lent']}) "
+            "serve the plants that need some."
+        ]
     if summary["legs"] is None:
         return [
             "The file describes no legs: what the axes can do together cannot be told, and none are shown "
@@ -192,7 +204,7 @@ def platform_figure(platform: Platform) -> Figure:
 
     Of a platform without legs the ranges that its file allows.
     """
-    if platform.hexapod is None:
+    if not has_own_legs(platform):
         figure = Figure(figsize=(WIDTH, 0.6 + 0.3 * len(platform.axes)), layout="constrained")
         _ranges(figure.add_subplot(), platform, None)
         return figure
@@ -310,7 +322,7 @@ def platform_page(
     ranges = table("models", ("axis", "legs reach", "what ends it", "the file allows"), rows)
     told = "".join(f"<p>{escape(sentence)}</p>" for sentence in sentences(summary))
     drawing = f'<div class="drawing">{_svg(figure)}</div>'
-    if platform.hexapod is None:
+    if not has_own_legs(platform):
         allowed = f'{told}<div class="wide">{ranges}</div>'
         parts = [Part("What the file allows of each axis", allowed), Part("As a picture", drawing)]
     else:
