@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 .PHONY: demo test check unit clean
 
 demo: $(VENV)/.installed
-	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo
+	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
 	@echo "open demo/report.html"
 
 test: check unit

@@ -7,11 +7,13 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from otolith.core.disk import TABLE_BYTES, read_text, whole, write_text
 from otolith.core.errors import CorruptFile, InputError, one_of
+from otolith.core.folders import check_file, check_folder, enlist, whole_folder
 from otolith.core.hdf5 import read_sealed, write_sealed
 from otolith.logfiles import recorded
 from otolith.platforms import Platform, catalog, load, parse_platform
@@ -22,11 +24,15 @@ from otolith.scenarios.recorded import Columns, Recorded
 from otolith.scenarios.settings import PLAIN, LogSettings, settings_from_toml
 from otolith.scenarios.understanding import Understanding, understand
 from otolith.sealed import read_hint, read_laws, read_run, write_hint, write_laws, write_run
-from otolith.vehicle import Car, Lap, Road, load_car, parse_car, parse_centreline, parse_gpx, road
-from otolith.vehicle.lap import COLUMNS
+
+if TYPE_CHECKING:  # roads and cars are imported on use: most commands have none
+    from otolith.vehicle import Car, Lap, Road
 
 __all__ = [
+    "check_file",
+    "check_folder",
     "check_lap_name",
+    "enlist",
     "read_car",
     "read_hint",
     "read_laws",
@@ -37,6 +43,7 @@ __all__ = [
     "read_text",
     "read_tuning",
     "whole",
+    "whole_folder",
     "write_figure",
     "write_hint",
     "write_json",
@@ -59,7 +66,7 @@ def read_platform(name_or_path: str) -> Platform:
     return parse_platform(read_text(path, "platform"), path.name)
 
 
-def read_road(text: str, *, smoothing: float | None = None, closed: bool | None = None) -> Road:
+def read_road(text: str, *, smoothing: float | None = None, closed: bool | None = None) -> "Road":
     """A shipped road by name and parameters, or a centreline (.csv, .txt, .tsv) or GPX file by its path.
 
     `smoothing` and `closed` are those of `otolith.vehicle.centreline.road_through`.
@@ -68,6 +75,8 @@ def read_road(text: str, *, smoothing: float | None = None, closed: bool | None 
     ------
     InputError : no such road or file, or one of the two options for a road that is none of a file.
     """
+    from otolith.vehicle import parse_centreline, parse_gpx, road
+
     path = Path(text)
     ending = path.suffix.lower()
     if ending == ".gpx":
@@ -84,8 +93,10 @@ def read_road(text: str, *, smoothing: float | None = None, closed: bool | None 
     return road(text)
 
 
-def read_car(name_or_path: str) -> Car:
+def read_car(name_or_path: str) -> "Car":
     """A shipped car by name, or a car file by its path."""
+    from otolith.vehicle import load_car, parse_car
+
     path = Path(name_or_path)
     if path.suffix != ".toml":
         return load_car(name_or_path)
@@ -98,8 +109,10 @@ def check_lap_name(path: Path) -> None:
         raise InputError("file for the drive", path.name, "a name that ends in .csv or .h5")
 
 
-def write_lap(lap: Lap, path: Path) -> None:
+def write_lap(lap: "Lap", path: Path) -> None:
     """Store a drive as CSV, or as HDF5 with one data set per column; `read_log` reads either."""
+    from otolith.vehicle.lap import COLUMNS
+
     check_lap_name(path)
     data = lap.columns()
     if path.suffix.lower() == ".csv":
@@ -148,6 +161,8 @@ def read_log_settings(path: Path) -> LogSettings:
 
 
 def _read_lap(path: Path) -> Columns:
+    from otolith.vehicle.lap import COLUMNS
+
     arrays = read_sealed(path, kind=LAP_KIND, version=LAP_VERSION).arrays
     lengths = {arrays[name].shape if name in arrays else None for name in COLUMNS}
     if len(lengths) != 1 or None in lengths:

@@ -4,7 +4,7 @@ Choices of the command line, tables in the documentation, legends and conformanc
 read from here. Entries are imported on use, so that an optional dependency costs nothing when absent.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -29,6 +29,7 @@ class Entry:
     plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
     limited: bool = True  # of a cueing algorithm: whether it knows the platform's limits and keeps them
     singles: Singles = "never"  # of a cueing algorithm: who cues heave and yaw
+    reads: frozenset[str] = frozenset()  # of a cueing algorithm: which of the options below it reads
 
     def load(self) -> Any:
         """Import and return the target.
@@ -49,79 +50,106 @@ class Entry:
             raise
 
 
+# Options of the command line that only some cueing algorithms read; all others are of the reference, the
+# platform or the results, and act whatever the algorithm.
+_LAW: Final = frozenset({"braking", "law"})
+_SENSED: Final = frozenset({"solver", "horizon", "blocks", "preview", "washout", "weight", "braking"})
+_LINEAR: Final = _SENSED - {"washout", "weight", "braking"}  # its own washout and terminal rows instead
+_IMPLICIT: Final = _SENSED | {"soft"}
+_GUESSING: Final = _IMPLICIT | {"guess_entry"}
+_HYBRID: Final = _GUESSING | {"law"}
+_HINTED: Final = _IMPLICIT | {"hint"}
+_WASHOUT: Final = frozenset({"tuning"})
+
 # Cueing algorithms: callables Design -> Cueing.
 CUEING: Final = {
     "explicit": Entry(
-        "otolith.mpc.design:explicit", "the explicit law alone, 10 Hz (section 5.2.1)", plant="ideal-no-lag"
+        "otolith.mpc.design:explicit",
+        "the explicit law alone, 10 Hz (section 5.2.1)",
+        plant="ideal-no-lag",
+        reads=_LAW,
     ),
     "implicit": Entry(
         "otolith.mpc.design:implicit",
         "implicit MPC without a guess (model 1)",
         singles="beside",
+        reads=_IMPLICIT,
     ),
     "implicit-trajectory": Entry(
         "otolith.mpc.design:implicit_trajectory",
         "guess: first control of the previous plan (model 2)",
         singles="beside",
+        reads=_GUESSING,
     ),
     "hybrid-first": Entry(
         "otolith.mpc.design:hybrid_first",
         "guess: first input of the explicit law (model 3)",
         singles="beside",
+        reads=_HYBRID,
     ),
     "hybrid-all": Entry(
         "otolith.mpc.design:hybrid_all",
         "guess: all inputs of the explicit law (model 4)",
         singles="beside",
+        reads=_HYBRID,
     ),
     "hybrid-learned": Entry(
         "otolith.mpc.design:hybrid_learned",
         "as implicit, sooner: a network names the active limits",
         singles="beside",
+        reads=_HINTED,
     ),
     "hybrid-law": Entry(
         "otolith.mpc.design:hybrid_law",
         "as implicit: a coarse explicit law of the same limits names them",
         singles="beside",
+        reads=_HINTED,
     ),
     "hybrid-table": Entry(
         "otolith.mpc.design:hybrid_table",
         "as implicit: what was active near by in training",
         singles="beside",
+        reads=_HINTED,
     ),
     "implicit-sensed": Entry(
         "otolith.mpc.linear:implicit_sensed",
         "implicit MPC of sensed force and rate (thesis, chapter 8)",
         singles="itself",
+        reads=_SENSED,
     ),
     "linear-mpc": Entry(
         "otolith.mpc.linear:linear_mpc",
         "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
         singles="itself",
+        reads=_LINEAR,
     ),
     "classical": Entry(
         "otolith.washout.classical:classical",
         "washout: high-pass travel, low-pass tilt (section 2.2.1)",
         limited=False,
         singles="itself",
+        reads=_WASHOUT,
     ),
     "optimal": Entry(
         "otolith.washout.optimal:optimal",
         "washout: LQ filter with a vestibular model (section 2.2.2)",
         limited=False,
         singles="itself",
+        reads=_WASHOUT,
     ),
     "optimal-nonlinear": Entry(
         "otolith.washout.optimal:optimal_nonlinear",
         "the same, faster the farther the platform is (Telban & Cardullo)",
         limited=False,
         singles="itself",
+        reads=_WASHOUT,
     ),
     "adaptive": Entry(
         "otolith.washout.adaptive:adaptive",
         "washout: gains that descend a cost (section 2.2.3)",
         limited=False,
         singles="itself",
+        reads=_WASHOUT,
     ),
 }
 
@@ -208,6 +236,27 @@ def check_cueing(name: str, singles: Sequence[str]) -> Entry:
             "--dofs", repr(",".join(singles)), f"axis pairs: {name} does not cue {' and '.join(singles)}"
         )
     return entry
+
+
+def check_options(names: Sequence[str], given: Iterable[str]) -> None:
+    """Refuse an option that was given and that none of the cueing algorithms `names` reads.
+
+    Raises
+    ------
+    InputError : there is one; the sentence says who reads it.
+    """
+    read = frozenset().union(*(CUEING[name].reads for name in names))
+    for option in given:
+        readers = [name for name, entry in CUEING.items() if option in entry.reads]
+        if readers and option not in read:
+            word = f"--{option.replace('_', '-')}"
+            bound = f"left out, or used with one of {', '.join(readers)}"
+            raise InputError(word, f"given, but {' and '.join(names)} would ignore it", bound)
+
+
+def unread(name: str) -> frozenset[str]:
+    """Options that only other cueing algorithms than `name` read; they are no part of its record."""
+    return frozenset().union(*(entry.reads for entry in CUEING.values())) - CUEING[name].reads
 
 
 def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) -> "Cueing":

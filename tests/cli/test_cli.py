@@ -1,6 +1,8 @@
 """The program as its user meets it: what it prints, what it writes, how it refuses."""
 
+import errno
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -50,7 +52,7 @@ def test_list_knows_every_kind(kind: str, name: str, capsys: pytest.CaptureFixtu
 def test_run_writes_its_results_and_prints_only_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    done(["run", SHORT, "--cueing", "hybrid-first", "--out", str(tmp_path), "--json"])
+    done(["run", SHORT, "--cueing", "hybrid-first", "--horizon", "50", "--out", str(tmp_path), "--json"])
     said = capsys.readouterr()
     summary = json.loads(said.out)
     assert summary["cueing"] == "hybrid-first"
@@ -58,6 +60,7 @@ def test_run_writes_its_results_and_prints_only_json(
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
     assert "<html" in (tmp_path / "report.html").read_text()
     assert {path.name for path in tmp_path.iterdir()} == {
+        ".otolith",
         "figure.pdf",
         "figure.png",
         "report.html",
@@ -173,12 +176,90 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         (["run", "sine-1", "--scale", "nan"], "scale is nan, must be greater than 0 and at most 10"),
         (["list", "wheels"], "KIND is 'wheels', must be one of cueing"),
         (["run", "sine-1", "--no-such-option"], "No such option"),
+        (["run", "sine-1", "--cueing", "implicit", "--cueing", "implicit"], "--cueing is given twice"),
+        (["run", "sine-1", "--scale", "1", "--scale=2"], "--scale is given twice, must be given once"),
+        (["run", "sine-1", "--weight", "tilt=1", "--weight", "tilt=2"], "--weight tilt is given twice"),
+        (["run", "--log", "x.csv", "--literal"], "--literal is given, must be left out with --log"),
+        (["run", "sine-1", "--out", "/dev/null/out"], "output /dev/null/out is not writable"),
+        (["run", "sine-1", "--out", "/dev/null"], "output /dev/null is a file, must be a folder"),
+        (["drive", "circle", "--out", "/dev/null/lap.csv"], "output /dev/null is not writable"),
+        (["explicit", "build", "--out", "/dev/null/law.h5"], "output /dev/null is not writable"),
+        (["compare", "sine-1", "sine-1"], "SCENARIO is sine-1 twice, must be given once each"),
+        (["compare", "sine-1", *2 * ["--cueing", "implicit"]], "--cueing is implicit twice, must be given"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert sentence in refused(arguments, capsys)
+
+
+IGNORED = {
+    "classical": ["--weight", "position=3", "--horizon", "20", "--braking", "none", "--soft", "tilt=1"],
+    "adaptive": ["--solver", "structured", "--washout", "thesis-fit", "--guess-entry", "reference"],
+    "linear-mpc": ["--weight", "position=3"],
+    "implicit": ["--tuning", "davsi"],
+    "implicit-sensed": ["--soft", "tilt_rate=100"],
+    "explicit": ["--preview"],
+    "hybrid-learned": ["--law", "law.h5"],
+    "hybrid-all": ["--hint", "hint.h5"],
+}
+
+
+@pytest.mark.parametrize(
+    ("cueing", "option"),
+    [(cueing, n) for cueing, words in IGNORED.items() for n in range(0, len(words), 2)],
+)
+def test_an_option_that_the_algorithm_does_not_read_is_refused(
+    cueing: str, option: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Even if its value is the default: what would have no effect shall not look as if it had one."""
+    words = IGNORED[cueing][option : option + 2]
+    said = refused(["run", "sine-1", "--cueing", cueing, *words], capsys)
+    assert f"{words[0]} is given, but {cueing} would ignore it, must be left out, or used with one of" in said
+
+
+def test_a_comparison_takes_what_one_of_its_algorithms_reads_and_records_it_with_that_one(
+    tmp_path: Path,
+) -> None:
+    chosen = ["--cueing", "implicit", "--cueing", "classical", "--horizon", "20", "--tuning", "davsi"]
+    done(["compare", "sine:duration=2", "--platform", "davsi", *chosen, "--out", str(tmp_path / "o")])
+    records = {name: files.read_run(tmp_path / "o" / f"{name}.h5").settings for name in chosen[1:4:2]}
+    assert records["implicit"]["horizon"] == 20
+    assert "tuning" not in records["implicit"]
+    assert records["classical"]["tuning"] == "davsi"
+    assert not {"horizon", "washout", "solver", "preview"} & set(records["classical"])
+
+
+def test_results_are_replaced_whole_and_other_files_are_not_touched(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "o"
+    again = ["run", "sine:duration=2", "--cueing", "classical", "--out", str(out)]
+    done([*again, "--dofs", "surge-pitch,sway-roll"])
+    assert (out / "figure-sway-roll.png").exists()
+    done(again)
+    assert not (out / "figure-sway-roll.png").exists()
+    (out / "notes.txt").write_text("mine")
+    capsys.readouterr()
+    assert "what 'otolith run' did not write (notes.txt)" in refused(again, capsys)
+    done([*again, "--force"])
+    assert not (out / "notes.txt").exists()
+
+
+def test_a_full_disk_is_one_sentence_and_leaves_no_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    out = tmp_path / "o"
+    said = refused(["run", "sine:duration=2", "--cueing", "classical", "--out", str(out)], capsys)
+    assert said.endswith(
+        f"{out} could not be written: No space left on device; nothing half-written was left"
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_debug_shows_where_it_came_from(capsys: pytest.CaptureFixture[str]) -> None:

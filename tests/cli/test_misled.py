@@ -16,8 +16,8 @@ def run_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("misled")
     done(["drive", "braking:run=30,stop=80", "--speed", "60", "--out", str(folder / "lap.csv")])
     lap = ["--log", str(folder / "lap.csv"), "--column", "az=none"]
-    done(["run", *lap, "--cueing", "implicit", "--out", str(folder)])
-    return folder / "run.h5"
+    done(["run", *lap, "--cueing", "implicit", "--out", str(folder / "out")])
+    return folder / "out" / "run.h5"
 
 
 def test_false_cues_are_found_on_the_map_the_gravest_first(
@@ -37,7 +37,7 @@ def test_false_cues_are_found_on_the_map_the_gravest_first(
 
 def test_a_drive_that_moved_is_named_anew(run_file: Path, tmp_path: Path) -> None:
     moved = tmp_path / "elsewhere.csv"
-    moved.write_bytes(run_file.with_name("lap.csv").read_bytes())
+    moved.write_bytes((run_file.parents[1] / "lap.csv").read_bytes())
     done(["map", str(run_file), "--log", str(moved), "--out", str(tmp_path / "m.pdf"), "--threshold", "9"])
     assert (tmp_path / "m.pdf").read_bytes().startswith(b"%PDF")
 

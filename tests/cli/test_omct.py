@@ -47,6 +47,7 @@ def test_a_washout_is_tested_and_written(
     assert summary["not_cued"] == [test.name for test in TESTS if test.name not in ("yaw", "heave")]
     assert "not cued, hence not tested: pitch" in printed.err
     assert {file.name for file in (tmp_path / "out").iterdir()} == {
+        ".otolith",
         "omct.json",
         "report.html",
         "figure.pdf",

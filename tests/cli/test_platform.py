@@ -26,16 +26,15 @@ def test_show_writes_page_figure_and_numbers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], handmade: Run
 ) -> None:
     files.write_run(handmade, tmp_path / "run.h5")
+    out = tmp_path / "out"
     with pytest.raises(SystemExit) as caught:
-        main(
-            ["platform", "show", "davsi", "--run", str(tmp_path / "run.h5"), "--out", str(tmp_path), "--json"]
-        )
+        main(["platform", "show", "davsi", "--run", str(tmp_path / "run.h5"), "--out", str(out), "--json"])
     assert caught.value.code == 0
     told = capsys.readouterr()
-    assert json.loads(told.out) == json.loads((tmp_path / "platform.json").read_text())
+    assert json.loads(told.out) == json.loads((out / "platform.json").read_text())
     assert "surge: -0.496 to 0.627 m" in told.err
-    assert "nobody on by hand" in (tmp_path / "platform.html").read_text()
-    assert (tmp_path / "platform.png").stat().st_size > 10_000
+    assert "nobody on by hand" in (out / "platform.html").read_text()
+    assert (out / "platform.png").stat().st_size > 10_000
 
 
 def test_fit_writes_a_geometry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -53,7 +53,7 @@ def test_a_disk_that_is_full_only_when_it_is_forced_to_write_counts_too(
 
 
 def test_what_a_killed_program_left_is_swept_and_what_a_living_one_writes_is_not(tmp_path: Path) -> None:
-    dead = disk._prefix(tmp_path / "run.h5").replace(f"-{os.getpid()}-", f"-{dead_process()}-")
+    dead = disk.part_prefix(tmp_path / "run.h5").replace(f"-{os.getpid()}-", f"-{dead_process()}-")
     (tmp_path / f"{dead}abc123.h5").write_bytes(b"half")
     (tmp_path / f"{dead}folder").mkdir()
     (tmp_path / f"{dead}folder" / "run.h5").write_bytes(b"half")

@@ -1,5 +1,19 @@
 """The command line: parse, call, write. One module per group of commands."""
 
-from otolith.cli.app import main
-
 __all__ = ["main"]
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the program; see `otolith.cli.app.run_program`.
+
+    Signals are taken over before anything else is imported: Ctrl-C is answered at any moment.
+    """
+    from otolith.cli.stop import Stopped, signals_stop, told
+
+    with signals_stop():
+        try:
+            from otolith.cli.app import run_program
+
+            run_program(arguments)
+        except Stopped as stopped:
+            told(stopped)

@@ -1,9 +1,10 @@
 """The program `otolith`: its commands, and how it fails."""
 
 import os
+import signal
 import sys
 from importlib import import_module
-from typing import Any, Final
+from typing import Annotated, Any, Final, NoReturn
 
 # Small matrices: more BLAS threads only wait for each other. Read when numpy is first imported.
 for _library in ("OPENBLAS", "MKL", "OMP"):
@@ -12,7 +13,8 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from otolith.core.errors import OtolithError  # noqa: E402
+from otolith import __version__  # noqa: E402
+from otolith.core.errors import InputError, OtolithError  # noqa: E402
 
 # Where a command or a group of them is, and its line of help. A module is imported when its command is
 # called: none waits for what another needs.
@@ -65,18 +67,33 @@ def program(called: str) -> typer.Typer:
     """The command line, of which one command is imported and the others are names with a line of help."""
     app = typer.Typer(
         name="otolith",
-        help="Motion cueing for driving simulators: run, compare and judge cueing algorithms.",
+        help="Motion cueing for driving simulators: run, compare and judge cueing algorithms. Works offline, "
+        "on files: nothing here moves a real platform yet.",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
+        rich_markup_mode=None,  # texts are shown as they are: to rich, [km/h] would be markup
+        context_settings={"help_option_names": ["-h", "--help"]},
     )
+    app.callback()(_options)
     for name, (target, line) in COMMANDS.items():
         command = imported(target) if name == called else _uncalled
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
-            app.command(name, help=line if command is _uncalled else None)(command)
+            app.command(name, help=line if command is _uncalled else None, short_help=line)(command)
     return app
+
+
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, help="Show the version and exit.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show where an error comes from; anywhere on the line.")
+    ] = False,
+) -> None:
+    """Options of the program itself. Both are dealt with in `run_program`, and stand here to be shown."""
+    del version, debug
 
 
 def imported(target: str) -> Any:
@@ -89,7 +106,7 @@ def _uncalled() -> None:
     raise AssertionError("only the command that is called is run, and that one is imported")
 
 
-def main(arguments: list[str] | None = None) -> None:
+def run_program(arguments: list[str] | None = None) -> None:
     """Run the program; an error of the user's is one sentence on standard error and exit code 2.
 
     `--debug` anywhere on the line shows the traceback as well.
@@ -97,14 +114,50 @@ def main(arguments: list[str] | None = None) -> None:
     line = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in line
     line = [word for word in line if word != "--debug"]
-    console = Console(stderr=True)
+    if line == ["--version"]:
+        sys.stdout.write(f"otolith {__version__}\n")
+        return
     try:
-        program(line[0] if line else "")(line)
+        command = typer.main.get_command(program(_called(line)))
+        refuse_repeated(command, line)
+        command(line, prog_name="otolith")
     except OtolithError as error:
-        if debug:
-            console.print_exception()
-        console.print(f"otolith: {error}", style="red", markup=False, highlight=False, soft_wrap=True)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        console.print("otolith: interrupted, nothing half-written was left")
-        sys.exit(130)
+        _refuse(str(error), debug)
+    except BrokenPipeError:  # the reader of our output, say `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(128 + signal.SIGPIPE)
+    except OSError as error:
+        _refuse(f"{error.filename or 'output'} could not be read or written: {error.strerror}", debug)
+
+
+def _called(line: list[str]) -> str:
+    """The command that is called, or that the shell wants completed."""
+    if "_OTOLITH_COMPLETE" in os.environ:
+        words = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""
+        line = words.split()[1:]
+    return next((word for word in line if not word.startswith("-")), "")
+
+
+def refuse_repeated(command: Any, line: list[str]) -> None:
+    """Refuse an option that is given twice and taken once: the first value would be lost without a word.
+
+    Raises
+    ------
+    InputError : there is one.
+    """
+    words = iter(line)
+    while hasattr(command, "commands") and (word := next(words, None)) is not None:
+        command = command.commands.get(word, command)
+    given = [word.partition("=")[0] for word in words if word.startswith("--")]
+    for option in command.params:
+        count = sum(given.count(name) for name in option.opts)
+        if count > 1 and not getattr(option, "multiple", False) and not getattr(option, "is_flag", False):
+            raise InputError(option.opts[0], "given twice", "given once")
+
+
+def _refuse(sentence: str, debug: bool) -> NoReturn:
+    console = Console(stderr=True)
+    if debug:
+        console.print_exception()
+    console.print(f"otolith: {sentence}", style="red", markup=False, highlight=False, soft_wrap=True)
+    sys.exit(2)

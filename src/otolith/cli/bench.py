@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from otolith import __version__, files, registry
 from otolith.bench import SCENARIOS, bench, installed_peers
-from otolith.cli.output import print_json, wide_console
+from otolith.cli.output import Force, print_json, screen, working
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.mpc.design import Design
 from otolith.mpc.single_axis import SINGLE_AXES
@@ -41,26 +40,29 @@ def bench_(
         int, typer.Option(min=1, help="Passes over every recording; the least time counts.")
     ] = 3,
     quick: Annotated[bool, typer.Option("--quick", help="Two scenarios only.")] = False,
+    force: Force = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Time one full real-time-iteration step of every QP engine on the same recorded problems."""
-    console = Console(stderr=True)
+    files.check_folder(out, command="bench", force=force)
+    console = screen()
     names = SCENARIOS[:2] if quick else SCENARIOS
     peers = installed_peers(console.print)
-    with console.status("preparing") as status:
-        found = bench(load("thesis"), _SETS, names=names, passes=passes, peers=peers, tell=status.update)
+    with working(console, "preparing") as tell:
+        found = bench(load("thesis"), _SETS, names=names, passes=passes, peers=peers, tell=tell)
     account = {
         "version": __version__,
         "machine": f"{machine.machine()}, Python {machine.python_version()}",
         "scenarios": list(names),
         "results": [figures for _, figures in found],
     }
-    files.write_json(out / "bench.json", account)
     figure = step_time_figure(
         [(f"{t.form} {t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found]
     )
-    for ending in ("pdf", "png"):
-        files.write_figure(out / f"bench.{ending}", lambda path: save_figure(figure, path))
+    with files.whole_folder(out, command="bench", force=force) as made:
+        files.write_json(made / "bench.json", account)
+        for ending in ("pdf", "png"):
+            files.write_figure(made / f"bench.{ending}", lambda path: save_figure(figure, path))
     if json:
         print_json(account)
     table = Table(box=None, pad_edge=False)
@@ -71,7 +73,7 @@ def bench_(
     for _, figures in found:
         cells = (figures[column] for column in _COLUMNS)
         table.add_row(*(f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in cells))
-    wide_console(stderr=True).print(table)
+    screen(wide=True).print(table)
     console.print(f"written to {out}: bench.json, bench.pdf", highlight=False, soft_wrap=True)
 
 
@@ -84,12 +86,12 @@ def warmup(
     ] = False,
 ) -> None:
     """Compile and cache now what the implicit MPC and the hybrids need in 2 and 4 DOF; --all: the rest."""
-    console = Console(stderr=True)
+    console = screen()
     for names, pairs, singles in [*_USUAL, *(_OTHERS if every else [])]:
         what = f"{', '.join(names)} in {2 * len(pairs) + len(singles)} DOF"
         design = Design(platform=load("davsi" if singles else "thesis"), pairs=pairs, singles=singles)
         started = time.perf_counter()
-        with console.status(f"{what}: compiling what is not cached, up to half a minute each"):
+        with working(console, f"{what}: compiling what is not cached, up to half a minute each"):
             for name in names:
                 registry.make_cueing(name, design)
         console.print(f"{what}: ready after {time.perf_counter() - started:.1f} s", highlight=False)

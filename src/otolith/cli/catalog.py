@@ -3,11 +3,10 @@
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from otolith import registry
-from otolith.cli.output import print_json
+from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, one_of
 from otolith.platforms import catalog, load
 from otolith.scenarios import FAMILIES, SCENARIOS
@@ -59,4 +58,4 @@ def list_(
     table.add_column("what it is")
     for name, description in tables[kind].items():
         table.add_row(name, description)
-    Console().print(table, markup=False)
+    screen(stderr=False).print(table, markup=False)

@@ -5,11 +5,10 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 
 from otolith import files
 from otolith.cli.options import warn
-from otolith.cli.output import print_json
+from otolith.cli.output import print_json, screen, working
 from otolith.core.errors import InputError
 from otolith.report.figures import save_figure
 from otolith.report.lap import lap_figure
@@ -57,7 +56,7 @@ def drive_(
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Drive a road and write specific force, rates and pose, with a map; `otolith run --log` cues it."""
-    console = Console(stderr=True)
+    console = screen()
     if not 1.0 <= speed <= 500.0:
         raise InputError("--speed", f"{speed:g} km/h", "between 1 and 500 km/h")
     limits = Limits(drive=accelerate, brake=brake, lateral=lateral, exponent=gg)
@@ -70,7 +69,8 @@ def drive_(
         way = roughened(way, roughness, np.random.default_rng(seed))
     path = out or Path("out") / f"{way.name}-{speed:g}.csv"
     files.check_lap_name(path)
-    with console.status("driving; the car is compiled on first use (10 to 20 s), then cached"):
+    files.check_file(path)
+    with working(console, "driving; the car is compiled on first use (10 to 20 s), then cached"):
         lap = drive(
             way.limited(speed / 3.6),
             files.read_car(car),

@@ -7,11 +7,10 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.output import print_json, progress_line
+from otolith.cli.output import print_json, progress_line, screen, working
 from otolith.core.errors import InputError
 from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.joint import joint_law
@@ -19,7 +18,9 @@ from otolith.mpc.model import parse_braking_rows
 from otolith.mpqp import Verification, verify
 from otolith.mpqp.export_c import export_c
 
-app = typer.Typer(help="Explicit laws: build, verify, show, export.", no_args_is_help=True)
+app = typer.Typer(
+    help="Explicit laws: build, verify, show, export.", no_args_is_help=True, rich_markup_mode=None
+)
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
@@ -69,15 +70,16 @@ def build(
     )
     if not 0.0 < tolerance < 0.1:
         raise InputError("--tolerance", tolerance, "greater than 0 and less than 0.1")
-    console = Console(stderr=True)
+    console = screen()
     description = files.read_platform(platform)
-    with console.status("preparing; kernels are compiled on first use (about 15 s), then cached") as status:
+    files.check_file(out)
+    with working(console, "preparing; kernels are compiled on first use (about 15 s), then cached") as tell:
         law = joint_law(
             description,
             dofs.split(","),
             settings,
             tolerance=tolerance,
-            progress=lambda now: status.update(progress_line(now)),
+            progress=lambda now: tell(progress_line(now)),
         )
     files.write_laws(law.laws, out)
     seconds = sum(part.seconds for part in law.laws)
@@ -109,10 +111,10 @@ def verify_(
     json: Json = False,
 ) -> None:
     """Check a stored law against an independent QP; exit code 1 when anything is wrong."""
-    console = Console(stderr=True)
+    console = screen()
     found = []
     for number, part in enumerate(files.read_laws(law)):
-        with console.status(f"part {number}: {len(part)} regions at {samples} parameters"):
+        with working(console, f"part {number}: {len(part)} regions at {samples} parameters"):
             found.append(verify(part, samples, np.random.default_rng(seed)))
     passed = all(one.passed for one in found)
     if json:
@@ -162,7 +164,7 @@ def show(law: LawFile, json: Json = False) -> None:
         table.add_column(key, justify="right")
     for part in parts:
         table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in part.values()))
-    Console().print(table)
+    screen(stderr=False).print(table)
 
 
 @app.command()
@@ -176,10 +178,9 @@ def export(
 ) -> None:
     """Write a stored law as dependency-free C, one .c and .h pair per part."""
     laws = files.read_laws(law)
+    files.check_file(out / f"{name}.c")
     for number, part in enumerate(laws):
         source = export_c(part, name if len(laws) == 1 else f"{name}_{number}", outputs=outputs)
         files.write_text(out / f"{source.name}.h", source.header)
         files.write_text(out / f"{source.name}.c", source.source)
-        Console(stderr=True).print(
-            f"written to {out / source.name}.c and .h", highlight=False, soft_wrap=True
-        )
+        screen().print(f"written to {out / source.name}.c and .h", highlight=False, soft_wrap=True)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from otolith import files
@@ -22,7 +21,7 @@ from otolith.cli.options import (
     warn,
     washout_weights,
 )
-from otolith.cli.output import print_json, wide_console
+from otolith.cli.output import Force, print_json, screen, working
 from otolith.core.frames import AxisPair
 from otolith.hints.build import build
 from otolith.hints.compare import COLD, Tally, Tell, account, compare
@@ -37,7 +36,9 @@ from otolith.report import save_figure
 from otolith.report.changes import changes_figure
 from otolith.scenarios import Scenario, log_scenario
 
-app = typer.Typer(help="Hints for the implicit MPC: learn offline, verify.", no_args_is_help=True)
+app = typer.Typer(
+    help="Hints for the implicit MPC: learn offline, verify.", no_args_is_help=True, rich_markup_mode=None
+)
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
@@ -62,17 +63,18 @@ def build_(
     json: Json = False,
 ) -> None:
     """Simulate training manoeuvres on this platform with these settings, and learn from them."""
-    console = Console(stderr=True)
+    console = screen()
     described, pairs = files.read_platform(platform), pairs_named(dofs)
     settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
-    with console.status("preparing; kernels are compiled on first use (10 to 30 s), then cached") as status:
+    files.check_file(out)
+    with working(console, "preparing; kernels are compiled on first use (10 to 30 s), then cached") as tell:
         hint = build(
             described,
             pairs,
             settings,
             manoeuvres=training()[::24] if quick else None,
             effort=QUICK if quick else None,
-            tell=status.update,
+            tell=tell,
         )
     files.write_hint(hint, out)
     if json:
@@ -105,32 +107,36 @@ def verify(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="One of the held-out references only.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for hint.json and figures of the changes.")] = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Compare every start of the solver on identical, unseen problems; exit code 1 if an answer differs."""
-    console = Console(stderr=True)
+    console = screen()
     described, pairs = files.read_platform(platform), pairs_named(dofs)
     settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
     stored = files.read_hint(hint)
     stored.check(described, pairs, settings)
+    if out is not None:
+        files.check_folder(out, command="hint verify", force=force)
     references = {"unseen": along(unseen()[4:5] if quick else unseen(), pairs, seed=_HELD_OUT_SEED)}
     for path in log or []:
         drive = files.read_log(path, {})
         for note in drive.notes:
             warn(console, note)
         references[path.name] = [log_scenario(drive, period=settings.period, lowpass_hz=lowpass)]
-    with console.status("preparing") as status:
+    with working(console, "preparing") as tell:
         judged = {
-            name: _judge(stored, (described, pairs, settings), scenarios, status.update)
+            name: _judge(stored, (described, pairs, settings), scenarios, tell)
             for name, scenarios in references.items()
         }
     found = {name: figures for name, (figures, _) in judged.items()}
     passed = all(one["same_answer"] for one in found.values())
     said = {**_about(stored), "passed": passed, "references": found}
     if out is not None:
-        files.write_json(out / "hint.json", said)
-        for name, (_, tallies) in judged.items():
-            _draw(out / Path(name).stem, tallies)
+        with files.whole_folder(out, command="hint verify", force=force) as made:
+            files.write_json(made / "hint.json", said)
+            for name, (_, tallies) in judged.items():
+                _draw(made / Path(name).stem, tallies)
     if json:
         print_json(said)
     for name, one in found.items():
@@ -188,7 +194,7 @@ def _tell(name: str, found: dict[str, Any]) -> None:
         cells += [f"{one['guess_us']['mean']:.1f}", f"{one['step_us']['median']:.1f}"]
         cells += [f"{one['step_us']['p99']:.1f}", f"{one['step_us']['worst_percent_mean']:.1f}"]
         table.add_row(scheme, *cells)
-    console = wide_console(stderr=True)
+    console = screen(wide=True)
     console.print(table)
     gap = max(one["first_input_gap"] for one in found["schemes"].values())
     console.print(f"first inputs differ by at most {gap:.1e}", highlight=False)

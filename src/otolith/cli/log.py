@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from otolith import files
-from otolith.cli.output import print_json, wide_console
+from otolith.cli.output import print_json, screen
 from otolith.cli.reading import Axes, Columns, Events, Header, MappingFile, Offsets, Units, log_settings
 from otolith.report.drive_log import log_figure, log_summary
 from otolith.report.figures import save_figure
@@ -57,7 +57,7 @@ def check(
     ] = False,
 ) -> None:
     """Show what is understood of a recorded drive: columns, axes, proofs, events; exit 2 if refused."""
-    console = Console(stderr=True)
+    console = screen()
     chosen: dict[str, Any] = {
         "column": column,
         "header": header,
@@ -66,14 +66,16 @@ def check(
         "events": events,
     }
     chosen |= {"offsets": offsets, "mapping": mapping, "dofs": dofs}
+    picture = out or Path("out") / f"{file.stem}-check.png"
+    for place in (picture, save_mapping or picture):
+        files.check_file(place)
     understood = files.understand_log(file, log_settings(chosen))
     summary = log_summary(understood)
-    picture = out or Path("out") / f"{file.stem}-check.png"
     files.write_figure(picture, functools.partial(save_figure, log_figure(understood)))
     if json:
         print_json(summary)
     else:
-        _tell(summary, wide_console())
+        _tell(summary, screen(stderr=False, wide=True))
     if save_mapping is not None:
         files.write_text(save_mapping, settings_to_toml(understood.mapping(), file.name))
         console.print(f"mapping written to {save_mapping}", highlight=False, soft_wrap=True)

@@ -8,7 +8,7 @@ import typer
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.output import print_json, wide_console
+from otolith.cli.output import print_json, screen
 from otolith.cli.reading import recorded_drive
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
@@ -37,13 +37,15 @@ def map_(
     drive = _drive(result, log)
     cues = sorted(false_cues(result, threshold=threshold), key=lambda cue: -cue.integral)
     picture = out or run.with_name("map.png")
+    files.check_file(picture)
     marks = [Marked(cue.kind, cue.start, cue.end) for cue in cues]
     figure = false_cue_map(drive.t, _place(drive), marks, numbered=WORST)
     files.write_figure(picture, lambda temporary: save_figure(figure, temporary))
+    files.enlist(picture)  # if it lies next to the run, it is a result as the run is
     found = located(cues, drive)
     if json:
         print_json({"run": str(run), "threshold_mps2": threshold, "false_cues": found})
-    console = wide_console(stderr=True)
+    console = screen(wide=True)
     console.print(_table(found), markup=False)
     console.print(f"{len(found)} false cues; map written to {picture}", highlight=False, soft_wrap=True)
 

@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
 from otolith import __version__, files, registry
 from otolith.cli.options import dofs_named
-from otolith.cli.output import print_json, progress_bar
+from otolith.cli.output import Replace, print_json, progress_bar, screen
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES
 from otolith.metrics import failures
@@ -47,6 +46,7 @@ def omct_(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results (default: out/omct-CUEING).")
     ] = None,
+    replace: Replace = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Drive one axis at a time at twelve frequencies: modulus and phase of what is felt (ICAO 9625)."""
@@ -57,7 +57,9 @@ def omct_(
         if boundaries is None
         else parse_boundaries(files.read_text(boundaries, "boundaries"), boundaries.name)
     )
-    console = Console(stderr=True)
+    folder = out or Path("out") / f"omct-{cueing}"
+    files.check_folder(folder, command="omct", force=replace)
+    console = screen()
     system, names = _system(cueing, platform, dofs, plant)
     procedure = Procedure(amplitudes=Amplitudes(force=force))
     with progress_bar(console, f"{cueing}, {procedure.seconds(system):.0f} s of motion") as progress:
@@ -76,12 +78,12 @@ def omct_(
         "not_cued": skipped,
         "status": dict(decisions(responses)),
     }
-    folder = out or Path("out") / f"omct-{cueing}"
-    files.write_json(folder / "omct.json", summary)
     facts = {**names, "amplitude of force": f"{force:g} m/s²", "not cued": ", ".join(skipped) or "–"}
     facts |= {"failed": "; ".join(failures(summary))} if failures(summary) else {}
-    files.write_text(folder / "report.html", omct_page(cueing, facts, responses, bounds))
-    _write_figures(folder, functools.partial(omct_figure, responses, bounds))
+    with files.whole_folder(folder, command="omct", force=replace) as made:
+        files.write_json(made / "omct.json", summary)
+        files.write_text(made / "report.html", omct_page(cueing, facts, responses, bounds))
+        _write_figures(made, functools.partial(omct_figure, responses, bounds))
     if json:
         print_json(summary)
     for text in failures(summary):

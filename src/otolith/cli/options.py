@@ -11,7 +11,6 @@ import typer
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.output import progress_line
 from otolith.cli.reading import (
     OPTIONS,
     Axes,
@@ -22,7 +21,7 @@ from otolith.cli.reading import (
     Offsets,
     Units,
     as_record,
-    assignment,
+    assignments,
     recorded_drive,
 )
 from otolith.core.errors import CorruptFile, InputError, one_of
@@ -84,7 +83,7 @@ class Choices:
 
     scenario: Annotated[
         str | None,
-        typer.Argument(metavar="[SCENARIO]", help="A name of 'otolith list scenarios', or a formula."),
+        typer.Argument(metavar="SCENARIO", help="A name of 'otolith list scenarios', or a formula."),
     ] = None
     log: Annotated[
         Path | None, typer.Option(help="A recorded drive instead of a scenario: CSV, ERG, MDF, ROS bag, lap.")
@@ -153,12 +152,10 @@ class Choices:
     law: Annotated[Path | None, typer.Option(help="A stored explicit law, instead of enumerating one.")] = (
         None
     )
+    given: frozenset[str] = frozenset()  # names of all options that the user wrote, these and others
 
-    def design(self, tell: Callable[[str], None]) -> Design:
-        """Turn the options into a design; every wrong value is refused before work starts.
-
-        `tell` is told how the enumeration of explicit laws goes.
-        """
+    def design(self) -> Design:
+        """Turn the options into a design; every wrong value is refused before work starts."""
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
         platform, (pairs, singles) = files.read_platform(self.platform), dofs_named(self.dofs)
         for axis in singles:
@@ -179,7 +176,6 @@ class Choices:
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs, settings),
-            progress=lambda now: tell(f"explicit law: {progress_line(now)}"),
         )
 
     def reference(self, design: Design, console: Console) -> Scenario:
@@ -197,6 +193,10 @@ class Choices:
                 raise InputError(options, "given", "used together with --log")
             along = [scenario(self.scenario, literal=self.literal, axis=_ALONG[dof]) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
+        if self.literal:
+            raise InputError(
+                "--literal", "given", "left out with --log: it is about the signals of Table 5.1"
+            )
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")
@@ -216,12 +216,16 @@ class Choices:
         organ = registry.lookup(otoliths, "--through", name).load()()
         return perceived(reference, lambda f, dt: sense(organ, f, dt, before=f[0]), name=name)
 
-    def as_settings(self, design: Design) -> dict[str, Any]:
-        """Plain JSON values for the record of a run: enough to repeat it, and why a hint was refused."""
+    def as_settings(self, design: Design, cueing: str) -> dict[str, Any]:
+        """Plain JSON values for the record of a run: enough to repeat it, and why a hint was refused.
+
+        Options that this cueing algorithm does not read are left out.
+        """
+        ignored = {"given", *registry.unread(cueing)}
         chosen = {
             name: str(value) if isinstance(value, Path) else value
             for name, value in asdict(self).items()
-            if value is not None
+            if value is not None and name not in ignored
         }
         if self.log is not None:
             chosen["reading"] = as_record(chosen)
@@ -234,17 +238,26 @@ def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
     shared = [
         inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=f.type)
         for f in fields(Choices)
+        if f.name != "given"
     ]
 
     @functools.wraps(command)
-    def with_options(**values: Any) -> None:
-        choices = Choices(**{p.name: values.pop(p.name) for p in shared})
+    def with_options(*, context: typer.Context, **values: Any) -> None:
+        given = frozenset(name for name in values if is_given(context, name))
+        choices = Choices(**{p.name: values.pop(p.name) for p in shared}, given=given)
         command(choices, **values)
 
-    parameters = shared + [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
+    context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+    parameters = [context, *shared, *(p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own)]
     with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     with_options.__annotations__ = {p.name: p.annotation for p in parameters}
     return with_options
+
+
+def is_given(context: typer.Context, name: str) -> bool:
+    """Whether the user wrote the option of this name; its value may be the default's all the same."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
 
 
 def warn(console: Console, note: str) -> None:
@@ -318,9 +331,8 @@ def soft_rows(texts: list[str]) -> dict[str, float]:
 
 def _numbers(option: str, texts: list[str]) -> dict[str, float]:
     """Numbers by name from "name=number"."""
-    values = {}
-    for text in texts:
-        name, value = assignment(option, text)
+    values: dict[str, float] = {}
+    for name, value in assignments(option, texts).items():
         try:
             values[name] = float(value)
         except ValueError:

@@ -5,11 +5,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
 from otolith import files
-from otolith.cli.output import print_json
+from otolith.cli.output import Force, print_json, progress_bar, screen
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
 from otolith.platforms.template import template
@@ -35,18 +33,21 @@ def show(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results (default: out/platform-NAME).")
     ] = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Draw a platform's legs, their reach, cuts across two axes and conditioning, as page and figure."""
-    console = Console(stderr=True)
+    console = screen()
     shown = files.read_platform(platform)
     recorded = files.read_run(run) if run is not None else None
-    summary, figure = platform_summary(shown), platform_figure(shown)
     folder = out or Path("out") / f"platform-{shown.name}"
-    files.write_text(folder / "platform.html", platform_page(shown, summary, figure, run=recorded))
-    files.write_json(folder / "platform.json", summary)
-    for ending in ("pdf", "png"):
-        files.write_figure(folder / f"platform.{ending}", functools.partial(save_figure, figure))
+    files.check_folder(folder, command="platform show", force=force)
+    summary, figure = platform_summary(shown), platform_figure(shown)
+    with files.whole_folder(folder, command="platform show", force=force) as made:
+        files.write_text(made / "platform.html", platform_page(shown, summary, figure, run=recorded))
+        files.write_json(made / "platform.json", summary)
+        for ending in ("pdf", "png"):
+            files.write_figure(made / f"platform.{ending}", functools.partial(save_figure, figure))
     if json:
         print_json(summary)
     for line in [*range_lines(summary), *sentences(summary)]:
@@ -76,7 +77,7 @@ def new(
         raise InputError(f"file {out}", "there already", "another one, or --force")
     files.write_text(out, text)
     told = f"written to {out}: fill in your numbers, then otolith platform show {out}"
-    Console(stderr=True).print(told, markup=False, highlight=False, soft_wrap=True)
+    screen().print(told, markup=False, highlight=False, soft_wrap=True)
 
 
 @app.command("fit")
@@ -94,14 +95,13 @@ def fit_(
     json: Json = False,
 ) -> None:
     """Find legs that reach what the platform's file says of each axis alone. One of many answers."""
-    console = Console(stderr=True)
+    console = screen()
     wanted = files.read_platform(platform)
+    if out is not None:
+        files.check_file(out)
     stroke = _stroke(leg) if leg is not None else wanted.six_legs().stroke
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(f"fitting {wanted.name}", total=1.0)
-        result = fit(
-            wanted, stroke, starts=starts, seed=seed, progress=lambda done: bar.update(task, completed=done)
-        )
+    with progress_bar(console, f"fitting {wanted.name}") as progress:
+        result = fit(wanted, stroke, starts=starts, seed=seed, progress=progress)
     text, best = as_toml(result, stroke), result.best
     if out is not None:
         files.write_text(out, text)

@@ -1,6 +1,6 @@
 """How the options of the command line say that a recorded drive is to be read."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -52,7 +52,7 @@ def log_settings(chosen: Mapping[str, Any]) -> LogSettings:
     if "reading" in chosen:
         return LogSettings(**chosen["reading"])
     settings = PLAIN if chosen.get("mapping") is None else files.read_log_settings(Path(chosen["mapping"]))
-    columns = dict(assignment("--column", text) for text in chosen.get("column") or [])
+    columns = assignments("--column", chosen.get("column") or [])
     needs = [NEEDS[dof] for dof in (chosen.get("dofs") or "").split(",") if dof in NEEDS]
     plain = ("header", "units", "axes", "events", "offsets")
     said = {name: chosen[name] for name in plain if chosen.get(name) is not None}
@@ -69,6 +69,17 @@ def as_record(chosen: Mapping[str, Any]) -> dict[str, Any]:
     """Plain values that let `recorded_drive` read a file in the same way, whatever becomes of --mapping."""
     settings = asdict(log_settings(chosen))
     return settings | {"columns": dict(settings["columns"]), "needs": list(settings["needs"])}
+
+
+def assignments(option: str, texts: Sequence[str]) -> dict[str, str]:
+    """Values by name from "name=value"; a name that comes twice is refused, or one value would be lost."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, value = assignment(option, text)
+        if name in values:
+            raise InputError(f"{option} {name}", "given twice", "given once")
+        values[name] = value
+    return values
 
 
 def assignment(option: str, text: str) -> tuple[str, str]:

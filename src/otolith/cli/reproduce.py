@@ -9,11 +9,10 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 
 from otolith import __version__, files
-from otolith.cli.output import print_json, wide_console
+from otolith.cli.output import Force, described_bar, print_json, screen
 from otolith.core.errors import InputError
 from otolith.report.thesis import page
 from otolith.report.thesis_print import save_pdf
@@ -32,26 +31,29 @@ def reproduce_(
     processes: Annotated[
         int | None, typer.Option(help="Processes that work at once (default: one per core).")
     ] = None,
+    force: Force = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Compute tables and figures of the thesis again, and put the published numbers beside ours."""
     if processes is not None and processes < 1:
         raise InputError("--processes", processes, "at least 1")
     items = chosen(names)
-    console = Console(stderr=True)
+    files.check_folder(out, command="reproduce", force=force)
+    console = screen()
     began = time.monotonic()
     outcomes = _reproduced(items, processes or os.cpu_count() or 1, console)
     seconds = time.monotonic() - began
-    made = {"version": __version__, "date": datetime.now().astimezone().date().isoformat()}
-    document = {**made, "seconds": round(seconds, 1), "items": {o.name: o.as_json() for o in outcomes}}
-    files.write_text(out / "report.html", page(document))
-    files.write_figure(out / "report.pdf", lambda path: save_pdf(document, path))
+    edition = {"version": __version__, "date": datetime.now().astimezone().date().isoformat()}
+    document = {**edition, "seconds": round(seconds, 1), "items": {o.name: o.as_json() for o in outcomes}}
     plain = _without_curves(document)
-    files.write_json(out / "reproduced.json", plain)
+    with files.whole_folder(out, command="reproduce", force=force) as made:
+        files.write_text(made / "report.html", page(document))
+        files.write_figure(made / "report.pdf", lambda path: save_pdf(document, path))
+        files.write_json(made / "reproduced.json", plain)
     if json:
         print_json(plain)
     else:
-        wide_console().print(_grid(outcomes))
+        screen(stderr=False, wide=True).print(_grid(outcomes))
     console.print(
         f"written to {out}: report.html, report.pdf, reproduced.json; {seconds:.0f} s",
         highlight=False,
@@ -60,14 +62,8 @@ def reproduce_(
 
 
 def _reproduced(items: Sequence[str], processes: int, console: Console) -> list[Outcome]:
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("beginning", total=1.0)
-        return reproduce(
-            items,
-            processes=processes,
-            tell=lambda label, fraction: bar.update(task, completed=fraction, description=label),
-        )
+    with described_bar(console, "beginning") as tell:
+        return reproduce(items, processes=processes, tell=tell)
 
 
 def _without_curves(document: dict[str, Any]) -> dict[str, Any]:

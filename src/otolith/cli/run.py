@@ -6,34 +6,27 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
-from matplotlib.figure import Figure
 from rich.console import Console
 
-from otolith import __version__, files, metrics, registry
-from otolith.cli.options import Choices, dofs_named, takes_choices, warn
-from otolith.cli.output import print_json, progress_bar, sentence
-from otolith.mpc.design import Design
-from otolith.platforms.supervisor import Intervention
-from otolith.report import (
-    MEASURES,
-    Standing,
-    comparison_figure,
-    cueing_figure,
-    measure_named,
-    overview_figure,
-    render,
-    render_comparison,
-    render_contest,
-    save_figure,
-    standings,
-)
-from otolith.simulate import Run, simulate
+from otolith import files, registry
+from otolith.cli.loop import prepare, simulate_all
+from otolith.cli.options import Choices, dofs_named, takes_choices
+from otolith.cli.output import Force, print_json, screen, sentence
+from otolith.core.errors import InputError
+from otolith.report.ranking import MEASURES, measure_named, standings
+from otolith.simulate import Run
+
+if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad input is refused sooner
+    from matplotlib.figure import Figure
+
+    from otolith.report.ranking import Measure, Standing
+
+    Contest = Mapping[str, tuple[Sequence[Run], Mapping[str, Any]]]
 
 BEYOND: Final = 3  # exit code of --strict
-_TOLD = 5  # interventions of a supervisor that are told one by one
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
 Tuning = Annotated[
@@ -57,17 +50,23 @@ def run(
     cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")] = "hybrid-all",
     tuning: Tuning = None,
     out: Out = None,
+    force: Force = False,
     strict: Strict = False,
     json: Json = False,
 ) -> None:
     """Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures."""
-    console = Console(stderr=True)
-    ((result,),) = _simulate_all([choices], [cueing], tuning, console)
+    console = screen()
+    prepared = prepare([choices], [cueing], tuning, console)
+    folder = out or Path("out") / f"{_file_name(prepared.scenarios[0].name)}-{cueing}"
+    files.check_folder(folder, command="run", force=force)
+    ((result,),) = simulate_all(prepared, console)
+    from otolith import metrics, report
+
     summary = metrics.summarise(result)
-    folder = out or Path("out") / f"{_file_name(result.scenario)}-{cueing}"
-    files.write_run(result, folder / "run.h5")
-    page = render(result, summary, date=_today())
-    _write(folder, summary, page, _figures(result.dofs, lambda dof: cueing_figure(result, dof)))
+    with files.whole_folder(folder, command="run", force=force) as made:
+        files.write_run(result, made / "run.h5")
+        page = report.render(result, summary, date=_today())
+        _write(made, summary, page, _figures(result.dofs, lambda dof: report.cueing_figure(result, dof)))
     _tell(summary if json else None, [summary], folder, console)
     _judge([summary], strict)
 
@@ -75,9 +74,7 @@ def run(
 @takes_choices
 def compare(
     choices: Choices,
-    more: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Further scenarios.")
-    ] = None,
+    more: Annotated[list[str] | None, typer.Argument(metavar="MORE", help="Further scenarios.")] = None,
     cueing: Annotated[
         list[str] | None, typer.Option(help="An algorithm; repeat to compare (default: the thesis's four).")
     ] = None,
@@ -89,37 +86,37 @@ def compare(
     ] = None,
     tuning: Tuning = None,
     out: Out = None,
+    force: Force = False,
     strict: Strict = False,
     json: Json = False,
 ) -> None:
     """Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule."""
-    console = Console(stderr=True)
+    console = screen()
     pairs, singles = dofs_named(choices.dofs)
     by = by or ("rate" if singles == ("yaw",) and not pairs else "rmse")
     measure = measure_named(by, [pair.name for pair in pairs] + list(singles))
-    each = [replace(choices, scenario=name) for name in dict.fromkeys([choices.scenario, *(more or [])])]
-    runs = _simulate_all(each, list(dict.fromkeys(cueing or registry.FOUR_MODELS)), tuning, console)
+    scenarios = [choices.scenario, *(more or [])]
+    names = cueing or list(registry.FOUR_MODELS)
+    _refuse_twice("SCENARIO", scenarios)
+    _refuse_twice("--cueing", names)
+    each = [replace(choices, scenario=name) for name in scenarios]
+    prepared = prepare(each, names, tuning, console)
+    compared = "-".join(_file_name(scenario.name) for scenario in prepared.scenarios)
+    folder = out or Path("out") / f"{compared}-compared"
+    files.check_folder(folder, command="compare", force=force)
+    runs = simulate_all(prepared, console)
+    from otolith import metrics
+
     contest = {of_one[0].scenario: (of_one, metrics.compare(of_one)) for of_one in runs}
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     several = len(contest) > 1
-    folder = out or Path("out") / f"{'-'.join(map(_file_name, contest))}-compared"
-    for scenario, (of_one, _) in contest.items():
-        for result in of_one:
-            name = f"{_file_name(scenario)}-{result.cueing}" if several else result.cueing
-            files.write_run(result, folder / f"{name}.h5")
     ranked = standings(summaries, measure)
-    said: dict[str, Any] = {
-        "ranked_by": by,
-        "ranking": [one.as_json() for one in ranked],
-        "scenarios": summaries,
-    }
-    if several:
-        page, figures = render_contest(contest, by=measure, date=_today()), _contest_figures(contest)
-    else:
-        ((only, said),) = contest.values()
-        page = render_comparison(only, said, by=measure, date=_today())
-        figures = _figures(only[0].dofs, lambda dof: comparison_figure(only, dof))
-    _write(folder, said, page, figures)
+    with files.whole_folder(folder, command="compare", force=force) as made:
+        for scenario, (of_one, _) in contest.items():
+            for result in of_one:
+                name = f"{_file_name(scenario)}-{result.cueing}" if several else result.cueing
+                files.write_run(result, made / f"{name}.h5")
+        said = _write_comparison(made, contest, (by, measure), ranked)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _tell(said if json else None, every, folder, console)
     for one in ranked:
@@ -127,68 +124,42 @@ def compare(
     _judge(every, strict)
 
 
-def _simulate_all(
-    each: Sequence[Choices], names: Sequence[str], tuning: str | None, console: Console
-) -> list[list[Run]]:
-    """Check everything the user said, then close the loop once per scenario and algorithm."""
-    first, makers = each[0], [registry.lookup(registry.CUEING, "--cueing", name) for name in names]
-    plants = [first.plant or maker.plant for maker in makers]
-    plant_makers = [registry.lookup(registry.PLANTS, "--plant", plant) for plant in plants]
-    status = console.status("preparing")
-    design = first.design(status.update)
-    for name in names:
-        registry.check_cueing(name, design.singles)
-    if tuning is not None:
-        design = replace(design, washout=files.read_tuning(tuning))
-    wanted = [(choices, choices.reference(design, console)) for choices in each]
-    runs: list[list[Run]] = [[] for _ in each]
-    for name, plant, plant_maker in zip(names, plants, plant_makers, strict=True):
-        status.update(f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached")
-        with status:
-            dead_time = plant_maker.load()(design.platform).dead_time
-            cueing = registry.make_cueing(name, design, dead_time=dead_time)
-        for done, (choices, scenario) in zip(runs, wanted, strict=True):
-            moved = plant_maker.load()(design.platform)
-            with progress_bar(console, f"{name} on {scenario.name}") as progress:
-                run = simulate(
-                    cueing,
-                    moved,
-                    scenario,
-                    platform=design.platform,
-                    pairs=tuple(pair.name for pair in design.pairs),
-                    singles=design.singles,
-                    names=(name, plant),
-                    settings=_settings(choices, design, tuning),
-                    preview=design.implicit.horizon if choices.preview else 0,
-                    progress=progress,
-                )
-            _tell_interventions(getattr(moved, "interventions", ()), console)
-            done.append(run)
-    return runs
+def _refuse_twice(option: str, names: Sequence[str | None]) -> None:
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(option, f"{twice} twice", "given once each")
 
 
-def _tell_interventions(found: Sequence[Intervention], console: Console) -> None:
-    """The longest ones, in their order, and how many there were besides."""
-    longest = sorted(found, key=lambda one: one.start - one.end)[:_TOLD]
-    for intervention in sorted(longest, key=lambda one: one.start):
-        warn(console, f"supervisor, {intervention}")
-    if len(found) > _TOLD:
-        warn(console, f"supervisor, {len(found) - _TOLD} shorter interventions besides")
+def _write_comparison(
+    folder: Path, contest: "Contest", by: tuple[str, "Measure"], ranked: Sequence["Standing"]
+) -> dict[str, Any]:
+    """Page, figures and key figures of a comparison; gives the key figures."""
+    from otolith import report
+
+    name, measure = by
+    if len(contest) > 1:
+        summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
+        ranking = [one.as_json() for one in ranked]
+        said: dict[str, Any] = {"ranked_by": name, "ranking": ranking, "scenarios": summaries}
+        page, figures = report.render_contest(contest, by=measure, date=_today()), _contest_figures(contest)
+    else:
+        ((only, account),) = contest.values()
+        said = dict(account)
+        page = report.render_comparison(only, said, by=measure, date=_today())
+        figures = _figures(only[0].dofs, lambda dof: report.comparison_figure(only, dof))
+    _write(folder, said, page, figures)
+    return said
 
 
-def _settings(choices: Choices, design: Design, tuning: str | None) -> dict[str, Any]:
-    """What was chosen, so that it can be run again."""
-    chosen = {"version": __version__, **choices.as_settings(design)}
-    return chosen if tuning is None else {**chosen, "tuning": tuning}
-
-
-def _figures(dofs: Sequence[str], draw: Callable[[str], Figure]) -> dict[str, Figure]:
+def _figures(dofs: Sequence[str], draw: Callable[[str], "Figure"]) -> dict[str, "Figure"]:
     """One figure per axis pair and per axis on its own, by file name."""
     return {"figure" if len(dofs) == 1 else f"figure-{dof}": draw(dof) for dof in dofs}
 
 
-def _contest_figures(contest: Mapping[str, tuple[Sequence[Run], Mapping[str, Any]]]) -> dict[str, Figure]:
+def _contest_figures(contest: "Contest") -> dict[str, "Figure"]:
     """The overview, and one figure per scenario and degree of freedom, by file name."""
+    from otolith.report import comparison_figure, overview_figure
+
     figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
     for scenario, (runs, _) in contest.items():
         for dof in runs[0].dofs:
@@ -196,8 +167,10 @@ def _contest_figures(contest: Mapping[str, tuple[Sequence[Run], Mapping[str, Any
     return figures
 
 
-def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, Figure]) -> None:
+def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, "Figure"]) -> None:
     """Summary, page, and figures by file name."""
+    from otolith.report import save_figure
+
     files.write_json(folder / "summary.json", summary)
     files.write_text(folder / "report.html", page)
     for name, figure in figures.items():
@@ -221,7 +194,7 @@ def _judge(summaries: Sequence[dict[str, Any]], strict: bool) -> None:
         raise typer.Exit(BEYOND)
 
 
-def _place(one: Standing, ranked: Sequence[Standing]) -> str:
+def _place(one: "Standing", ranked: Sequence["Standing"]) -> str:
     """One algorithm's place in one line, ties said."""
     tied = sum(other.mean_rank == one.mean_rank for other in ranked) > 1
     several = len(one.ranks) > 1

@@ -3,11 +3,10 @@
 from typing import Annotated, Final
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.output import print_json, wide_console
+from otolith.cli.output import print_json, screen, working
 from otolith.scenarios import scenario
 from otolith.tuning import TRAVEL_PRICE, Tuned, tune
 
@@ -26,7 +25,7 @@ TABLE_5_3: Final = (
 
 def tune_(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Default: those of Table 5.3.")
+        list[str] | None, typer.Argument(metavar="SCENARIO", help="Default: those of Table 5.3.")
     ] = None,
     on: Annotated[str, typer.Option(metavar="STATE,...", help="States to weigh.")] = "velocity,position",
     platform: Annotated[str, typer.Option(help="A shipped platform's name or a file (.toml).")] = "thesis",
@@ -35,22 +34,22 @@ def tune_(
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Find constant washout weights of the implicit MPC that track the scenarios with little travel."""
-    console = Console(stderr=True)
+    console = screen()
     described = files.read_platform(platform)
     chosen = [scenario(name) for name in scenarios or TABLE_5_3]
-    with console.status("preparing") as status:
+    with working(console, "preparing") as tell:
         found = tune(
             described,
             [state.strip() for state in on.split(",")],
             chosen,
             evaluations=evaluations,
             price=price,
-            tell=lambda count, J: status.update(f"{count} of at most {evaluations}: J = {J:.4f}"),
+            tell=lambda count, J: tell(f"{count} of at most {evaluations}: J = {J:.4f}"),
         )
     if json:
         print_json(found.as_json())
     else:
-        wide_console().print(_grid(found))
+        screen(stderr=False, wide=True).print(_grid(found))
     options = " ".join(f"--weight {state}={value:.4g}" for state, value in found.weights.items())
     console.print(f"J = {found.objective:.4f}; otolith run … {options}", highlight=False, soft_wrap=True)
 

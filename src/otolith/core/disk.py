@@ -86,7 +86,7 @@ def whole(path: Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         sweep(path.parent)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=path.suffix)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=part_prefix(path), suffix=path.suffix)
     except OSError as error:
         raise NotWritten(path, error.strerror or str(error)) from error
     os.close(handle)
@@ -125,7 +125,7 @@ def sweep(folder: Path) -> None:
             entry.unlink(missing_ok=True)
 
 
-def _prefix(path: Path) -> str:
+def part_prefix(path: Path) -> str:
     """What the name of a temporary file begins with: its purpose, this machine and this process."""
     return f".{path.name}.part-{_HOST}-{os.getpid()}-"
 

@@ -13,14 +13,16 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.disk import write_bytes
 from otolith.core.errors import CorruptFile, InputError, damage_told
+
+if TYPE_CHECKING:
+    import h5py  # imported on use: a command that reads no such file need not wait for it
 
 SEAL_BYTES: Final = 512
 _SEAL: Final = "Otolith file, an HDF5 file after its first 512 bytes. SHA-256 of all that follows them:\n"
@@ -41,6 +43,8 @@ def write_sealed(
     path: Path, attributes: Mapping[str, Any], arrays: Arrays, *, kind: str, version: int
 ) -> None:
     """Write a sealed HDF5 file of a kind and version, whole or not at all; errors as `disk.whole`."""
+    import h5py
+
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", userblock_size=SEAL_BYTES) as file:
         file.attrs.update(kind=kind, version=version, **attributes)
@@ -59,6 +63,8 @@ def read_sealed(path: Path, *, kind: str, version: int) -> Content:
     InputError : there is no such file.
     CorruptFile : it is of another kind or version, damaged, altered, or unfolds to more than `MOST_BYTES`.
     """
+    import h5py
+
     _check_seal(path, kind)
     with damage_told(f"{path} is no readable {kind} file"), h5py.File(path, "r") as file:
         _check_kind(file, path, kind, version)
@@ -87,7 +93,7 @@ def _check_seal(path: Path, kind: str) -> None:
         raise CorruptFile(f"{path} is damaged or was altered: its content does not match its SHA-256")
 
 
-def _check_kind(file: h5py.File, path: Path, kind: str, version: int) -> None:
+def _check_kind(file: "h5py.File", path: Path, kind: str, version: int) -> None:
     found, written = file.attrs.get("kind"), file.attrs.get("version")
     if found != kind:
         raise CorruptFile(f"{path} is not an {kind} file")
@@ -95,7 +101,7 @@ def _check_kind(file: h5py.File, path: Path, kind: str, version: int) -> None:
         raise CorruptFile(f"{path} has version {written} of {kind}, this program reads {version}")
 
 
-def _check_size(file: h5py.File, path: Path) -> None:
+def _check_size(file: "h5py.File", path: Path) -> None:
     """Add up what the data sets say they hold, before any memory is taken for them."""
     declared = sum(data.nbytes for data in _datasets(file).values())
     most = min(MOST_BYTES, MOST_RATIO * path.stat().st_size)
@@ -105,8 +111,10 @@ def _check_size(file: h5py.File, path: Path) -> None:
         )
 
 
-def _datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
+def _datasets(file: "h5py.File") -> dict[str, "h5py.Dataset"]:
     """All data sets by path; links to elsewhere are not followed."""
+    import h5py
+
     found: dict[str, h5py.Dataset] = {}
 
     def note(name: str, item: object) -> None:
@@ -119,10 +127,10 @@ def _datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
     return found
 
 
-def _arrays(file: h5py.File) -> dict[str, NDArray[Any]]:
+def _arrays(file: "h5py.File") -> dict[str, NDArray[Any]]:
     return {name: data[()] for name, data in _datasets(file).items()}
 
 
-def _attributes(file: h5py.File) -> dict[str, Any]:
+def _attributes(file: "h5py.File") -> dict[str, Any]:
     """The file's own attributes but kind and version, which were checked."""
     return {name: value for name, value in file.attrs.items() if name not in ("kind", "version")}

@@ -8,7 +8,6 @@ that a ray from the centre meets first, and alone, bind without any linear progr
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp.leastdistance import LeastDistance
@@ -72,6 +71,8 @@ def _rows_from_gram(form: LeastDistance) -> Mat:
 
 def _maximum(cost: Vec, A: Mat, b: Vec) -> tuple[float, Vec]:
     """Greatest cost·x over A x ≤ b and its x; infinite when unbounded, NaN when there is no such x."""
+    from scipy.optimize import linprog  # on use: its import takes longer than all the rest of this package
+
     result = linprog(
         -cost,
         A_ub=A,

@@ -1,0 +1,106 @@
+"""The part that `run` and `compare` share: check all that the user said, then close the loop."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from rich.console import Console
+
+from otolith import __version__, files, registry
+from otolith.cli.options import Choices, warn
+from otolith.cli.output import progress_bar, progress_line, working
+from otolith.mpc.design import Design
+from otolith.scenarios import Scenario
+from otolith.simulate import Run, simulate
+
+if TYPE_CHECKING:
+    from otolith.platforms.supervisor import Intervention
+
+_TOLD: Final = 5  # interventions of a supervisor that are told one by one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prepared:
+    """Everything that was chosen, checked: nothing of it will be refused once the loop is closed."""
+
+    design: Design
+    scenarios: tuple[Scenario, ...]
+    settings: tuple[Mapping[str, Mapping[str, Any]], ...]  # record of each scenario's runs, by algorithm
+    plants: Mapping[str, str]  # the plant of each cueing algorithm, by the algorithm's name
+    preview: int  # periods that the controller is told ahead
+
+
+def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, console: Console) -> Prepared:
+    """Check every scenario and algorithm that was chosen.
+
+    Raises
+    ------
+    OtolithError : something is wrong, or would have no effect; no time was spent yet.
+    """
+    first = each[0]
+    makers = {name: registry.lookup(registry.CUEING, "--cueing", name) for name in names}
+    plants = {name: first.plant or maker.plant for name, maker in makers.items()}
+    for plant in plants.values():
+        registry.lookup(registry.PLANTS, "--plant", plant)
+    registry.check_options(names, first.given)
+    design = first.design()
+    for name in names:
+        registry.check_cueing(name, design.singles)
+    if tuning is not None:
+        design = replace(design, washout=files.read_tuning(tuning))
+    return Prepared(
+        design=design,
+        scenarios=tuple(choices.reference(design, console) for choices in each),
+        settings=tuple(
+            {name: _settings(choices, design, name, tuning) for name in names} for choices in each
+        ),
+        plants=plants,
+        preview=design.implicit.horizon if first.preview else 0,
+    )
+
+
+def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
+    """One run per scenario and algorithm; the algorithms of one scenario stand together."""
+    runs: list[list[Run]] = [[] for _ in prepared.scenarios]
+    design = replace(
+        prepared.design, progress=lambda now: tell(f"explicit law: {progress_line(now)}")
+    )  # one design for all algorithms: they share the laws that are enumerated on first use
+    for name, plant in prepared.plants.items():
+        text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
+        with working(console, text) as tell:
+            move = registry.PLANTS[plant].load()
+            cueing = registry.make_cueing(name, design, dead_time=move(design.platform).dead_time)
+        for done, scenario, settings in zip(runs, prepared.scenarios, prepared.settings, strict=True):
+            moved = move(design.platform)
+            with progress_bar(console, f"{name} on {scenario.name}") as progress:
+                run = simulate(
+                    cueing,
+                    moved,
+                    scenario,
+                    platform=design.platform,
+                    pairs=tuple(pair.name for pair in design.pairs),
+                    singles=design.singles,
+                    names=(name, plant),
+                    settings=dict(settings[name]),
+                    preview=prepared.preview,
+                    progress=progress,
+                )
+            _tell_interventions(getattr(moved, "interventions", ()), console)
+            done.append(run)
+    return runs
+
+
+def _tell_interventions(found: Sequence["Intervention"], console: Console) -> None:
+    """The longest ones, in their order, and how many there were besides."""
+    longest = sorted(found, key=lambda one: one.start - one.end)[:_TOLD]
+    for intervention in sorted(longest, key=lambda one: one.start):
+        warn(console, f"supervisor, {intervention}")
+    if len(found) > _TOLD:
+        warn(console, f"supervisor, {len(found) - _TOLD} shorter interventions besides")
+
+
+def _settings(choices: Choices, design: Design, cueing: str, tuning: str | None) -> dict[str, Any]:
+    """What was chosen and has an effect, so that the run can be made again."""
+    chosen = {"version": __version__, **choices.as_settings(design, cueing)}
+    read = tuning is not None and "tuning" in registry.CUEING[cueing].reads
+    return {**chosen, "tuning": tuning} if read else chosen

@@ -1,0 +1,144 @@
+"""Folders of results: written whole or not at all, and replaced whole or refused, never mixed.
+
+A folder is filled under a temporary name next to its place and renamed into it. It then holds a list of what
+was written and by which command, so that the same command can tell results, which it may replace, from files
+of the user's and of other commands.
+"""
+
+import contextlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from otolith.core.disk import NotWritten, part_prefix, sweep, write_text
+from otolith.core.errors import InputError
+
+LIST: Final = ".otolith"  # name of the list: a line that names the command, then one file a line
+_TOLD: Final = 3  # names of foreign files that a sentence quotes
+
+
+def check_folder(folder: Path, *, command: str, force: bool = False) -> None:
+    """Refuse, before any work is done, a folder that `whole_folder` could not write or should not replace.
+
+    Raises
+    ------
+    InputError : it is a file or not writable; or it holds what `command` did not write, without `force`.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"output {folder}", "a file", "a folder, or the name of one to make")
+    _check_writable(folder)
+    if not folder.exists():
+        return
+    place = folder.resolve()
+    if place.is_mount() or any(place in (home, *home.parents) for home in (Path.cwd(), Path.home())):
+        bound = "a folder below it: results replace a folder whole"
+        raise InputError(f"output {folder}", "a mount point, or a folder that you are in", bound)
+    foreign = _foreign(folder, command)
+    if foreign and not force:
+        names = ", ".join(foreign[:_TOLD]) + (" and others" if len(foreign) > _TOLD else "")
+        bound = "empty, absent or another name; --force replaces the folder and all that it holds"
+        raise InputError(
+            f"output {folder}", f"a folder with what 'otolith {command}' did not write ({names})", bound
+        )
+
+
+def check_file(path: Path) -> None:
+    """Refuse, before any work is done, a file that could not be written.
+
+    Raises
+    ------
+    InputError : it is a folder, or its own folder is not writable.
+    """
+    if path.is_dir():
+        raise InputError(f"output {path}", "a folder", "a file, or the name of one to make")
+    _check_writable(path.parent)
+
+
+@contextlib.contextmanager
+def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator[Path]:
+    """Give a temporary folder to fill; on success it takes the place of `folder`, on any failure it vanishes.
+
+    Raises
+    ------
+    InputError : as `check_folder`.
+    NotWritten : the disk is full, or the like; what stood at `folder` stands there still.
+    """
+    check_folder(folder, command=command, force=force)
+    place = folder.resolve()
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        sweep(place.parent)
+        temporary = Path(tempfile.mkdtemp(dir=place.parent, prefix=part_prefix(place)))
+    except OSError as error:
+        raise NotWritten(folder, error.strerror or str(error)) from error
+    try:
+        temporary.chmod(0o755)  # mkdtemp makes it private
+        yield temporary
+        _write_list(temporary, command, _names(temporary))
+        _exchange(temporary, place)
+    except OSError as error:
+        raise NotWritten(folder, error.strerror or str(error)) from error
+    except NotWritten as error:
+        raise NotWritten(folder, error.reason) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def enlist(path: Path) -> None:
+    """Note a file that was added to a folder of results later, so that it counts as a result, too."""
+    if (path.parent / LIST).is_file():
+        command, names = _list(path.parent)
+        _write_list(path.parent, command, sorted({*names, path.name}))
+
+
+def _write_list(folder: Path, command: str, names: Sequence[str]) -> None:
+    write_text(folder / LIST, "".join(f"{line}\n" for line in (f"# otolith {command}", *names)))
+
+
+def _list(folder: Path) -> tuple[str, list[str]]:
+    """The command that wrote a folder, and the files that it wrote."""
+    head, *names = (folder / LIST).read_text(encoding="utf-8", errors="replace").splitlines() or [""]
+    return head.removeprefix("# otolith "), names
+
+
+def _exchange(temporary: Path, place: Path) -> None:
+    """Rename `temporary` to `place`; what stood there is moved aside first, and put back if that fails."""
+    if not place.exists():
+        temporary.rename(place)
+        return
+    aside = temporary.with_name(f"{temporary.name}-old")
+    place.rename(aside)
+    try:
+        temporary.rename(place)
+    except BaseException:
+        aside.rename(place)
+        raise
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _foreign(folder: Path, command: str) -> list[str]:
+    """Names of the files in a folder that are not on its list of results of this command."""
+    writer, listed = _list(folder) if (folder / LIST).is_file() else ("", [])
+    return [name for name in _names(folder) if name != LIST and (writer != command or name not in listed)]
+
+
+def _names(folder: Path) -> list[str]:
+    """Paths of all files below a folder, relative to it."""
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
+
+
+def _check_writable(folder: Path) -> None:
+    """Try to make a file, which no one sees, in the nearest folder that exists."""
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    try:
+        if not existing.is_dir():
+            raise NotADirectoryError(20, os.strerror(20))
+        with tempfile.TemporaryFile(dir=existing):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"output {folder}", f"not writable ({error.strerror})", "in a writable folder"
+        ) from error
