@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.output import print_json, progress_line, screen, working
+from otolith.cli.output import group, print_json, progress_line, screen, working
 from otolith.core.errors import InputError
 from otolith.mpc.explicit import ExplicitSettings
 from otolith.mpc.joint import joint_law
@@ -18,9 +18,7 @@ from otolith.mpc.model import parse_braking_rows
 from otolith.mpqp import Verification, verify
 from otolith.mpqp.export_c import export_c
 
-app = typer.Typer(
-    help="Explicit laws: build, verify, show, export.", no_args_is_help=True, rich_markup_mode=None
-)
+app = group("Explicit laws: build, verify, show, export.")
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]

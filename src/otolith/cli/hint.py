@@ -21,7 +21,7 @@ from otolith.cli.options import (
     warn,
     washout_weights,
 )
-from otolith.cli.output import Force, print_json, screen, working
+from otolith.cli.output import Force, group, print_json, screen, working
 from otolith.core.frames import AxisPair
 from otolith.hints.build import build
 from otolith.hints.compare import COLD, Tally, Tell, account, compare
@@ -36,9 +36,7 @@ from otolith.report import save_figure
 from otolith.report.changes import changes_figure
 from otolith.scenarios import Scenario, log_scenario
 
-app = typer.Typer(
-    help="Hints for the implicit MPC: learn offline, verify.", no_args_is_help=True, rich_markup_mode=None
-)
+app = group("Hints for the implicit MPC: learn offline, verify.")
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]

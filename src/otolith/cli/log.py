@@ -11,16 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from otolith import files
-from otolith.cli.output import print_json, screen
+from otolith.cli.output import group, print_json, screen
 from otolith.cli.reading import Axes, Columns, Events, Header, MappingFile, Offsets, Units, log_settings
 from otolith.report.drive_log import log_figure, log_summary
 from otolith.report.figures import save_figure
 from otolith.scenarios.checks.orientation import AXES
 from otolith.scenarios.settings import settings_to_toml
 
-app = typer.Typer(
-    help="Recorded drives: see what is understood of a file, and save how it is read.", no_args_is_help=True
-)
+app = group("Recorded drives: see what is understood of a file, and save how it is read.")
 
 LISTED = 12  # unused columns that are named
 

@@ -31,6 +31,11 @@ class Tell(Protocol):
         """Keep both for the next line."""
 
 
+def group(about: str) -> typer.Typer:
+    """A group of commands, whose texts are shown as they are written: to rich, [km/h] would be markup."""
+    return typer.Typer(help=about, no_args_is_help=True, rich_markup_mode=None)
+
+
 def print_json(value: object) -> None:
     """One JSON object on standard output; NaN and infinity would not be JSON and are refused."""
     sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")

@@ -7,16 +7,14 @@ from typing import Annotated
 import typer
 
 from otolith import files
-from otolith.cli.output import Force, print_json, progress_bar, screen
+from otolith.cli.output import Force, group, print_json, progress_bar, screen
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
 from otolith.platforms.template import template
 from otolith.report import save_figure
 from otolith.report.platform import platform_figure, platform_page, platform_summary, range_lines, sentences
 
-app = typer.Typer(
-    help="Begin a platform file, look at a platform, and fit legs to a data sheet.", no_args_is_help=True
-)
+app = group("Begin a platform file, look at a platform, and fit legs to a data sheet.")
 
 Name = Annotated[
     str, typer.Argument(metavar="PLATFORM", help="A shipped platform's name or a platform file (.toml).")
