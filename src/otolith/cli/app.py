@@ -39,7 +39,7 @@ COMMANDS: Final = {
     "map": ("misled:map_", "Show false cues on the map of the drive, and where the worst of them are."),
     "explicit": ("explicit:app", "Explicit laws: build, verify, show, export."),
     "hint": ("hint:app", "Hints for the implicit MPC: learn offline, verify."),
-    "platform": ("platform:app", "Look at a platform's legs, and fit legs to a data sheet."),
+    "platform": ("platform:app", "Begin a platform file, look at a platform, and fit legs to a data sheet."),
     "omct": (
         "omct:omct_",
         "Drive one axis at a time at twelve frequencies: modulus and phase of what is felt (ICAO 9625).",

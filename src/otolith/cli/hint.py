@@ -182,8 +182,8 @@ def _draw(path: Path, tallies: dict[str, Tally]) -> None:
 def _tell(name: str, found: dict[str, Any]) -> None:
     table = Table(box=None, pad_edge=False, title=f"{name}: {found['steps']} steps", title_justify="left")
     table.add_column("scheme")
-    for group, head in zip(_COLUMNS, _HEADS, strict=True):
-        table.add_column(f"{group}\n{head}", justify="right", no_wrap=True)
+    for above, head in zip(_COLUMNS, _HEADS, strict=True):
+        table.add_column(f"{above}\n{head}", justify="right", no_wrap=True)
     for scheme, one in found["schemes"].items():
         saved = one["changes_saved_percent"]
         cells = [f"{one['changes'][key]:.2f}" for key in ("mean", "p99", "max")]
