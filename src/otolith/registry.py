@@ -272,7 +272,7 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
     beside = entry.singles == "beside"
     cueing: Cueing = _BESIDE.load()(entry.load(), design) if beside else entry.load()(design)
     if dead_time is not None and entry.limited:
-        cueing = _AHEAD.load()(cueing, lag=design.implicit.lag, dead_time=dead_time)
+        cueing = _AHEAD.load()(cueing, lag=design.implicit.lag_on(design.platform), dead_time=dead_time)
     return cueing
 
 

@@ -41,6 +41,7 @@ from otolith.qp.stage import StageProblem, StageSolution
 from otolith.stopping import Stopping
 
 HORIZON: Final = 50  # the thesis's N
+LEAST_LAG: Final = 1e-4  # [s] of the model, for a platform that has none
 BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
 _CONVERGED = 1e-9  # largest change of a control between Gauss-Newton steps that ends them
 
@@ -67,7 +68,7 @@ class ImplicitSettings:
 
     horizon: int = HORIZON  # N
     period: float = 0.01  # [s]
-    lag: float = 0.01  # [s] between commanded and actual acceleration
+    lag: float | None = None  # [s] between commanded and actual acceleration; None: the platform's file says
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     braking: BrakingRows = BrakingRows.STOPPING
@@ -86,8 +87,9 @@ class ImplicitSettings:
         if self.iterations < 1:
             raise InputError("iterations", self.iterations, "at least 1 per period")
         for name in ("period", "lag", "control_weight", "tolerance"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise InputError(name, getattr(self, name), "finite and greater than 0")
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < np.inf:
+                raise InputError(name, value, "finite and greater than 0")
         for name, penalty in self.soft.items():
             if not 0.0 < penalty < np.inf:
                 raise InputError(f"penalty of {name}", penalty, "finite and greater than 0")
@@ -102,12 +104,16 @@ class ImplicitSettings:
         if not self.later_penalty > 0.0:
             raise InputError("later penalty", self.later_penalty, "greater than 0")
 
+    def lag_on(self, platform: Platform) -> float:
+        """Lag T [s] of the model on a platform; the model has one, if only a tenth of a millisecond."""
+        return max(platform.actuators.lag_s, LEAST_LAG) if self.lag is None else self.lag
+
     def formulation(self, platform: Platform, pairs: Sequence[AxisPair]) -> Formulation:
         """The stage problem of these settings on a platform."""
         setting = Setting(
             horizon=self.horizon,
             period=self.period,
-            lag=self.lag,
+            lag=self.lag_on(platform),
             control_weight=self.control_weight,
             washout=self.washout,
             braking=self.braking,
@@ -147,7 +153,11 @@ class Implicit:
         self._chooser = Chooser(self.problem, settings.blocks)
         self._plan = np.zeros((settings.horizon, 2 * len(pairs)))
         self._stopping = Stopping(
-            platform, pairs, circle=self.formulation.radius, lag=settings.lag, period=settings.period
+            platform,
+            pairs,
+            circle=self.formulation.radius,
+            lag=settings.lag_on(platform),
+            period=settings.period,
         )
         self._compile()
 

@@ -91,7 +91,7 @@ class Sensed:
 def _settings(design: Design) -> tuple[PartSettings, PerceivingSettings]:
     implicit = design.implicit
     parts = PartSettings(
-        lag=implicit.lag,
+        lag=implicit.lag_on(design.platform),
         braking=implicit.braking,
         terminal=implicit.terminal,
         force_weight=FORCE_WEIGHT,
@@ -113,7 +113,7 @@ def _settings(design: Design) -> tuple[PartSettings, PerceivingSettings]:
             [design.platform.pair_limits(pair) for pair in design.pairs],
             design.platform.braking,
             implicit.braking,
-            implicit.lag,
+            implicit.lag_on(design.platform),
             implicit.period,
         )
         if design.pairs
@@ -168,7 +168,9 @@ def _alone(design: Design, parts: PartSettings, problem: PerceivingSettings) -> 
 def _stopping(design: Design, **of_axes: Any) -> Stopping:
     """The fallback of some of the design's axes."""
     implicit, pairs = design.implicit, of_axes.pop("pairs", ())
-    return Stopping(design.platform, pairs, lag=implicit.lag, period=implicit.period, **of_axes)
+    return Stopping(
+        design.platform, pairs, lag=implicit.lag_on(design.platform), period=implicit.period, **of_axes
+    )
 
 
 def _one(cueing: Sequence[Sensed]) -> Cueing:

@@ -26,7 +26,6 @@ from otolith.platforms import Platform
 _SETTINGS: Final = (
     "horizon",
     "period",
-    "lag",
     "control_weight",
     "washout",
     "braking",
@@ -56,6 +55,7 @@ def model_of(platform: Platform, pairs: Sequence[AxisPair], settings: ImplicitSe
     """Everything that the QP depends on beside state and reference."""
     limits = {pair.name: asdict(platform.pair_limits(pair)) for pair in pairs}
     chosen = {"axes": [pair.name for pair in pairs]} | {name: getattr(settings, name) for name in _SETTINGS}
+    chosen |= {"lag": settings.lag_on(platform)}
     chosen |= {"washout": [asdict(weight) for weight in settings.washout], "soft": dict(settings.soft)}
     chosen |= {"circle": platform.circle, "limits": limits, "braking law": platform.braking.model_dump()}
     plain: Model = json.loads(json.dumps(chosen))
