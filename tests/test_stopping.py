@@ -180,11 +180,12 @@ def test_no_command_sequence_stops_sooner_than_full_braking() -> None:
 @pytest.mark.parametrize("share", [0.001, 0.01, 0.05])
 @pytest.mark.parametrize("axis", [0, 4])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("period", [PERIOD, 0.1])
 def test_from_rest_outside_it_moves_back_inside_monotonically(
-    name: str, share: float, axis: int, side: float
+    name: str, share: float, axis: int, side: float, period: float
 ) -> None:
     stopping = law(name)
-    reach, u = stopping.reach, np.empty(6)
+    reach, u = stopping.reach._replace(period=period), np.empty(6)
     end, span = (reach.high if side > 0.0 else reach.low)[axis], reach.high[axis] - reach.low[axis]
     motion = np.zeros((3, 6))
     motion[0, axis] = end + side * share * span

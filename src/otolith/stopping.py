@@ -130,7 +130,7 @@ def safe(motion: Mat, reach: Reach) -> bool:
 @kernel
 def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
     """Command that takes a platform at rest, or on its way back already, to the place `inside`."""
-    loop = max(5.0 * reach.period, 0.05)
+    loop = max(2.0 * reach.period, 0.05)
     fastest = _AGAIN * reach.speed[i]
     wanted = min(fastest, max(-fastest, (inside - q) / (10.0 * loop)))
     command: float = min(reach.command[i], max(-reach.command[i], (wanted - w) / loop))

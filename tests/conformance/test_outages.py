@@ -1,5 +1,6 @@
 """What every cueing algorithm does while its reference fails, and after: stop inside, then come back."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -8,11 +9,12 @@ import pytest
 
 from otolith import metrics, registry
 from otolith.core.arrays import Vec
+from otolith.core.frames import AXES, PAIRS
 from otolith.core.frames import SURGE_PITCH as PAIR
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.interrupted import Interrupted, Outage
 from otolith.mpc.design import Design
-from otolith.platforms import load
+from otolith.platforms import Platform, load
 from otolith.scenarios import scenario
 from otolith.simulate import Run, simulate
 from tests.hints.tiny import tiny_hint
@@ -138,3 +140,66 @@ def test_who_follows_the_last_plan_alone_comes_to_rest_inside(name: str, at: flo
 
 def following(command: Command, acceleration: Vec) -> Command:
     return replace(command, acceleration=acceleration)
+
+
+STARTS = [
+    ("davsi", ("surge-pitch",)),
+    ("davsi", ("surge-pitch", "sway-roll", "heave", "yaw")),
+    ("thesis", ("surge-pitch", "sway-roll")),
+]
+
+
+@cache
+def implicit_on(platform: str, dofs: tuple[str, ...]) -> Cueing:
+    pairs, singles = tuple(PAIRS[d] for d in dofs if d in PAIRS), tuple(d for d in dofs if d not in PAIRS)
+    return registry.make_cueing("implicit", Design(platform=load(platform), pairs=pairs, singles=singles))
+
+
+def limits_of(platform: str, dofs: tuple[str, ...]) -> Iterator[tuple[int, int, float, float, float]]:
+    """Axis, derivative (0 place, 1 speed, 2 acceleration), side, bound, and what a share of it is of."""
+    of = load(platform)
+    for dof in dofs:
+        axes = [PAIRS[dof].translation, PAIRS[dof].rotation] if dof in PAIRS else [AXES.index(dof)]
+        for axis in axes:
+            low, high, speed, acceleration = bounds(of, dof, axis)
+            if axis < 2 and len(dofs) > 1 and of.circle is not None:
+                low, high = max(low, -of.circle), min(high, of.circle)
+            for side in (-1.0, 1.0):
+                yield axis, 0, side, high if side > 0.0 else -low, 0.5 * (high - low)
+                yield axis, 1, side, speed, speed
+                if np.isfinite(acceleration):
+                    yield axis, 2, side, acceleration, acceleration
+
+
+def bounds(of: Platform, dof: str, axis: int) -> tuple[float, float, float, float]:
+    if dof not in PAIRS:
+        alone = of.axis_limits(dof)
+        return *alone.position, alone.velocity, alone.acceleration
+    limits, pair = of.pair_limits(PAIRS[dof]), PAIRS[dof]
+    if axis == pair.translation:
+        return *limits.position, limits.velocity, limits.acceleration
+    low, high = sorted(pair.sign * bound for bound in limits.tilt)
+    return low, high, limits.tilt_rate, limits.tilt_acceleration
+
+
+@pytest.mark.parametrize("share", [0.001, 0.05])
+@pytest.mark.parametrize(("platform", "dofs"), STARTS)
+def test_a_start_beyond_any_limit_comes_back_inside_monotonically(
+    platform: str, dofs: tuple[str, ...], share: float
+) -> None:
+    """Before, a start 1 mm beyond its 0.5 m, at rest, left the platform there for ever."""
+    cueing, plant = implicit_on(platform, dofs), registry.PLANTS["ideal"].load()(load(platform))
+    for axis, derivative, side, bound, whole in limits_of(platform, dofs):
+        motion = np.zeros((3, 6))
+        motion[derivative, axis] = side * (bound + share * whole)
+        state = PlatformState(pose=motion[0], twist=motion[1], acceleration=motion[2])
+        cueing.reset(state)
+        plant.reset(state)
+        seen = [motion]
+        while side * seen[-1][derivative, axis] > bound and len(seen) < 300:
+            command = cueing.step(state, Reference(specific_force=np.zeros(3)))
+            state = plant.step(command, cueing.period)
+            seen.append(np.stack([state.pose, state.twist, state.acceleration]))
+        values = side * np.array(seen)[:, derivative, axis]
+        assert (np.diff(values) <= 1e-12).all(), (axis, derivative, side)
+        assert values[-1] <= bound, (axis, derivative, side)
