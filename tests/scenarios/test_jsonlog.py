@@ -34,6 +34,7 @@ def read(document: object, **columns: str) -> Log:
         [["time", "ax"], *[[t, a] for t, a in zip(T.tolist(), AX.tolist(), strict=True)]],
         [{"time": one["time"], "imu": {"acc": {"x": one["ax"]}}} for one in RECORDS],
         [{"time": one["time"], "acc": [one["ax"], 0.0, 0.0]} for one in RECORDS],
+        [{"time": str(one["time"]), "ax": str(one["ax"])} for one in RECORDS],
         [{"timestamp": round(1.7e12 + 1000 * one["time"]), "ax": one["ax"]} for one in RECORDS],
     ],
 )

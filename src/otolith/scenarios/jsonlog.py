@@ -12,7 +12,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
-from otolith.scenarios.cells import read_stamps
+from otolith.scenarios.cells import numbers, read_stamps
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import Header, candidates
 from otolith.scenarios.recorded import Cells, Columns
@@ -133,9 +133,12 @@ def _flat(value: Any, name: str, depth: int) -> Iterator[tuple[str, Any]]:
 
 
 def _cells(column: list[Any]) -> Cells:
+    """Numbers, also those that are written as texts; else texts."""
     if all(one is None or isinstance(one, int | float) for one in column):
         return np.array([np.nan if one is None else float(one) for one in column])
-    return ["" if one is None else str(one) for one in column]
+    texts = ["" if one is None else str(one) for one in column]
+    values, wrong = numbers(texts)
+    return texts if wrong is not None else values
 
 
 def _one(columns: Mapping[str, Cells], source: str, form: str, rows: int) -> Columns:

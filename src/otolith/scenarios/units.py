@@ -102,7 +102,15 @@ OTHERS: Final = frozenset(
 
 def canonical(unit: str) -> str:
     """One spelling per unit: ``m/s^2``, ``M/S²`` and ``mps2`` become ``mps2``, ``°/s`` becomes ``degps``."""
-    unit = unit.strip().lower().replace("²", "2").replace("°", "deg").replace("º", "deg").replace("μ", "µ")
+    unit = (
+        unit.strip()
+        .lower()
+        .replace("|", "/")
+        .replace("²", "2")
+        .replace("°", "deg")
+        .replace("º", "deg")
+        .replace("μ", "µ")
+    )
     unit = re.sub(r"\bper\b|(?<=[a-z])_per_", "/", unit.replace("⁻¹", "-1").replace("⁻²", "-2"))
     return re.sub(r"[\s^*·._]", "", unit).replace("/", "p")
 

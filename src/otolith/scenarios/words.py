@@ -21,7 +21,7 @@ def _set(text: str) -> frozenset[str]:
 QUALIFIERS: Final = _set(
     "car vhcl vehicle ego imu cg cog body chassis sensor linear lin can signal data value in ins ecu obd adl "
     "main raw measured meas telemetry physics motion driver axis of the com local frame device user sample "
-    "log message msg field calibrated bodyframe orientation state real"
+    "log message msg location indicated values m canbus field calibrated bodyframe orientation state real"
 )
 DERIVED: Final = _set("gps gnss calc calculated derived est estimated estimate computed obd2")
 FILTERED: Final = _set("filtered filt smooth smoothed lp lowpass avg mean comp corr corrected")
@@ -33,12 +33,12 @@ ACCELERATION: Final = _set("a acc accel acceleration accelerations accelerometer
 G_FORCE: Final = _set("g gforce gee gs force")
 ROTATION: Final = _set("roll pitch yaw")
 GYRO: Final = _set("gyro gyroscope gyr omega w angular ang angvel rotation rot rotational")
-RATE: Final = _set("rate rates velocity vel speed")
-SPEED: Final = _set("v speed velocity vel")
+RATE: Final = _set("rate rates velocity velocities vel speed")
+SPEED: Final = _set("v speed velocity velocities vel")
 SPEED_EXTRA: Final = _set("ground over x long lon longitudinal forward wheelspeed")
-TIME: Final = _set("t time timestamp stamp utime cts elapsed utc epoch datetime date interval")
+TIME: Final = _set("t ts time timestamp stamp utime cts elapsed utc epoch datetime date interval")
 TIME_EXTRA: Final = _set(
-    "seconds secs sec s ms milliseconds us ns unix session relative rel abs absolute since start iso sim "
+    "in seconds secs sec s ms milliseconds us ns unix session relative rel abs absolute since start iso sim "
     "meta simulation system sys recording logger record logging run"
 )
 POSITION: Final = _set("pos position coord coordinate world")
@@ -53,6 +53,7 @@ _GLUED: Final = sorted(
 _DIRECTIONS: Final = (("ax", LONGITUDINAL, "x"), ("ay", LATERAL, "y"), ("az", VERTICAL, "z"))
 _TURNS: Final = (("roll_rate", "roll", "x"), ("pitch_rate", "pitch", "y"), ("yaw_rate", "yaw", "z"))
 _BRACKETS: Final = re.compile(r"^(.*?)[\s_,;:/]*[\[({<]([^\])}>]*)[\])}>]\s*$")
+_ANGULAR: Final = re.compile("[Aa][Vv][xyz]")  # angular velocity, as CarSim writes it
 _UNIT_OF_WORD: Final = {"utime": "us", "cts": "ms"}  # clocks whose name is bound to one unit
 
 
@@ -97,6 +98,10 @@ def stated_unit(name: str) -> tuple[str, bool]:
 
 def parted(name: str) -> tuple[str, str]:
     """The name without its unit, and the unit; empty where none of the kinds that logs hold is stated."""
+    name, _, source = name.partition(" *")  # "Speed (kph) *gps"
+    if source:
+        base, unit = parted(name)
+        return f"{base} {source}", unit
     bracketed = _BRACKETS.match(name)
     if bracketed and (is_unit(bracketed.group(2)) or not bracketed.group(2).strip(" -")):
         return bracketed.group(1), bracketed.group(2).strip(" -")
@@ -117,7 +122,7 @@ def words(name: str) -> tuple[str, ...]:
     """The words of a name in small letters, numbers left out."""
     found: list[str] = []
     for piece in re.findall(r"[A-Za-z]+|\d+|[^\x00-\x7f]+", name):
-        for part in _capitals(piece):
+        for part in [piece] if _ANGULAR.fullmatch(piece) else _capitals(piece):
             found += _unglued(part.lower())
     return tuple(found)
 
@@ -133,6 +138,8 @@ def _unglued(word: str) -> list[str]:
         return [word]
     if re.fullmatch("a[xyz]|v[x]|w[xyz]|f[xyz]", word):
         return [word[0], word[1]]
+    if _ANGULAR.fullmatch(word):
+        return ["w", word[2]]
     ending = re.fullmatch(r"(.{3,})([xyzg])", word) or re.fullmatch(r"(g)([a-z]{3,})", word)
     if ending and all(part in VOCABULARY for part in ending.groups()):
         return list(ending.groups())
