@@ -10,7 +10,7 @@ from otolith.washout.adaptive import adaptive
 from otolith.washout.classical import classical
 from otolith.washout.drive import Homing, Tilting, cued, tilt_for
 from otolith.washout.optimal import optimal, optimal_nonlinear
-from tests.washout.loop import Task, along, drive
+from tests.washout.loop import DAVSI, Task, along, drive
 
 EVERY = pytest.mark.parametrize("make", [classical, adaptive, optimal, optimal_nonlinear])
 SIX = Task(pairs=(SURGE_PITCH, SWAY_ROLL), singles=("heave", "yaw"))
@@ -83,6 +83,37 @@ def test_a_reference_that_is_no_number_counts_as_none_and_is_reported(make) -> N
     assert told.outcome.status is Status.INVALID
     assert silent.outcome.status is Status.OPTIMAL
     assert_allclose(told.acceleration, silent.acceleration)
+
+
+@EVERY
+def test_after_an_outage_the_tilt_goes_on_from_where_it_stopped_at_rates_nobody_notices(make) -> None:
+    """And ends where it would have without, 30 s later."""
+    threshold, ends = DAVSI.pair_limits(SURGE_PITCH).tilt_rate, []
+    for outage in (range(600, 800), range(0)):
+        washout, plant, state = make(Task()), Ideal(lag=0.0), PlatformState()
+        for k in range(3800):
+            force = np.nan if k in outage else 2.0
+            command = washout.step(state, Reference(specific_force=np.array([force, 0.0, 0.0])))
+            assert command.outcome.status is (Status.INVALID if k in outage else Status.OPTIMAL)
+            state = plant.step(command, 0.01)
+            assert abs(state.twist[4]) <= threshold + 1e-9
+            if k in outage[100:]:
+                assert not state.twist.any()
+        ends.append(state.pose[4])
+    assert ends[0] == pytest.approx(ends[1], rel=0.01)
+
+
+@EVERY
+def test_a_platform_that_is_not_where_it_was_sent_is_taken_from_where_it_is(make) -> None:
+    """Decisions were missed, and the platform stopped on its own: it comes home from there, not beside it."""
+    washout, plant, state = make(Task()), Ideal(lag=0.0), PlatformState()
+    for _ in range(100):
+        state = plant.step(washout.step(state, Reference(specific_force=np.array([2.0, 0.0, 0.0]))), 0.01)
+    state = PlatformState(pose=np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    plant.reset(state)
+    for _ in range(4000):
+        state = plant.step(washout.step(state, Reference(specific_force=np.zeros(3))), 0.01)
+    assert_allclose(state.pose, 0.0, atol=1e-3)
 
 
 @EVERY

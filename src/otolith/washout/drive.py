@@ -30,6 +30,7 @@ from otolith.stopping import HUGE, Stopping
 from otolith.washout.scaling import Cubic
 
 PERIOD: Final = 0.01  # [s]
+ASTRAY: Final = 0.05  # of the reach, from which on a platform is not where it was sent
 STOP: Final = 30  # periods in which the plan of every command comes to rest
 STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
 UP: Final = np.array([0.0, 0.0, GRAVITY])
@@ -135,8 +136,9 @@ class Homing:
 class Washout:
     """A washout: channels of filters between a scaled reference and the motion of the platform.
 
-    It decides from the reference alone. The platform's state enters at `reset` only; set-points are where
-    the commands have led since.
+    It decides from the reference alone; set-points are where its commands have led. The platform's state
+    enters at `reset`, and where the platform is not where it should be: after decisions that were missed, or
+    where its legs gave less than was asked. Then the washout starts again from there.
     """
 
     def __init__(self, task: Task, channels: Channels, *, period: float = PERIOD) -> None:
@@ -172,7 +174,8 @@ class Washout:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide one command; while there is no reference, come to rest, then start again from there."""
-        del state  # feedforward: see the class
+        if self._astray(state):
+            self.reset(state)
         given = np.concatenate([reference.specific_force, reference.angular_rate])
         if not np.all(np.abs(given) <= HUGE):  # so written, a NaN is no reference
             return self._stop()
@@ -183,6 +186,11 @@ class Washout:
         rotation = motion.turning + self._tilting.step(motion.tilt, motion.tilt_rate)
         twist = self._cued * np.concatenate([motion.velocity, rotation]) + self._homing.step()
         return self._command(twist)
+
+    def _astray(self, state: PlatformState) -> bool:
+        reach = self._stopping.reach
+        beyond = np.abs(state.pose - self._pose) > ASTRAY * (reach.high - reach.low)
+        return bool((beyond & (self._cued > 0.0)).any()) and bool(np.abs(state.pose).max() <= HUGE)
 
     def _stop(self) -> Command:
         self._stopping.observe(PlatformState(pose=self._pose, twist=self._twist))
