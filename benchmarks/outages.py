@@ -4,8 +4,8 @@
 
 A sine of 1 m/s² at 0.2 Hz, whose force reads NaN, inf, 1e7 m/s² or nothing at all for 0.01 to 10 s, and
 again. Prints a line per combination: nodes beyond a hard limit, how far the rate of tilt passed its own, the
-largest speed from 3 s after the beginning of the longest outage to its end, and the RMSE of the last 10 s over
-that of the undisturbed run. `missing`: no decision comes, and the plant follows the last command's plan.
+largest speed from 3 s after the beginning of the longest outage to its end, and the RMSE of the last 10 s
+over that of the undisturbed run. `missing`: no decision comes, and the plant follows the last command's plan.
 """
 
 import itertools

@@ -239,6 +239,16 @@ def advance(motion: Mat, u: Vec, reach: Reach) -> None:
 
 
 @kernel
+def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
+    """Whether commands (6,) lead from a safe motion (3, 6) to a safe one; true where it is not safe now."""
+    if not safe(motion, reach):
+        return True
+    after = motion.copy()
+    advance(after, u, reach)
+    return safe(after, reach)
+
+
+@kernel
 def to_rest(motion: Mat, reach: Reach, plan: Mat, out: Mat) -> int:
     """Write a plan's commands (K, 6) and after them the law's until all stands; how many there are.
 
@@ -287,10 +297,10 @@ class Stopping:
             circle=math.inf if circle is None else circle, lag=lag, period=period
         )
         self._cued = (self.reach.command > 0.0).astype(np.float64)
-        self._believed = np.zeros((3, 6))
+        self._believed, self._measured = np.zeros((3, 6)), np.empty((3, 6))
         self._room = np.zeros((LONGEST, 6))
         self.rest(Outcome(status=Status.INVALID))  # no decision waits for a compiler
-        self.safe_after(np.zeros(6))
+        self.allows(np.zeros(6))
         self.reset(PlatformState())
 
     def reset(self, state: PlatformState) -> None:
@@ -305,22 +315,16 @@ class Stopping:
         -------
         False where a number of the state is none of this world.
         """
-        measured = np.stack([state.pose, state.twist, state.acceleration])
+        measured = self._measured
+        measured[0], measured[1], measured[2] = state.pose, state.twist, state.acceleration
         plausible = bool(np.abs(measured).max() <= HUGE)  # so written, a NaN is not
         if plausible:
-            self._believed[:] = self._cued * measured
+            np.multiply(self._cued, measured, out=self._believed)
         return plausible
 
-    @property
-    def safe(self) -> bool:
-        """Whether the platform can stop inside its limits from where it is believed to be."""
-        return bool(safe(self._believed, self.reach))
-
-    def safe_after(self, acceleration: Vec) -> bool:
-        """Whether a command (6,) leads from the believed state to one from which the platform can stop."""
-        after = self._believed.copy()
-        advance(after, np.ascontiguousarray(acceleration), self.reach)
-        return bool(safe(after, self.reach))
+    def allows(self, acceleration: Vec) -> bool:
+        """Whether the platform can still stop inside its limits after a command (6,), if it can now."""
+        return bool(allowed(self._believed, acceleration, self.reach))
 
     def decided(self, plan: Mat, outcome: Outcome) -> Command:
         """The command of a plan (K, 6), K ≥ 0, which comes to rest after it by the law.

@@ -252,8 +252,7 @@ class Explicit:
         plan = np.zeros((len(U), 6))
         plan[:, pair.translation] = U[:, TRAN]
         plan[:, pair.rotation] = pair.sign * U[:, ROT]
-        kept = law.settings.braking is BrakingRows.STOPPING and stopping.safe
-        if kept and not stopping.safe_after(plan[0]):
+        if law.settings.braking is BrakingRows.STOPPING and not stopping.allows(plan[0]):
             return stopping.rest(Outcome(status=Status.UNCERTIFIED))
         return stopping.decided(plan, Outcome(status=Status.OPTIMAL))
 

@@ -215,7 +215,7 @@ class Implicit:
             return self._stop(outcome)
         plan = self.formulation.of_steps(solution.U)
         in_axes = self._in_axes(plan)
-        if self.formulation.stopping and self._stopping.safe and not self._stopping.safe_after(in_axes[0]):
+        if self.formulation.stopping and not self._stopping.allows(in_axes[0]):
             return self._stop(replace(outcome, status=Status.UNCERTIFIED))
         self._plan = plan
         return self._stopping.decided(in_axes, outcome)

@@ -77,7 +77,7 @@ class Sensed:
             return self._stop(outcome)
         plan = self.problem.of_steps(solution)
         command = command_of(self.problem.parts, self.problem.of_parts(plan))
-        if self._stopping.safe and not self._stopping.safe_after(command[0]):
+        if not self._stopping.allows(command[0]):
             return self._stop(replace(outcome, status=Status.UNCERTIFIED))
         self._plan = plan
         return self._stopping.decided(command, outcome)
