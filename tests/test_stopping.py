@@ -236,6 +236,26 @@ def test_a_plan_goes_on_to_rest_where_the_law_takes_it() -> None:
     assert np.abs(motion[1:]).max() < 1e-6
 
 
+def test_a_plan_of_any_length_is_followed_to_its_end() -> None:
+    stopping = law("davsi")
+    command = stopping.decided(np.tile([1e-4, 0, 0, 0, 0, 0], (3000, 1)), INVALID)
+    assert_allclose(command.plan[:2999, 0], 1e-4)
+    assert len(command.plan) > 2999
+    assert command.plan[2999, 0] < 0.0
+
+
+def test_at_its_limit_in_coarse_periods_it_turns_back_within_one() -> None:
+    """From q at the limit and still moving, which is not safe: the next node is inside all the same."""
+    reach = law("thesis", lag=0.0).reach._replace(period=0.1)
+    motion, u = np.zeros((3, 6)), np.empty(6)
+    motion[0, 0], motion[1, 0] = 0.5, 1e-3
+    for _ in range(30):
+        stop(motion, reach, u)
+        advance(motion, u, reach)
+        assert motion[0, 0] <= 0.5 + 1e-12
+    assert abs(motion[1, 0]) < 1e-9
+
+
 def test_what_is_no_measurement_leaves_what_is_believed() -> None:
     stopping = law("davsi")
     stopping.reset(PlatformState(twist=np.array([0.4, 0, 0, 0, 0, 0])))

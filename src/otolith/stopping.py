@@ -44,7 +44,7 @@ from otolith.qp import Status
 HUGE: Final = 1e6  # [SI] beyond any platform and any drive, far below overflow
 GUARD: Final = 1e-9  # [m, rad] kept from the ends of the reach, above all rounding
 EASE: Final = 0.25  # [s] in which a comfortable stop ends the largest speed
-LONGEST: Final = 1500  # periods of a plan and its way to rest
+LONGEST: Final = 1000  # periods that are planned to come to rest in
 _AT_REST: Final = 1e-9  # [SI] commands below end a plan
 _RETURN: Final = 0.01  # of the reach: how far inside a platform goes that was outside
 _AGAIN: Final = 0.25  # of the largest speed: the fastest way back
@@ -113,8 +113,19 @@ def _leading(motion: Mat, T: float, q: Vec, w: Vec) -> None:
 
 
 @kernel
+def _together(q: Vec, w: Vec, reach: Reach, guard: float) -> tuple[float, float]:
+    """Periods in which surge and sway stop together: as many as they need, and as the room allows."""
+    dt, n_needed = reach.period, 1.0
+    n_room = _room_in_circle(q, w, reach.circle + guard, dt)
+    for i in range(2):
+        n_needed = max(n_needed, _needed(w[i], reach.command[i], dt))
+        n_room = min(n_room, _room(q[i], w[i], reach.low[i] - guard, reach.high[i] + guard, dt))
+    return n_needed, n_room
+
+
+@kernel
 def safe(motion: Mat, reach: Reach) -> bool:
-    """Whether full braking from `motion` (3, 6) ends within reach, and on a straight way in the circle."""
+    """Whether full braking from `motion` (3, 6) ends within reach; in the circle, on a straight way."""
     q, w = np.empty(6), np.empty(6)
     _leading(motion, reach.lag, q, w)
     for i in range(6):
@@ -122,8 +133,8 @@ def safe(motion: Mat, reach: Reach) -> bool:
         if cued and not _axis_safe(q[i], w[i], reach.low[i], reach.high[i], reach.command[i], reach.period):
             return False
     if reach.circle < np.inf:
-        n = max(_needed(w[0], reach.command[0], reach.period), _needed(w[1], reach.command[1], reach.period))
-        return _room_in_circle(q, w, reach.circle + GUARD, reach.period) >= n
+        n_needed, n_room = _together(q, w, reach, GUARD)
+        return n_room >= n_needed
     return True
 
 
@@ -155,7 +166,7 @@ def _full(w: float, reach: Reach, i: int) -> float:
 def _turn(w: float, room: float, reach: Reach, i: int) -> float:
     """Full braking, and more where that keeps the end of this period within the room left."""
     dt = reach.period
-    within = 2.0 * (abs(w) * dt - room) / (dt * dt) if room > 0.0 else 0.0
+    within = 2.0 * (abs(w) * dt - room) / (dt * dt)
     strength: float = min(reach.command[i], max(abs(w) / dt, within))
     return -math.copysign(strength, w)
 
@@ -179,7 +190,8 @@ def _axis(q: float, w: float, reach: Reach, i: int) -> float:
     inside = low <= q <= high
     outwards = 1.0 if (q + _full_braking(w, U, dt) if inside else q) > high else -1.0
     if w * outwards > 0.0:
-        return _turn(w, (high - q if outwards > 0.0 else q - low) if inside else 0.0, reach, i)
+        room = high - q if outwards > 0.0 else q - low
+        return _turn(w, room if inside else np.inf, reach, i)
     margin = _RETURN * min(high - low, _UNLIMITED)
     return _back(q, w, (high if outwards > 0.0 else low) - outwards * margin, reach, i)
 
@@ -187,12 +199,8 @@ def _axis(q: float, w: float, reach: Reach, i: int) -> float:
 @kernel
 def _in_circle(q: Vec, w: Vec, reach: Reach, u: Vec) -> None:
     """Write the commands of surge and sway, which share a circle."""
-    dt, n_room, n_comfortable, n_needed = reach.period, 1e9, 1.0, 1.0
-    for i in range(2):
-        n_room = min(n_room, _room(q[i], w[i], reach.low[i], reach.high[i], dt))
-        n_comfortable = max(n_comfortable, _comfortable(w[i], reach, i))
-        n_needed = max(n_needed, _needed(w[i], reach.command[i], dt))
-    n_room = min(n_room, _room_in_circle(q, w, reach.circle, dt))
+    n_needed, n_room = _together(q, w, reach, 0.0)
+    n_comfortable = max(_comfortable(w[0], reach, 0), _comfortable(w[1], reach, 1))
     n = max(n_needed, min(n_room, n_comfortable))
     distance = math.sqrt(q[0] * q[0] + q[1] * q[1])
     outwards = q[0] * w[0] + q[1] * w[1] > 0.0
@@ -298,7 +306,7 @@ class Stopping:
         )
         self._cued = (self.reach.command > 0.0).astype(np.float64)
         self._believed, self._measured = np.zeros((3, 6)), np.empty((3, 6))
-        self._room = np.zeros((LONGEST, 6))
+        self._room = np.zeros((2 * LONGEST, 6))
         self.rest(Outcome(status=Status.INVALID))  # no decision waits for a compiler
         self.allows(np.zeros(6))
         self.reset(PlatformState())
@@ -331,6 +339,8 @@ class Stopping:
 
         Its first period is believed to be followed. Without a plan, K = 0, the law brakes at once.
         """
+        if len(plan) + LONGEST > len(self._room):
+            self._room = np.zeros((len(plan) + LONGEST, 6))
         count = to_rest(self._believed, self.reach, np.ascontiguousarray(plan), self._room)
         commands = self._room[: max(1, count)].copy()
         return Command(
