@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from otolith.core.errors import InputError
-from otolith.platforms.tuning import load_tuning, parse_tuning, tunings
+from otolith.platforms.tuning import Adaptive, Classical, load_tuning, parse_tuning, tunings
 from otolith.washout.scaling import Cubic
 
 POSITIVE = st.floats(0.1, 10.0)
@@ -47,8 +47,14 @@ def _changed(change: str) -> str:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ("limit_mps2 = 3.4->limit_mps2 = 3.0", "scaling.force.limit in rig.toml is 3.0, must be at least"),
-        ("limit_degps = 12.0->limit_degps = 1.0", "scaling.rate.limit in rig.toml is 1.0, must be at least"),
+        (
+            "limit_mps2 = 3.4->limit_mps2 = 3.0",
+            "force.limit_mps2 in rig.toml is 3.0, must be at least",
+        ),
+        (
+            "limit_degps = 12.0->limit_degps = 1.0",
+            "rate.limit_degps in rig.toml is 1.0, must be at least",
+        ),
         ("largest_mps2 = 10.0->largest_mps2 = -1", "must be greater than 0 m/s2"),
         ("sensed_rate->senced_rate", "optimal.senced_rate in rig.toml is unknown, must be one of"),
         ('name = "davsi"->name = davsi', "line 4 of rig.toml"),
@@ -63,3 +69,13 @@ def test_a_wrong_tuning_is_one_sentence(change: str, sentence: str) -> None:
 def test_an_unknown_tuning_says_which_there_are() -> None:
     with pytest.raises(InputError, match="one of davsi, thesis, or a file"):
         load_tuning("rig")
+
+
+def test_a_file_may_hold_one_washout_only_and_makes_no_other() -> None:
+    text = _changed("[adaptive]->[later]").split("[later]")[0]
+    tuning = parse_tuning(text, "rig.toml")
+    assert tuning.of(Classical).surge.damping == 1.0
+    with pytest.raises(InputError, match=r"\[adaptive\] of tuning davsi is missing, must be given for"):
+        tuning.of(Adaptive)
+    with pytest.raises(InputError, match=r"classical in rig.toml is missing, must be given, or \[adaptive\]"):
+        parse_tuning(text.split("[classical]")[0], "rig.toml")

@@ -23,6 +23,10 @@ COMMANDS: Final = {
         "catalog:list_",
         "List cueing algorithms, perception models, plants, platforms, roads, scenarios or solvers.",
     ),
+    "example": (
+        "example:example_",
+        "Write files to start from: drive.csv, rig.toml, tuning.toml, and a cueing algorithm, washout.py.",
+    ),
     "run": (
         "run:run",
         "Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures.",

@@ -49,7 +49,10 @@ def drive_(
         str | None, typer.Option(help="Road surface of ISO 8608, A (good) to E (default: smooth).")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the road surface.")] = 0,
-    rate: Annotated[float, typer.Option(metavar="HZ", help="Of the record: 100, 200, 500 or 1000.")] = 100.0,
+    rate: Annotated[
+        float,
+        typer.Option(metavar="HZ", help="Samples of the record in a second: 1000 or a whole fraction of it."),
+    ] = 100.0,
     out: Annotated[
         Path | None, typer.Option(help="File for the drive, .csv or .h5 (default: out/ROAD-KMH.csv).")
     ] = None,

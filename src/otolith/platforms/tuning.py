@@ -5,7 +5,7 @@ its own. Degrees only where a name says `deg`; what reads the values converts th
 """
 
 from importlib.resources import files
-from typing import Annotated, Final, Self
+from typing import Annotated, Final, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
@@ -13,6 +13,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.platforms.bounds import Within, refuse
 from otolith.platforms.sentences import sentence, toml_fields
 
+T = TypeVar("T", bound="_Table")
 _FOLDER: Final = files("otolith.platforms") / "tunings"
 
 Corner = Annotated[float, BeforeValidator(Within(1e-3, 100.0, "rad/s", "", "deg/s").number)]  # [rad/s]
@@ -31,12 +32,14 @@ class _Table(BaseModel):
 class _Cubic(_Table):
     slope: Slope  # output per input of small signals
 
-    def _must_grow(self, largest: float, limit: float) -> None:
+    def _must_grow(self, unit: str) -> None:
+        """`unit` is the ending of the names of the fields in the file."""
+        largest, limit = getattr(self, f"largest_{unit}"), getattr(self, f"limit_{unit}")
         if 3.0 * limit < self.slope * largest * (1.0 - 1e-9):
             raise refuse(
-                f"at least slope × largest / 3 = {self.slope * largest / 3:.4g}, or large inputs "
+                f"at least slope × largest_{unit} / 3 = {self.slope * largest / 3:.4g}, or large inputs "
                 "come out smaller than middling ones",
-                field="limit",
+                field=f"limit_{unit}",
                 value=limit,
             )
 
@@ -49,7 +52,7 @@ class ForceScaling(_Cubic):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        self._must_grow(self.largest_mps2, self.limit_mps2)
+        self._must_grow("mps2")
         return self
 
 
@@ -61,7 +64,7 @@ class RateScaling(_Cubic):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        self._must_grow(self.largest_degps, self.limit_degps)
+        self._must_grow("degps")
         return self
 
 
@@ -132,22 +135,43 @@ class Optimal(_Table):
 
 
 class Tuning(_Table):
-    """Everything the washouts are made from, beside the platform's tilt threshold.
+    """Everything the washouts are made from, except for the platform's tilt threshold.
+
+    A file may hold the table of one washout only; `of` refuses to make another one from it.
 
     Examples
     --------
-    >>> load_tuning("davsi").classical.surge.damping
+    >>> load_tuning("davsi").of(Classical).surge.damping
     1.0
     """
 
     name: str = Field(min_length=1, max_length=80)
     description: str = ""
     scaling: Scaling
-    classical: Classical
-    adaptive: Adaptive
-    optimal: Optimal
+    classical: Classical | None = None
+    adaptive: Adaptive | None = None
+    optimal: Optimal | None = None
     catch_up_radps: Corner = 5.0  # how fast a tilt that was rate-limited closes up afterwards
     home_radps: Corner = 0.5  # how fast a platform returns that does not start from the neutral pose
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not (self.classical or self.adaptive or self.optimal):
+            raise refuse("given, or [adaptive], or [optimal]", field="classical", value="missing")
+        return self
+
+    def of(self, washout: type[T]) -> T:
+        """The table of one of the washouts: `Classical`, `Adaptive` or `Optimal`.
+
+        Raises
+        ------
+        InputError : the file has no such table.
+        """
+        name = washout.__name__.lower()
+        table = getattr(self, name)
+        if not isinstance(table, washout):
+            raise InputError(f"[{name}] of tuning {self.name}", "missing", f"given for the {name} washout")
+        return table
 
 
 def tunings() -> tuple[str, ...]:

@@ -51,7 +51,7 @@ def drive(
     LeftTheRoad : the car came more than 8 m off the path, or stopped before the end.
     """
     every = _divides("step", PERIOD, step)
-    keep = _divides("rate", 1.0 / rate_hz, step)
+    keep = _samples_between(rate_hz, step)
     p = car.numbers()
     plan = plan_speed(road, driver.limits, power=p.P, mass=p.m, standing=standing)
     planned = float(np.sum(road.step / np.maximum(0.5 * (plan.speed[1:] + plan.speed[:-1]), 0.5)))
@@ -147,6 +147,18 @@ def _run(
         resting = abs(x[3]) < AT_REST and k * dt > 1.0
         rest = rest + dt if resting else 0.0
     return count
+
+
+def _samples_between(rate_hz: float, step: float) -> int:
+    """Steps of integration from one sample of the record to the next."""
+    highest = round(1.0 / step)
+    every = round(highest / rate_hz) if 0.0 < rate_hz <= highest else 0
+    if every < 1 or abs(every * rate_hz - highest) > 1e-6 * highest:
+        some = ", ".join(f"{highest / k:g}" for k in (1, 2, 5, 10, 20, 50) if highest % k == 0)
+        raise InputError(
+            "rate", f"{rate_hz:g} Hz", f"{highest} Hz or a whole fraction of it, such as {some} Hz"
+        )
+    return every
 
 
 def _divides(name: str, whole: float, step: float) -> int:

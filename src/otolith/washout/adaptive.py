@@ -21,6 +21,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES
 from otolith.core.lti import StateSpace
+from otolith.platforms import tuning as tables
 from otolith.platforms.tuning import SecondOrder
 from otolith.washout.classical import coordinate
 from otolith.washout.drive import PERIOD, Demand, Motion, Task, Washout, cued
@@ -46,7 +47,7 @@ class AdaptiveChannels:
     """High-passes with adapting gains, low-pass tilts."""
 
     def __init__(self, task: Task, period: float) -> None:
-        self._of, mask, self._period = task.tuning.adaptive, cued(task), period
+        self._of, mask, self._period = task.tuning.of(tables.Adaptive), cued(task), period
         self._pairs = task.pairs
         self._moved, self._turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
         travels = [at_period_ends(_travel(getattr(self._of, AXES[i])), period) for i in self._moved]

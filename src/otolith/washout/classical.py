@@ -15,6 +15,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, GRAVITY, AxisPair
 from otolith.core.lti import Complexes
+from otolith.platforms import tuning as tables
 from otolith.platforms.tuning import Tuning
 from otolith.washout.drive import PERIOD, Demand, Motion, Task, Washout, cued, tilt_for
 from otolith.washout.filters import Bank, at_period_ends, one_period_late, rotation, tilt, translation
@@ -24,7 +25,7 @@ class ClassicalChannels:
     """High-pass translations, low-pass tilts, high-pass rotations, one bank of filters."""
 
     def __init__(self, task: Task, period: float) -> None:
-        of, mask = task.tuning.classical, cued(task)
+        of, mask = task.tuning.of(tables.Classical), cued(task)
         self._pairs = task.pairs
         self._moved, self._turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
         systems = [at_period_ends(translation(getattr(of, AXES[i])), period) for i in self._moved]
@@ -77,15 +78,16 @@ def force_response(tuning: Tuning, pair: AxisPair, omega: Vec) -> Complexes:
     (n,), complex.
     """
     s = 1j * np.asarray(omega, dtype=np.float64)
-    H = s * translation(getattr(tuning.classical, AXES[pair.translation])).frequency_response(omega)[:, 0, 0]
-    L = tilt(tuning.classical.tilt).frequency_response(omega)[:, 0, 0]
+    of = tuning.of(tables.Classical)
+    H = s * translation(getattr(of, AXES[pair.translation])).frequency_response(omega)[:, 0, 0]
+    L = tilt(of.tilt).frequency_response(omega)[:, 0, 0]
     response: Complexes = tuning.scaling.force.slope * (L + H * (1.0 - L))
     return response
 
 
 def rate_response(tuning: Tuning, omega: Vec) -> Complexes:
     """From wanted to given angular rate, K_ω R, in continuous time; (n,) complex."""
-    R: Complexes = rotation(tuning.classical.rotation).frequency_response(omega)[:, 0, 0]
+    R: Complexes = rotation(tuning.of(tables.Classical).rotation).frequency_response(omega)[:, 0, 0]
     return tuning.scaling.rate.slope * R
 
 
@@ -95,7 +97,8 @@ def cross_response(tuning: Tuning, pair: AxisPair, omega: Vec) -> Complexes:
     The tilt that the rotation brings is taken out again by the travel as far as H reaches: g θ (1 − H).
     """
     s = 1j * np.asarray(omega, dtype=np.float64)
-    H = s * translation(getattr(tuning.classical, AXES[pair.translation])).frequency_response(omega)[:, 0, 0]
+    of = tuning.of(tables.Classical)
+    H = s * translation(getattr(of, AXES[pair.translation])).frequency_response(omega)[:, 0, 0]
     response: Complexes = pair.sign * GRAVITY * rate_response(tuning, omega) / s * (1.0 - H)
     return response
 

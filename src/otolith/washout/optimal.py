@@ -17,6 +17,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.perception import Vestibular
+from otolith.platforms import tuning as tables
 from otolith.washout.drive import PERIOD, Demand, Motion, Task, Washout
 from otolith.washout.riccati import LqProblem, lq_problem
 
@@ -62,7 +63,7 @@ class OptimalChannels:
     """One LQ filter per axis pair, and one each for heave and yaw."""
 
     def __init__(self, task: Task, period: float, *, nonlinear: bool) -> None:
-        tuning, alone = task.tuning.optimal, task.singles
+        tuning, alone = task.tuning.of(tables.Optimal), task.singles
         largest = tuning.largest_alpha_per_s if nonlinear else 0.0
         alphas = np.linspace(0.0, largest, GRID if nonlinear else 1)
         self._per_excursion = tuning.alpha_per_s if nonlinear else 0.0

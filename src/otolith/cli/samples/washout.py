@@ -1,0 +1,51 @@
+"""A cueing algorithm of one's own in a few lines: a second-order high-pass of the longitudinal force.
+
+Run it with `python washout.py`. Whatever has `period`, `reset` and `step` as below is a cueing algorithm
+(see `otolith.interfaces.Cueing`) and can be simulated, judged and drawn as the shipped ones are. So far this
+is done from Python; the command line knows the shipped algorithms only.
+"""
+
+import numpy as np
+
+from otolith import metrics
+from otolith.core.frames import SURGE_PITCH
+from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.plant import Ideal
+from otolith.platforms import load
+from otolith.qp import Status
+from otolith.scenarios import scenario
+from otolith.simulate import simulate
+
+SURGE = SURGE_PITCH.translation  # index among surge, sway, heave, roll, pitch, yaw
+
+
+class HighPass:
+    """The platform accelerates as the vehicle does, and a spring with a damper brings it home."""
+
+    period = 0.01  # [s] between two decisions
+
+    def __init__(self, natural: float = 1.5) -> None:
+        self.stiffness, self.damping = natural**2, 2.0 * natural  # [1/s²], [1/s]
+
+    def reset(self, state: PlatformState) -> None:
+        """Nothing to forget: all that counts is where the platform is."""
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        """Acceleration of the next period, and where it will lead."""
+        acceleration, pose, twist = np.zeros(6), np.zeros(6), np.zeros(6)
+        position, velocity = state.pose[SURGE], state.twist[SURGE]
+        a = reference.specific_force[0] - self.damping * velocity - self.stiffness * position
+        acceleration[SURGE] = a
+        twist[SURGE] = velocity + self.period * a
+        pose[SURGE] = position + self.period * velocity + 0.5 * self.period**2 * a
+        outcome = Outcome(status=Status.OPTIMAL)
+        return Command(
+            acceleration=acceleration, pose=pose, twist=twist, plan=np.zeros((1, 6)), outcome=outcome
+        )
+
+
+if __name__ == "__main__":
+    platform = load("thesis")
+    drive = scenario("sine:amplitude=0.8,frequency=0.3,duration=8")
+    run = simulate(HighPass(), Ideal(), drive, platform=platform, pairs=("surge-pitch",))
+    print(f"RMSE {metrics.summarise(run)['rmse']:.3f} m/s², farthest {abs(run.pose[:, SURGE]).max():.3f} m")

@@ -1,0 +1,50 @@
+"""Progress is told on a terminal and without one; an estimate follows from the fraction done."""
+
+import io
+import time
+
+from rich.console import Console
+
+from otolith.cli.output import _progress_sentence, lines, progress_bar, screen, working
+
+
+def awaited(console: Console, text: str, seconds: float = 20.0) -> list[str]:
+    """The lines that were printed when one of them holds the text, or when the time is up."""
+    end = time.monotonic() + seconds
+    file = console.file
+    assert isinstance(file, io.StringIO)
+    while time.monotonic() < end and "\n" not in file.getvalue():
+        time.sleep(0.001)
+    return file.getvalue().splitlines()
+
+
+def test_without_a_terminal_a_line_comes_every_few_seconds_with_an_estimate() -> None:
+    clock = iter([0.0, *[20.0] * 10_000])
+    console = screen()
+    console.file = io.StringIO()
+    with lines(console, "hybrid-all on [1]", every=0.01, now=lambda: next(clock)) as tell:
+        tell("hybrid-all on [1]", 0.25)
+        said = awaited(console, "25 %")
+    assert "hybrid-all on [1]: 25 %, 20 s so far, about 60 s left" in said
+
+
+def test_what_is_unknown_is_not_estimated() -> None:
+    assert _progress_sentence("preparing", None, 12.3) == "preparing; 12 s so far"
+    assert _progress_sentence("running", 0.0, 12.3) == "running; 12 s so far"
+
+
+def test_short_work_says_nothing_and_its_thread_ends_with_it() -> None:
+    console = screen()
+    console.file = io.StringIO()
+    with progress_bar(console, "quick") as progress:
+        progress(0.5)
+    with working(console, "quick") as tell:
+        tell("quicker")
+    assert console.file.getvalue() == ""
+
+
+def test_a_terminal_shows_a_bar() -> None:
+    console = Console(file=io.StringIO(), force_terminal=True, width=80)
+    with progress_bar(console, "cueing [m/s]") as progress:
+        progress(0.5)
+    assert "cueing [m/s]" in console.file.getvalue()  # type: ignore[attr-defined]
