@@ -44,6 +44,19 @@ def test_ties_are_said() -> None:
     assert over_all.startswith("Over all, a and b tie with a mean rank of 1.50; a stands first")
 
 
+def test_a_tie_over_all_is_decided_by_limits_before_the_measure() -> None:
+    bold = {"x": summary(0.05, broken=1), "y": summary(0.1)}
+    calm = {"x": summary(0.2), "y": summary(0.3)}
+    over_all, *_ = said(**{name: {"bold": bold[name], "calm": calm[name]} for name in "xy"})
+    assert over_all == (
+        "Over all, calm and bold tie with a mean rank of 1.50; calm stands first, for it alone kept every "
+        "hard limit."
+    )
+    third = {"x": summary(0.21), "y": summary(0.05)}
+    over_all, *_ = said(**{n: {"bold": bold[n], "calm": calm[n], "third": third[n]} for n in "xy"})
+    assert "third is best" in over_all
+
+
 def test_a_small_lead_is_called_small() -> None:
     (text,) = said(x={"a": summary(0.1), "b": summary(0.1005)})
     assert "b has only 0.5 % more" in text

@@ -2,8 +2,8 @@
 
 The rule. Within a scenario, algorithms that kept every hard limit come before those that passed one; a limit
 that is soft for one of them is held against none. Among equals the smaller measure is better; equal measures
-share a rank. Over several scenarios the mean rank decides, then the mean of the measure relative to the
-scenario's best. There are no weights to argue about.
+share a rank. Over several scenarios the mean rank decides, then whether every hard limit was kept in all of
+them, then the mean of the measure relative to the scenario's best. There are no weights to argue about.
 """
 
 import math
@@ -134,7 +134,7 @@ def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Stand
         for i, name in enumerate(names)
     ]
     best = [min(row) for row in values]
-    return sorted(found, key=lambda one: (one.mean_rank, _relative(one.values, best)))
+    return sorted(found, key=lambda one: (one.mean_rank, any(one.broken), _relative(one.values, best)))
 
 
 def _broken(summaries: Sequence[Summary]) -> list[int]:

@@ -19,9 +19,15 @@ def _over_all(ranked: Sequence[Standing]) -> str:
     best = [one for one in ranked if one.mean_rank == ranked[0].mean_rank]
     names = _listed([one.cueing for one in best])
     if len(best) > 1:
+        kept = [one for one in best if not any(one.broken)]
+        if len(kept) == 1 and kept[0] is best[0]:
+            reason = "it alone kept every hard limit"
+        else:
+            reason = "its measure, relative to the best of each scenario, is the smallest in the mean"
+            reason += " of those that kept every hard limit" if 0 < len(kept) < len(best) else ""
         return (
-            f"Over all, {names} tie with a mean rank of {best[0].mean_rank:.2f}; {best[0].cueing} stands "
-            "first, for its measure, relative to the best of each scenario, is the smallest in the mean."
+            f"Over all, {names} tie with a mean rank of {best[0].mean_rank:.2f}; "
+            f"{best[0].cueing} stands first, for {reason}."
         )
     return f"Over all, {names} is best, with a mean rank of {best[0].mean_rank:.2f} and {_wins(best[0])}."
 

@@ -90,7 +90,8 @@ RULE: Final = (
     "share a rank."
 )
 RULE_OVERALL: Final = (
-    " Over all scenarios the mean rank decides, then the mean of the measure relative to the best."
+    " Over all scenarios the mean rank decides, then whether every hard limit was kept in all of them, then "
+    "the mean of the measure relative to the best."
 )
 
 DOFS: Final = {
