@@ -178,7 +178,7 @@ def _expected(
     """
     middle, expected = one.start + 0.5 * WINDOW, scale * one.expected
     cut = understood.log is not None and understood.settings.events == "cut"
-    middle = before_cut(middle, parted([event for event in understood.events if event.sure or cut]))
+    middle = before_cut(middle, parted(understood.events))
     if cut:
         middle = after_cut(middle, understood.events)
     apart = np.flatnonzero(np.diff(middle) > 1.5) + 1
@@ -195,7 +195,7 @@ def _events(ax: Axes, understood: Understanding, *, named: bool) -> None:
         color, start = EVENTS[event.kind], event.start - gone
         if named and len(understood.events) <= NAMED:
             ax.annotate(event.kind, (start, 0.04), xycoords=("data", "axes fraction"), fontsize=SMALL)
-        if cut and event.kind != "chatter":
+        if cut and event.sure:
             ax.axvline(start, color=color, linewidth=0.8, linestyle=":")
             gone += event.end - event.start - event.bridge
         else:

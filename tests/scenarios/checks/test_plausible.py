@@ -89,7 +89,7 @@ REFUSED = {
             ax=lambda d: np.where((T > 20) & (T < 25), 0.5, d["ax"]),
             ay=lambda d: np.where((T > 20) & (T < 25), 0.5, d["ay"]),
         ),
-        "frozen sensor from 20.02 s to 24.98 s (all forces unchanged for 4.96 s while the speed changes",
+        "frozen sensor from 20.02 s to 25 s (all forces unchanged for 4.96 s while the speed changes",
     ),
     "tilted sensor, no speed": (
         without("vx", drive=changed(ax=lambda d: d["ax"] + 2.0)),

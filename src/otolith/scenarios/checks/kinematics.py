@@ -10,7 +10,6 @@ from otolith.core.arrays import Vec
 from otolith.scenarios.channels import Channel
 from otolith.scenarios.checks.relations import (
     LEAST,
-    SLOPES,
     Relation,
     relation,
     window_changes,
@@ -23,6 +22,7 @@ from otolith.scenarios.columns import STANDARD_GRAVITY
 COMPARED: Final = ("ax", "ay", "yaw_rate", "vx")
 CHANGE: Final = "the change of speed"
 TURNING: Final = "speed × yaw rate"
+SHARES: Final = (0.85, 1.2)  # slopes of gravity's share, which knows no suspension and no delay of a speed
 LAG: Final = 2  # windows, one a second, between two angles
 GUESSED_SPEED: Final = 15.0  # [m/s] only to bring a yaw rate to the size of a force
 SLOW: Final = 2.0  # [m/s] below which a course tells nothing
@@ -58,13 +58,15 @@ class Kinematics:
         """How the part of a force that no level road explains goes with the pitch or roll of the gyro."""
         return {"ax": self.pitching, "ay": self.rolling}.get(key)
 
-    def attitude_explains(self, key: str) -> bool:
+    def attitude_explains(self, key: str, sign: float = 0.0) -> bool:
         """Whether a force differs from that on a level road by as much as roll or pitch make of gravity.
 
-        Either sign will do: in SAE J670 both forces and gravity are turned, and roll is not.
+        With `sign` +1 in x forward, y left, z up, with -1 in SAE J670, where lateral force and pitch are
+        turned and roll is not; with 0 in either.
         """
         share = self.share_of_gravity(key)
-        return share is not None and share.strong and (share.fits(1.0, SLOPES) or share.fits(-1.0, SLOPES))
+        signs = (1.0, -1.0) if sign == 0.0 else (sign,)
+        return share is not None and share.strong and any(share.fits(one, SHARES) for one in signs)
 
     def crossed(self) -> tuple[Relation, Relation] | None:
         """The relations of a_x and a_y as if they were exchanged, where all four channels are there."""

@@ -16,7 +16,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.scenarios.channels import Recording
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.remedies import listed, spelled
-from otolith.scenarios.checks.verdict import ROLLING, Verdict, alive
+from otolith.scenarios.checks.verdict import Verdict, alive
 from otolith.scenarios.columns import STANDARD_GRAVITY
 
 AXES: Final = {
@@ -119,18 +119,14 @@ def _unless(cued: bool, refuse: Callable[[], None]) -> list[str]:
 
 def _about_proof(verdict: Verdict, recording: Recording) -> list[str]:
     if verdict.proof:
-        return [f"left and right are proven by {verdict.proof}"]
-    if verdict.relative:
-        if verdict.relative == ROLLING:
-            condition = (
-                "the roll rate counts the right side down as positive, as ISO 8855 and SAE J670 both do"
+        notes = [f"left and right are proven by {verdict.proof}"]
+        if verdict.yaw > 0 and verdict.lateral == 0 and alive(recording.channels, ["ay"]):
+            notes.append(
+                "the sign of ay is not proven: it goes too little with the turning, as on a bank or in a lean"
             )
-        else:
-            condition = "that map is drawn with z up (x east and y north, say)"
-        return [
-            f"left and right agree with {verdict.relative}, which proves them only if {condition}; "
-            "--axes iso or --axes sae states it"
-        ]
+        return notes
+    if verdict.condition:
+        return [f"left and right agree with {verdict.condition}; --axes iso or --axes sae states it"]
     if not alive(recording.channels, TURNED):
         return []
     return [

@@ -16,7 +16,7 @@ from otolith.core.errors import InputError
 from otolith.scenarios.channels import FORCE, RATE, Channel, Recording
 from otolith.scenarios.checks.kinematics import TURNING, Kinematics
 from otolith.scenarios.checks.relations import AGREE, SLOPES, Relation, window_means
-from otolith.scenarios.checks.remedies import SURE, Remedy, either, exchange, remedies, spelled
+from otolith.scenarios.checks.remedies import SURE, Remedy, either, exchange, remedies, spelled, turns
 from otolith.scenarios.columns import STANDARD_GRAVITY
 
 ODD: Final = 0.5  # correlation against what belongs together from which on it is noted
@@ -74,7 +74,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
         if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
             continue  # a yaw rate against a witness is left to `orientation`
         if one.key not in {fault.key for fault in faults}:
-            if drive.attitude_explains(one.key):
+            if drive.attitude_explains(one.key, 1.0):
                 notes.append(_gravitys_share(drive, one))
             else:
                 faults.append(one)
@@ -114,9 +114,11 @@ def _contradiction(
     drive: Kinematics, one: Relation, source: str, told: Told, together: Sequence[Remedy]
 ) -> list[str]:
     """Refuse a relation that a remedy mends; a note about one that only the vehicle or the road explains."""
-    numbers, found = _numbers(one), together
-    if not found and abs(one.correlation) > ODD:
-        found = _tried(drive, [one], told)
+    numbers, found = _numbers(one), list(together)
+    if abs(one.correlation) > ODD and (not found or _road_may_explain(one, drive, found)):
+        found += [remedy for remedy in _tried(drive, [one], told) if remedy not in found]
+    if one.strong and one.correlation < 0.0 and not found and one.key in FORCE and not told.axes:
+        found = turns(drive, one)  # a leaning vehicle's force has another size, too
     if not one.strong and found:
         runs = "runs against" if one.correlation < 0.0 else f"is {one.slope:.2g} times"
         return [f"doubtful: {one.key} {runs} {one.other} ({numbers}; {'; or '.join(map(str, found))})"]

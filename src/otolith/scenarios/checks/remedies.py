@@ -100,6 +100,18 @@ def _part(chosen: Sequence[Change], others: Sequence[Sequence[Change]]) -> bool:
     )
 
 
+def turns(drive: Kinematics, fault: Relation) -> list[Remedy]:
+    """Turned signs that mend the sign of a relation whose size they leave as it is."""
+    columns = {key: channel.column for key, channel in drive.channels.items()}
+    single = [change for change in _changes(columns, set(fault.powers), ()) if not change.unit]
+    others = [one for one in drive.relations if one.agrees]
+    return [
+        Remedy((change,), _mapping((change,), columns))
+        for change in single
+        if all(one.fits(one.factor(change.factors), SLOPES) for one in others)
+    ]
+
+
 def exchange(drive: Kinematics) -> Remedy | None:
     """The remedy that exchanges a_x and a_y, signs included, if only that explains both."""
     crossed = drive.crossed()

@@ -5,37 +5,42 @@ from typing import Final
 
 import numpy as np
 
+from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import Channel
 from otolith.scenarios.checks.kinematics import TURNING, Kinematics
-from otolith.scenarios.checks.relations import SLOPES
+from otolith.scenarios.checks.relations import SLOPES, Relation
 from otolith.scenarios.checks.remedies import spelled
 from otolith.scenarios.columns import STANDARD_GRAVITY
 
 ROLLING: Final = "roll rate and gravity"
+PITCHING: Final = "pitch rate and gravity"
 BANK: Final = 0.7  # sin(45 deg): no road is banked more
 ALIVE: Final = {"ay": 0.2, "pitch_rate": 0.01, "yaw_rate": 0.01}  # [m/s², rad/s] less is as good as zero
 
 
 class Verdict:
-    """What the witnesses say of a drive's lateral force and yaw rate: +1 as read, -1 turned, 0 nothing."""
+    """What the witnesses say of a drive's lateral force and yaw rate: +1 as read, -1 turned, 0 nothing.
+
+    A yaw rate shows the turning whatever the road; a lateral force does so only where no bank explains the
+    contrary.
+    """
 
     def __init__(self, drive: Kinematics, source: str) -> None:
         self.drive, self.source = drive, source
         sure = [w.name for w in drive.witnesses if w.absolute]
         mapped = [w.name for w in drive.witnesses if not w.absolute]
+        self.together = self._together()
         self.yaw, self._by_yaw = self._side("yaw_rate", sure)
         self.lateral, self._by_lateral = self._side("ay", sure)
-        self.yaw_on_map, self._map = self._side("yaw_rate", mapped)
-        if not self.yaw_on_map:
-            self.yaw_on_map, self._map = self._side("ay", mapped)
-        if not self.yaw_on_map and self.drive.attitude_explains("ay"):
-            rolling = self.drive.rolling
-            self.yaw_on_map = 1 if rolling is not None and rolling.correlation > 0.0 else -1
-            self._map = ROLLING
-        self.together = self._together()
-        if self.yaw and (not self.lateral or drive.attitude_explains("ay")):
+        if "yaw_rate" in drive.channels:
             self.lateral = self.yaw * self.together
+        self.relative, self._map = self._side("yaw_rate", mapped)
+        if not self.relative:
+            self.relative, self._map = self._side("ay", mapped)
+        for key, words in (("ay", ROLLING), ("ax", PITCHING)):
+            if not self.relative and drive.attitude_explains(key):
+                self.relative, self._map = (1 if drive.attitude_explains(key, 1.0) else -1), words
 
     @property
     def by(self) -> str:
@@ -44,13 +49,29 @@ class Verdict:
 
     @property
     def proof(self) -> str:
-        """What proves that left is left, if something does."""
-        return self.by if (self._by_yaw or self._by_lateral) and self.yaw >= 0 <= self.lateral else ""
+        """What proves that left is left, if something does, and what could still deceive it."""
+        if self.yaw > 0:
+            return self._by_yaw
+        if self.yaw or self.lateral <= 0 or not self._by_lateral:
+            return ""
+        one = self.drive.of("ay", self._by_lateral)
+        share = 1.0 if one is None else self._share(one.measured + one.expected)
+        if share > BANK:
+            return self._by_lateral
+        return f"{self._by_lateral}, unless the road is banked by {np.degrees(np.arcsin(share)):.0f} deg"
 
     @property
-    def relative(self) -> str:
-        """What agrees on a map of unknown handedness."""
-        return self._map if self.yaw_on_map > 0 else ""
+    def condition(self) -> str:
+        """On which condition what is not absolute proves left and right; empty where nothing agrees."""
+        if self.relative <= 0:
+            return ""
+        if self._map == ROLLING:
+            how = "the roll rate counts the right side down as positive, as ISO 8855 and SAE J670 both do"
+        elif self._map == PITCHING:
+            how = "the pitch rate is in the axes of the lateral force"
+        else:
+            how = "that map is drawn with z up (x east and y north, say)"
+        return f"{self._map}, which proves them only if {how}"
 
     def turned(self, up: float) -> bool:
         """Whether lateral force and yaw rate are turned together, for sure."""
@@ -58,9 +79,8 @@ class Verdict:
         if self.yaw < 0:
             return self.lateral < 0 or (self.lateral == 0 and (up < 0.0 or not alive(channels, ["ay"])))
         if "yaw_rate" not in channels and self.lateral < 0:
-            alone = up == 0.0 and not alive(channels, ["pitch_rate"]) and self._beyond_banks()
-            return up < 0.0 or alone
-        return up < 0.0 and not self.yaw and self.yaw_on_map < 0 and self.together >= 0
+            return up < 0.0 or (up == 0.0 and not alive(channels, ["pitch_rate"]))
+        return up < 0.0 and not self.yaw and self.relative < 0 and self.together >= 0
 
     def refuse_contradiction(self, up: float) -> None:
         """Refuse what a witness contradicts and what cannot simply be turned, with what would mend it.
@@ -68,34 +88,37 @@ class Verdict:
         `up` tells by gravity whether z points up, +1, down, -1, or nothing.
         """
         channels = self.drive.channels
+        alone = (
+            [f"map {_remap(channels, ['yaw_rate'])}"] if "yaw_rate" in channels and self.together <= 0 else []
+        )
+        whole = ["--axes sae, which turns ay, pitch and yaw rate"] if up <= 0.0 and self.together >= 0 else []
         if self.yaw < 0:
-            ways = ["map " + _remap(channels, ["yaw_rate"])]
-            if self.lateral == 0 and up <= 0.0:
-                ways.append("--axes sae, which turns ay and the pitch rate, too")
             found = f"against {self._by_yaw}{self._how('yaw_rate')}"
-            raise InputError(f"yaw rate in {self.source}", found, _same(ways))
-        if self.lateral < 0:
-            ways = ["map " + _remap(channels, ["ay"])]
-            if "yaw_rate" not in channels and up <= 0.0:
-                ways.append("--axes sae, which turns pitch and yaw, too")
-            if not self._beyond_banks():
-                ways.append("--axes iso if it is right: on a steep bank, or in a vehicle that leans, it is")
+            raise InputError(f"yaw rate in {self.source}", found, _same(alone + whole))
+        if "yaw_rate" not in channels and self.lateral < 0:
+            ways = [f"map {_remap(channels, ['ay'])}", *whole]
             raise InputError(f"ay in {self.source}", f"against {self.by}{self._how('ay')}", _same(ways))
-        if not self.proof and self.yaw_on_map < 0 and self.together >= 0:
-            keys = [key for key in ("y", "heading") if self._map_is(key)]
-            ways = ["--axes sae, which turns ay, pitch and yaw rate"]
-            if self._map == ROLLING:
-                ways.append(
-                    f"map {_remap(channels, ['roll_rate'])} if it counts the left side down as positive"
-                )
-            ways += [
-                f"map {_remap(channels, [key])} if it is the map that is drawn with z down" for key in keys
-            ]
-            raise InputError(f"turning in {self.source}", f"against {self._map}", _same(ways))
+        if not self.proof and self.relative < 0:
+            raise InputError(
+                f"turning in {self.source}", f"against {self._map}", _same(whole + alone + self._other_maps())
+            )
+
+    def _other_maps(self) -> list[str]:
+        channels = self.drive.channels
+        if self._map == ROLLING:
+            return [f"map {_remap(channels, ['roll_rate'])} if it counts the left side down as positive"]
+        if self._map == PITCHING:
+            return [f"map {_remap(channels, [key])}" for key in ("pitch_rate", "ax")]
+        keys = [
+            k
+            for k in ("y", "heading")
+            if any(w.name == self._map and k in w.keys for w in self.drive.witnesses)
+        ]
+        return [f"map {_remap(channels, [key])} if it is the map that is drawn with z down" for key in keys]
 
     def refuse_statement(self, axes: str) -> None:
         """Refuse a statement of the user's that the ground contradicts."""
-        if self.yaw < 0 or (self.lateral < 0 and self._beyond_banks()):
+        if self.yaw < 0 or self.lateral < 0:
             witness = next(w for w in self.drive.witnesses if w.name == self.by)
             other = " ".join(f"{key}=none" for key in witness.keys)
             raise InputError(
@@ -107,34 +130,36 @@ class Verdict:
     def _side(self, key: str, names: Sequence[str]) -> tuple[int, str]:
         for name in names:
             one = self.drive.of(key, name)
-            if one is not None and one.strong:
-                if one.fits(1.0, SLOPES) or (key == "yaw_rate" and one.correlation > 0.0):
-                    return 1, name
-                if one.fits(-1.0, SLOPES) or (key == "yaw_rate" and one.correlation < 0.0):
-                    return -1, name
+            if one is None or not one.strong:
+                continue
+            if key == "yaw_rate":
+                return (1 if one.correlation > 0.0 else -1), name
+            if one.agrees:
+                return 1, name
+            if one.fits(-1.0, SLOPES) and self._beyond_banks(one):
+                return -1, name
         return 0, ""
 
     def _together(self) -> int:
+        """Whether lateral force and yaw rate have the same sign, +1, or surely not, -1."""
         one = self.drive.of("ay", TURNING)
         if self.drive.attitude_explains("ay"):
             return 1
         if one is None or not one.strong:
             return 0
-        return 1 if one.agrees else -1 if one.fits(-1.0, SLOPES) else 0
+        return 1 if one.agrees else -1 if one.fits(-1.0, SLOPES) and self._beyond_banks(one) else 0
 
     def _how(self, key: str) -> str:
         one = self.drive.of(key, self.by)
         return "" if one is None else f" (correlation {one.correlation:.2f}, slope {one.slope:.2f})"
 
-    def _beyond_banks(self) -> bool:
-        """Whether no bank explains a lateral force against the turning."""
-        one = self.drive.of("ay", self.by) or self.drive.of("ay", TURNING)
-        if one is None or not len(one.start):
-            return False
-        return float(np.quantile(np.abs(one.measured - one.expected), 0.9)) > BANK * STANDARD_GRAVITY
+    def _beyond_banks(self, one: Relation) -> bool:
+        """Whether no bank explains how a lateral force differs from that on a level road."""
+        return self._share(one.measured - one.expected) > BANK
 
-    def _map_is(self, key: str) -> bool:
-        return any(w.name == self._map and key in w.keys for w in self.drive.witnesses)
+    def _share(self, difference: Vec) -> float:
+        """What is exceeded in a tenth of the time, as a share of 1 g."""
+        return float(np.quantile(np.abs(difference), 0.9)) / STANDARD_GRAVITY if len(difference) else 0.0
 
 
 def alive(channels: Mapping[str, Channel], keys: Iterable[str]) -> bool:

@@ -52,12 +52,12 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
 
 
 def cut(recording: Recording, events: Sequence[Event]) -> Recording:
-    """The drive without its events: samples inside are dropped, and time goes on after the bridge.
+    """The drive without its sure events: samples inside are dropped, and time goes on after the bridge.
 
     Chatter is not cut: what is faster than 10 Hz is taken off there.
     """
     shaken = [event for event in events if event.kind == "chatter"]
-    gone = [event for event in events if event.kind != "chatter"]
+    gone = [event for event in events if event.sure]
     channels = {
         key: _cut_channel(without_chatter(one, shaken) if key in FORCE else one, gone)
         for key, one in recording.channels.items()
@@ -74,7 +74,7 @@ def before_cut(t: Vec, events: Sequence[Event]) -> Vec:
     """Times (n,) of the uncut drive at times of the cut one."""
     whole = np.array(t, dtype=np.float64)
     for event in sorted(events, key=lambda e: e.start):
-        if event.kind != "chatter":
+        if event.sure:
             whole += (whole > event.start) * (event.end - event.start - event.bridge)
     return whole
 
@@ -83,14 +83,14 @@ def after_cut(t: Vec, events: Sequence[Event]) -> Vec:
     """Times (n,) of the cut drive at times of the whole one."""
     left = np.array(t, dtype=np.float64)
     for event in events:
-        if event.kind != "chatter":
+        if event.sure:
             left -= (t >= event.end) * (event.end - event.start - event.bridge)
     return left
 
 
 def shortened(duration: float, events: Sequence[Event]) -> float:
     """Length [s] of a drive after `cut`."""
-    gone = [event for event in events if event.kind != "chatter"]
+    gone = [event for event in events if event.sure]
     return duration - sum(event.end - event.start - event.bridge for event in gone)
 
 
@@ -120,11 +120,13 @@ def refuse(events: Sequence[Event], source: str) -> None:
 
 
 def _fate(event: Event, treatment: str) -> str:
-    if treatment == "cut":
-        return "low-passed at 10 Hz there" if event.kind == "chatter" else "cut out"
+    if event.kind == "chatter" and treatment == "cut":
+        return "low-passed at 10 Hz there"
     if event.kind == "chatter":
         return "played as it is; --lowpass 5 smooths the whole drive, --events cut this stretch"
-    return "played as it is" if event.sure else "it may be driving and is played; --events cut takes it out"
+    if not event.sure:
+        return "it may be driving and is played as it is"
+    return "cut out" if treatment == "cut" else "played as it is"
 
 
 def _cut_channel(channel: Channel, events: Sequence[Event]) -> Channel:

@@ -16,6 +16,7 @@ HOLDS: Final = 8.0  # … and so many times as long as values are usually held (
 STILL: Final = 0.3  # [m/s², m/s] forces and speeds below it may well stand still
 GAIN: Final = 0.5  # [m/s] by which speed and the integral of a_x must differ in a pause …
 STEADY: Final = 2.0  # [s] of unchanging forces that are named though nothing else speaks of a pause
+JITTER: Final = 5.0  # [s] before and after a halt in which a sensor's noise is looked for
 SENSOR: Final = (
     1.0  # … and by which the speed must change while a sensor of forces is frozen, for so many seconds
 )
@@ -77,7 +78,20 @@ def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, i
         return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
     if float(np.abs(table[run[0]]).max()) < STILL or end - start < STEADY:
         return None
+    if _jitters(t, table, run):
+        return Event("pause", start, after, f"{length}, of a sensor that jitters otherwise", bridge=row)
     return Event("held", start, after, length, sure=False, bridge=row)
+
+
+def _jitters(t: Vec, table: Mat, run: tuple[int, int]) -> bool:
+    """Whether a force goes up and down from row to row about a stretch, as a real sensor's does."""
+    around = (t >= t[run[0]] - JITTER) & (t <= t[run[1]] + JITTER)
+    around[run[0] : run[1] + 1] = False
+    steps = np.diff(table[around], axis=0)
+    if len(steps) < 20:
+        return False
+    back = (steps[1:] * steps[:-1] < 0.0).mean(axis=0)
+    return bool(back.max() > 0.3)
 
 
 def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:
