@@ -57,7 +57,8 @@ UNITS: Final[Mapping[str, Mapping[str, float]]] = {
         **dict.fromkeys(("rpm", "revpmin", "1pmin"), 2.0 * math.pi / 60.0),
     },
     "speed": {
-        **dict.fromkeys(("mps", "ms", "ms-1", "mpsec", "mpsecond", "meterps", "metersps", "meterspsecond"), 1.0),
+        **dict.fromkeys(("mps", "ms", "ms-1", "mpsec", "mpsecond"), 1.0),
+        **dict.fromkeys(("meterps", "metersps", "meterspsecond"), 1.0),
         **dict.fromkeys(("kmh", "kph", "kmph", "kmh-1", "kmphr", "kmhr", "kilometersph"), 1.0 / 3.6),
         **dict.fromkeys(("kmphour", "kilometerspperh", "kilometersphour"), 1.0 / 3.6),
         **dict.fromkeys(("mph", "milesph", "miph", "milesphour"), 0.44704),
