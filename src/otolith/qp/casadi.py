@@ -17,8 +17,9 @@ from scipy.linalg import block_diag
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.qp.blocked import Lengths
+from otolith.qp.certificate import kkt_residual
 from otolith.qp.engines import CondensedEngine, empty_memory, expand
-from otolith.qp.problem import Qp, Solution, Status, kkt_residual
+from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution, rollout, stage_residual
 
 

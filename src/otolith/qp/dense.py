@@ -1,7 +1,9 @@
 """Dense engine: daqp, a dual active-set method (Arnström, Bemporad & Axehill, 2022).
 
 Warm-started with a working set and counting its changes, it stands for the thesis's hot-started
-qpOASES in all studies of iterations. Soft rows are solved through explicit slack variables.
+qpOASES in all studies of iterations. Soft rows are solved through explicit slack variables. What daqp does not
+solve as it is, is tried again with care (`otolith.qp.proximal`); its word for "infeasible" is
+taken for a question, and only a proof is an answer (`otolith.qp.infeasible`).
 """
 
 from dataclasses import dataclass
@@ -10,11 +12,15 @@ import daqp
 import numpy as np
 
 from otolith.core.arrays import Ints, Vec
-from otolith.qp.problem import Qp, Solution, Status, kkt_residual
+from otolith.qp.certificate import first_order_residual
+from otolith.qp.convex import convexity_fault
+from otolith.qp.infeasible import infeasible
+from otolith.qp.problem import Qp, Solution, Status
+from otolith.qp.proximal import Found, solve_with_care
 from otolith.qp.slack import Slacked
 
 _ACTIVE_UPPER, _ACTIVE_LOWER = 1, 3  # bits of daqp's `sense`
-_STATUS = {1: Status.OPTIMAL, -1: Status.INFEASIBLE}  # every other exit flag: no answer
+_SOLVED, _INFEASIBLE, _ITERATION_LIMIT, _NOT_CONVEX = 1, -1, -4, -5  # daqp's exit flags
 _PROXIMAL_STEPS = 50  # at most, for soft rows
 
 
@@ -37,21 +43,47 @@ class DenseSolver:
         ----------
         start : (b + m,) as `Solution.working_set`; None starts with no row active.
         """
-        shape = {"variables": len(qp.g), "rows": len(qp.upper)}
-        if not qp.well_posed():
-            return Solution.none(Status.INVALID, **shape)
+        fault = qp.fault()
+        if fault:
+            return Solution.none(Status.INVALID, qp, why=fault)
         start = np.zeros(len(qp.upper), dtype=np.int64) if start is None else start
-        if qp.penalty is None or not np.isfinite(qp.penalty).any():
-            flag, z, y, changes = self._run(qp, start)
-        else:
-            flag, z, y, changes = self._run_soft(Slacked(qp, qp.penalty), start)
-        status = _STATUS.get(flag, Status.LIMIT)
-        if status is not Status.OPTIMAL:
-            return Solution.none(status, **shape, changes=changes)
-        residual = kkt_residual(qp, z, y)
-        if not residual < self.tolerance:
-            status = Status.UNCERTIFIED
-        return Solution(status, z, y, changes, residual)
+        flag, z, y, changes = self._soft_or_hard(qp, start)
+        if flag == _SOLVED:  # daqp has factorised H: the cost is convex
+            residual = first_order_residual(qp, z, y)
+            if residual < self.tolerance:
+                return Solution(Status.OPTIMAL, z, y, changes, residual)
+        return self._doubted(qp, flag, changes)
+
+    def _doubted(self, qp: Qp, flag: int, changes: int) -> Solution:
+        """The answer to a problem that daqp has not solved as it is."""
+        fault = convexity_fault(qp.H)
+        if fault:
+            return Solution.none(Status.INVALID, qp, why=fault)
+        if flag == _ITERATION_LIMIT:
+            return Solution.none(Status.LIMIT, qp, changes=changes)
+        if flag == _INFEASIBLE and infeasible(qp):
+            return Solution.none(Status.INFEASIBLE, qp, changes=changes)
+        found = self._with_care(qp)
+        changes += found.changes
+        if found.residual < self.tolerance:
+            return Solution(Status.OPTIMAL, found.z, found.y, changes, found.residual)
+        if flag != _INFEASIBLE and infeasible(qp):
+            return Solution.none(Status.INFEASIBLE, qp, changes=changes)
+        if flag == _SOLVED:
+            return Solution(Status.UNCERTIFIED, found.z, found.y, changes, found.residual)
+        return Solution.none(Status.LIMIT, qp, changes=changes)
+
+    def _with_care(self, qp: Qp) -> Found:
+        limits = {"primal_tolerance": self.primal_tolerance, "iteration_limit": self.iteration_limit}
+        if not qp.has_soft_rows:
+            return solve_with_care(qp, **limits)
+        slacked = Slacked(qp, qp.penalty)
+        found = solve_with_care(slacked.exact(), **limits)
+        z, y = slacked.split(found.z)[1], slacked.multipliers(found.y)
+        return Found(z, y, first_order_residual(qp, z, y), found.changes)
+
+    def _soft_or_hard(self, qp: Qp, start: Ints) -> tuple[int, Vec, Vec, int]:
+        return self._run_soft(Slacked(qp, qp.penalty), start) if qp.has_soft_rows else self._run(qp, start)
 
     def _run(self, qp: Qp, start: Ints) -> tuple[int, Vec, Vec, int]:
         """Exit flag, z, y and working-set changes of daqp on a problem whose rows are all hard."""
@@ -67,7 +99,7 @@ class DenseSolver:
             sense,
             primal_tol=self.primal_tolerance,
             iter_limit=self.iteration_limit,
-            eps_prox=0.0,  # H is positive definite: no hidden regularisation
+            eps_prox=0.0,  # no hidden regularisation
         )
         changes = max(0, int(info["iterations"]) - 1)  # the last iteration only confirms
         return flag, np.asarray(z), np.asarray(info["lam"]), changes
@@ -78,7 +110,7 @@ class DenseSolver:
         for _ in range(_PROXIMAL_STEPS):
             flag, z, y, more = self._run(slacked.about(slack), working_set)
             changes += more
-            if flag not in _STATUS or _STATUS[flag] is not Status.OPTIMAL:
+            if flag != _SOLVED:
                 break
             before, working_set = slack, np.sign(y).astype(np.int64)
             slack, _ = slacked.split(z)

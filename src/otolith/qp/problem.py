@@ -1,4 +1,4 @@
-"""A convex QP, its solution, and the one certificate that judges every engine.
+"""A convex QP and its solution; `otolith.qp.certificate` judges them.
 
     min_z ½ zᵀ H z + gᵀ z   subject to   l ≤ (z₁ … z_b, A z) ≤ u
 
@@ -24,10 +24,10 @@ class Status(StrEnum):
     """What an engine found; only `OPTIMAL` carries a certificate below the engine's tolerance."""
 
     OPTIMAL = "optimal"
-    INFEASIBLE = "infeasible"  # no z satisfies all rows
+    INFEASIBLE = "infeasible"  # proved: no z satisfies all hard rows
     LIMIT = "limit"  # iteration limit, cycling, or numerical trouble
     UNCERTIFIED = "uncertified"  # the engine claimed success, its answer does not hold
-    INVALID = "invalid"  # data not finite, or l > u
+    INVALID = "invalid"  # data not finite, l > u, or a cost that is not convex
 
 
 class NotSolved(OtolithError):
@@ -38,7 +38,7 @@ class NotSolved(OtolithError):
 class Qp:
     """One quadratic program. Not copied: an engine reads it once per solve."""
 
-    H: Mat  # (n, n) symmetric positive definite
+    H: Mat  # (n, n) symmetric positive semidefinite
     g: Vec  # (n,)
     A: Mat  # (m, n)
     lower: Vec  # (b + m,), −inf where there is none
@@ -50,15 +50,35 @@ class Qp:
         """b, the number of leading variables that have simple bounds."""
         return len(self.upper) - len(self.A)
 
+    @property
+    def has_soft_rows(self) -> bool:
+        """True when a penalty is finite."""
+        return self.penalty is not None and bool(np.isfinite(self.penalty).any())
+
     def rows(self, z: Vec) -> Vec:
         """(b + m,) values that the bounds `lower` and `upper` apply to."""
         return np.concatenate([z[: self.bounds], self.A @ z])
 
+    def fault(self) -> str:
+        """One sentence that says why the numbers make no problem; empty when they do.
+
+        Every number that must be finite is, lower ≤ upper, and penalties are positive. Whether H is positive
+        semidefinite takes a factorisation and is asked apart, see `otolith.qp.convex`.
+        """
+        for name in ("H", "g", "A"):
+            if not np.isfinite(getattr(self, name)).all():
+                return f"{name} has an entry that is not finite"
+        if not (self.lower <= self.upper).all():  # a NaN bound compares false
+            i = int(np.argmin(self.lower <= self.upper))
+            return f"lower[{i}] is {self.lower[i]:g}, must be at most upper[{i}], which is {self.upper[i]:g}"
+        if self.penalty is not None and not (self.penalty > 0).all():
+            i = int(np.argmin(self.penalty > 0))
+            return f"penalty[{i}] is {self.penalty[i]:g}, must be positive"
+        return ""
+
     def well_posed(self) -> bool:
-        """True when every number that must be finite is, no bound is NaN, and lower ≤ upper."""
-        finite = np.isfinite(self.H).all() and np.isfinite(self.g).all() and np.isfinite(self.A).all()
-        ordered = (self.lower <= self.upper).all()  # a NaN bound compares false
-        return bool(finite and ordered and (self.penalty is None or (self.penalty > 0).all()))
+        """True when there is no `fault`."""
+        return not self.fault()
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +90,12 @@ class Solution:
     y: Vec  # (b + m,) signed multipliers
     changes: int  # of the working set, from the start that was given
     residual: float  # kkt_residual of (z, y); inf when there is no answer
+    why: str = ""  # one sentence, where a problem was refused
 
     @classmethod
-    def none(cls, status: Status, *, variables: int, rows: int, changes: int = 0) -> "Solution":
-        """The absence of an answer: zeros of the right shapes, no certificate."""
-        return cls(status, np.zeros(variables), np.zeros(rows), changes, np.inf)
+    def none(cls, status: Status, qp: Qp, *, changes: int = 0, why: str = "") -> "Solution":
+        """The absence of an answer: zeros of the problem's shapes, no certificate."""
+        return cls(status, np.zeros(len(qp.g)), np.zeros(len(qp.upper)), changes, np.inf, why)
 
     @property
     def working_set(self) -> Ints:
@@ -84,48 +105,6 @@ class Solution:
     def or_raise(self) -> "Solution":
         """Return self when optimal, else raise `NotSolved`."""
         if self.status is not Status.OPTIMAL:
-            raise NotSolved(f"the QP was not solved: {self.status} (residual {self.residual:.1e})")
+            why = self.why or f"residual {self.residual:.1e}"
+            raise NotSolved(f"the QP was not solved: {self.status} ({why})")
         return self
-
-
-def kkt_residual(qp: Qp, z: Vec, y: Vec) -> float:
-    """Largest violation of the optimality conditions; zero exactly at an optimum.
-
-    Absolute, in the problem's own units. Anything not finite gives infinity, so that an answer is
-    accepted only on `residual < tolerance`.
-
-    Parameters
-    ----------
-    z : (n,) primal point.
-    y : (b + m,) signed multipliers.
-    """
-    if not (np.isfinite(z).all() and np.isfinite(y).all()):
-        return np.inf
-    b = qp.bounds
-    stationarity = qp.H @ z + qp.g + qp.A.T @ y[b:]  # (n,)
-    stationarity[:b] += y[:b]
-    penalty = np.full(len(y), np.inf) if qp.penalty is None else qp.penalty
-    of_rows = row_residual(qp.rows(z), y, qp.lower, qp.upper, penalty)
-    return worst_of(of_rows, np.abs(stationarity))
-
-
-def worst_of(*violations: float | Vec) -> float:
-    """The largest of all numbers given, infinity when any is not finite."""
-    return max(float(np.max(v, initial=0.0)) if np.isfinite(v).all() else np.inf for v in violations)
-
-
-def row_residual(rows: Vec, y: Vec, lower: Vec, upper: Vec, penalty: Vec) -> float:
-    """The rows' part of a certificate: violation, complementarity, and |y| ≤ w where a row is soft.
-
-    All arguments have the same shape; what is not finite gives infinity.
-    """
-    side = np.where(y > 0, upper - rows, rows - lower)  # distance to the side that y names
-    held = y != 0.0
-    complementarity = np.abs(y[held] * np.maximum(side[held], 0.0))  # inf: a multiplier on no bound at all
-    violation = np.maximum(np.maximum(rows - upper, lower - rows), 0.0)
-    soft = np.isfinite(penalty)
-    outside = np.where(rows > upper, 1.0, -1.0) * y  # the multiplier towards the violated side
-    unpaid = violation[soft] * np.abs(penalty[soft] - outside[soft])
-    hard = violation[~soft] * np.maximum(np.abs(y[~soft]), 1.0)
-    excess = np.abs(y[soft]) - penalty[soft]
-    return worst_of(complementarity, hard, unpaid, excess)

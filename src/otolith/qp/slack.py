@@ -39,6 +39,12 @@ class Slacked:
         linear[: len(slack)] -= _CURVATURE * slack
         return Qp(self._H, linear, self._A, self._lower, self._upper)
 
+    def exact(self) -> Qp:
+        """The hard problem without the proximal term: its Hessian is singular."""
+        s, H = len(self._soft), self._H.copy()
+        H[:s, :s] = 0.0
+        return Qp(H, self._linear, self._A, self._lower, self._upper)
+
     def no_slack(self) -> Vec:
         """(s,) slacks of a point that satisfies all rows."""
         return np.zeros(len(self._soft))

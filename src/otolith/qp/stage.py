@@ -21,7 +21,8 @@ from scipy.sparse.csgraph import connected_components
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
 from otolith.core.lti import condense as predict
-from otolith.qp.problem import Qp, Status, row_residual, worst_of
+from otolith.qp.problem import Qp, Status
+from otolith.qp.relative import Rows, part, row_residual, worst_of
 
 OnRequest = Callable[[], Ints | None]  # makes a hint, as `StageSolution.working_set`, or has none
 
@@ -107,10 +108,10 @@ class StageQp:
     upper: Mat  # (N, nc + nv + nu), +inf where there is none
 
     def well_posed(self) -> bool:
-        """True when every number that must be finite is, no bound is NaN, and lower ≤ upper."""
+        """True when every number that must be finite is, no bound is NaN, lower ≤ upper, and the cost is convex."""
         judged = [f.name for f in fields(self) if f.name not in {"problem", "lower", "upper"}]
         finite = all(np.isfinite(getattr(self, name)).all() for name in judged)
-        return finite and bool((self.lower <= self.upper).all())
+        return finite and bool((self.lower <= self.upper).all() and (self.state_weight >= 0.0).all())
 
     def changed(self, **values: Any) -> "StageQp":
         """A copy with some fields replaced."""
@@ -161,8 +162,8 @@ def cost(qp: StageQp, U: Mat, X: Mat) -> float:
     return float(of_states + np.sum((0.5 * qp.problem.control_weight * U + qp.input_linear) * U))
 
 
-def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> Mat:
-    """Gradient (N, nu) of the Lagrangian in U, the dynamics eliminated by their costates.
+def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> tuple[Mat, Mat]:
+    """Gradient (N, nu) of the Lagrangian in U, the dynamics eliminated by their costates, and its absolute terms.
 
     With s_k = ∂(stage k)/∂x_{k+1} + Aᵀ s_{k+1}: the gradient is R u_k + r_k + Bᵀ s_k + y_inputs.
     """
@@ -174,20 +175,30 @@ def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> Mat:
     )
     gradient[:, weighted] += qp.state_weight * X[:, weighted] + qp.state_linear
     gradient += y[:, :nc] @ problem.C + np.einsum("kv,kvi->ki", y[:, nc : nc + nv], qp.varying)
-    of_inputs = problem.control_weight * U + qp.input_linear + y[:, nc + nv :]
+    own, of_inputs = problem.control_weight * U, y[:, nc + nv :]
+    total = own + qp.input_linear + of_inputs
+    terms = np.abs(own) + np.abs(qp.input_linear) + np.abs(of_inputs)
     s = np.zeros(problem.states)
     for k in reversed(range(problem.horizon)):
         s = gradient[k] + s
-        of_inputs[k] += problem.B.T @ s
+        total[k] += problem.B.T @ s
+        terms[k] += np.abs(problem.B.T) @ np.abs(s)
         s = problem.A.T @ s
-    return np.asarray(of_inputs)
+    return total, terms
 
 
 def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
-    """Largest violation of the optimality conditions; zero exactly at an optimum.
+    """How far (U, y) is from optimal, as a part of the problem's and the answer's own numbers; 0 is exact.
 
-    Absolute, in the problem's own units; it equals `kkt_residual` of the condensed problem. Anything
-    not finite gives infinity, so that an answer is accepted only on `residual < tolerance`.
+    No change of the units of states, inputs, rows or cost changes it; `otolith.qp.certificate` says why each
+    condition is judged as it is. The stages share units, so what is usual is taken over all of them:
+
+    - a row's size is the largest value that this row has at any stage, plus its bound's own;
+    - the gradient in an input is a part of the largest sum of its absolute terms at any stage;
+    - a multiplier is too small to matter when y times its row's size is a small part of Σ_j (largest sum of
+      the gradient's terms in u_j) · (largest |u_j|).
+
+    Anything not finite gives infinity, so that an answer is accepted only on `residual < tolerance`.
 
     Parameters
     ----------
@@ -196,8 +207,16 @@ def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
     if not (np.isfinite(U).all() and np.isfinite(y).all()):
         return np.inf
     X = rollout(qp, U)
-    of_rows = row_residual(row_values(qp, U, X), y, qp.lower, qp.upper, qp.problem.penalty)
-    return worst_of(of_rows, np.abs(stationarity(qp, U, X, y)))
+    values = row_values(qp, U, X)
+    reach = np.broadcast_to(np.abs(values).max(axis=0), values.shape)
+    gradient, terms = stationarity(qp, U, X, y)
+    of_inputs = terms.max(axis=0)
+    size = reach + np.abs(np.where(y > 0.0, qp.upper, qp.lower))
+    whole = np.full(y.shape, of_inputs @ np.abs(U).max(axis=0))
+    with np.errstate(invalid="ignore"):
+        share = part(np.where(y == 0.0, 0.0, np.abs(y) * size), whole)
+    rows = Rows(values, qp.lower, qp.upper, qp.problem.penalty, reach)
+    return worst_of(part(gradient, np.broadcast_to(of_inputs, gradient.shape)), row_residual(rows, y, share))
 
 
 def condense(qp: StageQp) -> Qp:

@@ -21,8 +21,9 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.qp.certificate import kkt_residual
 from otolith.qp.engines import CondensedEngine
-from otolith.qp.problem import Qp, Solution, Status, kkt_residual
+from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
 FAR: Final = 1e4  # how far rows outside the first working set begin from their value (qpOASES' relaxation)
@@ -112,7 +113,7 @@ def follow(qp: Qp, y0: Vec, point: Vec | None = None) -> Solution:
     )
     changes = _walk(way, at, lower, upper)
     if changes < 0:
-        return Solution.none(Status.LIMIT, variables=len(qp.g), rows=len(y0))
+        return Solution.none(Status.LIMIT, qp)
     w = solve_triangular(L, qp.g + R.T @ at.y, lower=True)
     z = -solve_triangular(L.T, w, lower=False)
     return Solution(Status.OPTIMAL, z, at.y, changes, kkt_residual(qp, z, at.y))

@@ -16,10 +16,11 @@ import numpy as np
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.mpc.formulation import Formulation
 from otolith.mpc.hybrid import Guess
+from otolith.qp.certificate import kkt_residual
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
 from otolith.qp.engines import CondensedEngine, StageMemory, expand
-from otolith.qp.problem import Qp, Solution, Status, kkt_residual
+from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
 QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)

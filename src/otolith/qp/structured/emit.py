@@ -160,16 +160,16 @@ def eliminate_vector(s: Structure) -> Lines:
     return lines + [f"p{i} = {reduced(f'm{s.nu + i}', 'h', s.nu, s.nu + i)}" for i in range(s.nx)]
 
 
+def input_terms(s: Structure, a: int, *, cost: bool = True) -> Lines:
+    """Terms of m_a, see `input_gradient`."""
+    first = s.nc + s.nv
+    terms = [product(symbol, f"s{i}") for i, symbol in in_column(joined(s), a)]
+    return terms + (cost_of(s).in_joint_gradient(a) + ([f"c{first + a}"] if a < s.nu else []) if cost else [])
+
+
 def input_gradient(s: Structure, *, cost: bool = True) -> Lines:
     """Lines of m = [B A]ᵀ s + (r_k + c_inputs, 0); without the cost and the inputs' own rows: [B A]ᵀ s."""
-    BA, first = joined(s), s.nc + s.nv
-    lines = []
-    for a in range(s.nu + s.nx):
-        terms = [product(symbol, f"s{i}") for i, symbol in in_column(BA, a)]
-        if cost:
-            terms += cost_of(s).in_joint_gradient(a) + ([f"c{first + a}"] if a < s.nu else [])
-        lines.append(f"m{a} = {total(terms)}")
-    return lines
+    return [f"m{a} = {total(input_terms(s, a, cost=cost))}" for a in range(s.nu + s.nx)]
 
 
 def factor(s: Structure) -> str:
@@ -268,15 +268,28 @@ def rollout(s: Structure) -> str:
 
 
 def stationarity(s: Structure) -> str:
-    """Largest |∂L/∂u| at U, X with the rows' multipliers in GRADIENT; `otolith.qp.stage.stationarity`."""
+    """Gradient of the Lagrangian at U, X with the rows' multipliers in GRADIENT; `otolith.qp.stage.stationarity`.
+
+    Three numbers: the largest |∂L/∂u|; the same as a part of its terms; Σ_j (largest sum of terms)·(largest |u_j|).
+    """
     at_errors, at_states, at_inputs = cost_of(s).at_point()
-    judged = [f"worst = largest(worst, abs(m{j}))" for j in range(s.nu)]
-    judged += [f"size += m{j}*m{j}" for j in range(s.nu)]  # a maximum forgets NaN, a sum does not
+    judged: Lines = []
+    for j in range(s.nu):
+        terms = [*input_terms(s, j), at_inputs[j].split(" += ")[1]]
+        judged += [f"worst{j} = largest(worst{j}, abs(m{j}))", f"sum_of_squares += m{j}*m{j}"]
+        judged.append(f"terms{j} = largest(terms{j}, {total(f'abs({term})' for term in terms)})")
+        judged.append(f"most{j} = largest(most{j}, abs(W[U + k*{s.nu} + {j}]))")
+    ending = ["worst = part = whole = 0.0"]
+    for j in range(s.nu):
+        ending += [f"worst = largest(worst, worst{j})", f"whole += terms{j}*most{j}"]
+        ending.append(f"part = largest(part, worst{j} / terms{j} if worst{j} > 0.0 else 0.0)")
+    ending += ["good = sum_of_squares < HUGE"]  # a maximum forgets NaN, a sum does not
     return function(
         "stationarity",
         "W",
         constants(s),
-        ["worst = 0.0", "size = 0.0"],
+        ["sum_of_squares = 0.0"],
+        [f"worst{j} = terms{j} = most{j} = 0.0" for j in range(s.nu)],
         [f"p{i} = 0.0" for i in range(s.nx)],
         loop(
             BACKWARD.format("N"),
@@ -291,7 +304,8 @@ def stationarity(s: Structure) -> str:
             judged,
             [f"p{i} = m{s.nu + i}" for i in range(s.nx)],
         ),
-        result="worst if size < HUGE else INFINITY",
+        ending,
+        result="(worst, part, whole) if good else (INFINITY, INFINITY, INFINITY)",
     )
 
 

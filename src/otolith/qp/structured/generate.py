@@ -50,6 +50,7 @@ def constants(structure: Structure) -> dict[str, int]:
         "ROWS": structure.total,
         "LANES": LANES,
         "NX": structure.nx,
+        "STATE_WEIGHTS": structure.steps * len(structure.weighted),
         "NUMBERS": at["LOWER"],  # the parts before it hold what must be finite
     }
     groups = (SETTINGS, INFO, CODES + PENDING, OFFERS)

@@ -147,7 +147,8 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "VALUE MULTIPLIER SET "  # r, y and σ: 0 free, ±1 active, ±2 saturated (soft, |y| = w)
         "HINT OTHER_SET OTHER_MULTIPLIER "  # a second guess, and the first while it is tried
         "DIAGONAL GRADIENT "  # what the rows add to the stages' Hessian and gradient
-        "EXCESS MARK"  # how far free rows are out; which rows change
+        "EXCESS MARK "  # how far free rows are out; which rows change
+        "REACH"  # the largest value of each row over all stages
     )
     of_sides = (
         "DISTANCE T LAMBDA SIGMA NU INV_LAMBDA INV_NU DELTA E1 E2 SCRATCH"  # interior point: 2 sides a row

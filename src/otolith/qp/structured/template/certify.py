@@ -17,14 +17,19 @@ from otolith.qp.structured.template.given import (
     MULTIPLIER,
     NUMBERS,
     NX,
+    REACH,
     ROWS,
     SOFT,
     STAGE_ROWS,
     START,
+    STATE_WEIGHT,
+    STATE_WEIGHTS,
     UPPER,
     VALUE,
+    N,
     kernel,
     least_of_rows,
+    pure,
     rollout,
     stationarity,
     woven,
@@ -40,36 +45,57 @@ PROOF = 1e-9  # relative margin by which infeasibility must be proved
 
 @kernel
 def well_posed(W: Vec) -> bool:
-    """True when all numbers are finite, no bound is NaN, and lower ≤ upper; sets the bounds in use."""
+    """True when all numbers are finite, weights not negative, no bound is NaN, and lower ≤ upper; sets the bounds in use."""
     good = 0
     for i in range(NUMBERS):
         good += 1 if abs(W[i]) < HUGE else 0
+    for i in range(STATE_WEIGHTS):
+        good += 1 if W[STATE_WEIGHT + i] >= 0.0 else 0
     for i in range(ROWS):
         good += 1 if W[LOWER + i] <= W[UPPER + i] else 0
         good += 1 if W[SOFT + i] > 0.0 else 0
         W[LO + i] = largest(W[LOWER + i], -FAR)
         W[HI + i] = smallest(W[UPPER + i], FAR)
-    return good == NUMBERS + 2 * ROWS
+    return good == NUMBERS + STATE_WEIGHTS + 2 * ROWS
+
+
+@pure
+def reach_of_rows(W: Vec) -> None:
+    """The largest |value| that each row of a stage has at any, at all stages; zero for the padding."""
+    for r in range(STAGE_ROWS):
+        W[REACH + r] = 0.0
+    for k in range(N):
+        for r in range(STAGE_ROWS):
+            W[REACH + r] = largest(W[REACH + r], abs(W[VALUE + k * STAGE_ROWS + r]))
+    for k in range(1, N):
+        for r in range(STAGE_ROWS):
+            W[REACH + k * STAGE_ROWS + r] = W[REACH + r]
 
 
 @kernel
-def judge_rows(W: Vec) -> float:
-    """The rows' part of the certificate: `otolith.qp.problem.row_residual`, infinity if not finite."""
+def judge_rows(W: Vec, whole: float) -> float:
+    """The rows' part of the certificate: `otolith.qp.relative.row_residual`, infinity if not finite.
+
+    `whole` is what the multipliers are parts of, see `otolith.qp.stage.stage_residual`.
+    """
     good = 0
+    reach_of_rows(W)
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
             i = block * LANES + j
-            r, y, w = W[VALUE + i], W[MULTIPLIER + i], W[SOFT + i]
-            above, below = r - W[UPPER + i], W[LOWER + i] - r
-            side = -above if y > 0.0 else -below
-            held = abs(y) * largest(side, 0.0) if y != 0.0 else 0.0
-            violation = largest(largest(above, below), 0.0)
-            unpaid = w - y if above > 0.0 else w + y
-            hard = violation * largest(abs(y), 1.0)
-            soft = largest(violation * abs(unpaid), abs(y) - w)
-            bad = largest(held, hard if w >= HARD else soft)
-            good += 1 if abs(r) < HUGE and abs(y) < HUGE and bad < HUGE else 0
+            r, y, w, low, high = W[VALUE + i], W[MULTIPLIER + i], W[SOFT + i], W[LOWER + i], W[UPPER + i]
+            size_above, size_below = W[REACH + i] + abs(high), W[REACH + i] + abs(low)
+            above, below = r - high, low - r
+            violation = largest(above, below)
+            violation = violation / (size_above if above > below else size_below) if violation > 0.0 else 0.0
+            size, gap = (size_above, -above) if y > 0.0 else (size_below, -below)
+            pull = abs(y)
+            idle = smallest(largest(gap, 0.0) / size, pull * size / whole) if y != 0.0 else 0.0
+            unpaid = smallest(violation, abs(w - (y if above > 0.0 else -y)) / w)
+            soft = largest(unpaid, (pull - w) / w)
+            bad = largest(idle, violation if w >= HARD else soft)
+            good += 1 if abs(r) < HUGE and pull < HUGE and bad < HUGE and idle < HUGE else 0
             W[ACCUMULATOR + j] = largest(W[ACCUMULATOR + j], bad)
     worst = fold_maximum(W)
     return worst if good == ROWS else INFINITY
@@ -81,8 +107,8 @@ def certificate(W: Vec) -> float:
     rollout(W)
     for i in range(ROWS):
         W[GRADIENT + i] = W[MULTIPLIER + i]
-    of_rows = judge_rows(W)
-    of_inputs = stationarity(W)
+    _, of_inputs, whole = stationarity(W)
+    of_rows = judge_rows(W, whole)
     return of_rows if of_inputs <= of_rows else of_inputs
 
 

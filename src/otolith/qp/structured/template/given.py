@@ -11,6 +11,7 @@ __all__ = ["kernel", "pure", "woven"]
 
 N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = NX = START = 0
 LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = EXCESS = 0
+REACH = STATE_WEIGHT = STATE_WEIGHTS = 0
 HINT = OTHER_SET = OTHER_MULTIPLIER = OFFERED = NEEDED = DOUBTED = 0
 DISTANCE = T = LAMBDA = SIGMA = NU = INV_LAMBDA = INV_NU = DELTA = E1 = E2 = SCRATCH = 0
 STEP_STATE = ALL_STEPS = 0
@@ -43,7 +44,7 @@ def rollout(W: Vec) -> None:
     """`otolith.qp.structured.emit.rollout`."""
 
 
-def stationarity(W: Vec) -> float:
+def stationarity(W: Vec) -> tuple[float, float, float]:
     """`otolith.qp.structured.emit.stationarity`."""
     raise NotImplementedError
 

@@ -221,7 +221,8 @@ def enter(W: Vec) -> None:
     for i in range(ROWS):
         W[GRADIENT + i] = 0.0
     rollout(W)
-    start_sides(W, COMPLEMENTARITY * largest(1.0, stationarity(W)))
+    steepest, _, _ = stationarity(W)
+    start_sides(W, COMPLEMENTARITY * largest(1.0, steepest))
 
 
 @woven

@@ -1,0 +1,62 @@
+"""A problem in units in which its numbers are about one.
+
+With z = D z' t, rows times E, cost divided by t²: the largest entries of each row and column of the optimality
+system become about one (Ruiz, 2001), and so does the middle one of the bounds, by the choice of t. All factors
+are powers of two, so that nothing is rounded. The certificate is the same number before and after.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.qp.problem import Qp
+
+_ROUNDS = 10
+_NO_NUMBER = 1e-9  # bounds below this part of the largest are left over from rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibrated:
+    """The scaled problem, and the way back."""
+
+    qp: Qp
+    of_variables: Vec  # (n,) factor from z' to z
+    of_multipliers: Vec  # (b + m,) factor from y' to y
+
+    def back(self, z: Vec, y: Vec) -> tuple[Vec, Vec]:
+        """Variables and multipliers in the units of the problem given."""
+        return z * self.of_variables, y * self.of_multipliers
+
+
+def equilibrate(qp: Qp) -> Equilibrated:
+    """Scale a problem whose rows are all hard."""
+    b = qp.bounds
+    D, E = _ruiz(np.abs(qp.H), np.abs(qp.A))
+    E = np.concatenate([1.0 / D[:b], E])
+    lower, upper = qp.lower * E, qp.upper * E
+    t = _amplitude(np.abs(np.concatenate([lower, upper])))
+    scaled = Qp(D[:, None] * qp.H * D, qp.g * D / t, E[b:, None] * qp.A * D, lower / t, upper / t)
+    return Equilibrated(scaled, D * t, E * t)
+
+
+def _ruiz(H: Vec, A: Vec) -> tuple[Vec, Vec]:
+    D, E = np.ones(len(H)), np.ones(len(A))
+    for _ in range(_ROUNDS):
+        of_rows = E[:, None] * A * D
+        columns = np.maximum((D[:, None] * H * D).max(axis=0), of_rows.max(axis=0, initial=0.0))
+        rows = of_rows.max(axis=1, initial=0.0)
+        D /= np.sqrt(np.where(columns == 0.0, 1.0, columns))
+        E /= np.sqrt(np.where(rows == 0.0, 1.0, rows))
+    return _power_of_two(D), _power_of_two(E)
+
+
+def _amplitude(bounds: Vec) -> float:
+    """The middle one of the bounds that are numbers, one where there is none."""
+    bounds = bounds[np.isfinite(bounds)]
+    bounds = bounds[bounds > _NO_NUMBER * np.max(bounds, initial=0.0)]
+    return float(_power_of_two(np.median(bounds))) if len(bounds) else 1.0
+
+
+def _power_of_two(x: Vec | np.floating) -> Vec:
+    return np.asarray(2.0 ** np.round(np.log2(x)))
