@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from otolith.core.errors import InputError
-from otolith.qp import DenseSolver, Status
+from otolith.qp import DenseSolver, Qp, Status
 from otolith.qp.engines import CondensedEngine, StageEngine
 from otolith.qp.stage import condense
 from otolith.qp.structured import StructuredSolver
@@ -71,3 +71,19 @@ def test_nothing_is_printed_where_a_command_prints_its_result(
 def test_hpipm_refuses_blocks() -> None:
     with pytest.raises(InputError, match="blocks is 1,2, must be none with casadi-hpipm"):
         HpipmEngine(stage_problem(np.random.default_rng(2)), tolerance=1e-6, blocks=(1, 2))
+
+
+def test_infeasible_problems_are_told_from_those_that_were_given_up() -> None:
+    qp = stage_qp(np.random.default_rng(1))
+    impossible = qp.changed(
+        lower=np.where(np.arange(qp.lower.shape[1]) == 0, 50.0, qp.lower), upper=qp.upper + 60.0
+    )
+    assert DenseSolver().solve(condense(impossible)).status is Status.INFEASIBLE
+    assert Hpipm(qp.problem).solve(impossible).status is Status.INFEASIBLE
+    assert QpOases().solve(condense(impossible)).status is Status.INFEASIBLE
+
+
+def test_a_maximum_is_not_asked_of_qpoases() -> None:
+    refused = QpOases().solve(Qp(-np.eye(2), np.zeros(2), np.zeros((0, 2)), -np.ones(2), np.ones(2)))
+    assert refused.status is Status.INVALID
+    assert "not convex" in refused.why

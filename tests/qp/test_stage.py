@@ -1,5 +1,7 @@
 """The stage problem against its dense form, finite differences and hand-solved cases."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from scipy.linalg import block_diag
 from otolith.qp import DenseSolver, kkt_residual
 from otolith.qp.stage import (
     StageProblem,
+    StageQp,
     by_columns,
     by_rows,
     condense,
@@ -65,13 +68,68 @@ def test_inputs_of_one_group_move_no_constant_row_of_another() -> None:
 
 @given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]))
 @settings(max_examples=30, deadline=None)
-def test_both_certificates_agree_on_any_point(seed: int, soft: float) -> None:
+def test_both_certificates_accept_the_optimum_and_refuse_what_is_beside_it(seed: int, soft: float) -> None:
     rng = np.random.default_rng(seed)
-    qp = stage_qp(rng, soft=soft).changed(x0=rng.standard_normal(4))
-    U, y = rng.standard_normal((N, NU)), rng.standard_normal((N, qp.problem.rows))
-    y[rng.uniform(size=y.shape) < 0.3] = 0.0
-    dense = kkt_residual(condense(qp), U.ravel(), by_columns(y, qp.problem))
-    assert stage_residual(qp, U, y) == pytest.approx(dense, rel=1e-9)
+    qp = stage_qp(rng, soft=soft)
+    dense = condense(qp)
+    found = DenseSolver().solve(dense).or_raise()
+    U, y = found.z.reshape(N, NU), by_rows(found.y, qp.problem)
+    assert stage_residual(qp, U, y) < 1e-8
+    assert kkt_residual(dense, found.z, found.y) < 1e-8
+    beside = U + 1e-3 * np.abs(U).max() * rng.standard_normal(U.shape)
+    assert stage_residual(qp, beside, y) > 1e-6
+    assert kkt_residual(dense, beside.ravel(), found.y) > 1e-6
+
+
+def in_other_units(qp: StageQp, of: np.random.Generator) -> tuple[StageQp, np.ndarray, np.ndarray]:
+    """The problem in units of states, inputs, rows and cost that differ by 1e±9; factors of U and y."""
+    problem = qp.problem
+    dx, du = 10.0 ** of.uniform(-9, 9, problem.states), 10.0 ** of.uniform(-9, 9, problem.inputs)
+    er = np.concatenate([10.0 ** of.uniform(-9, 9, problem.rows - problem.inputs), 1.0 / du])
+    c = 10.0 ** of.uniform(-9, 9)
+    nc, weighted = len(problem.C), list(problem.weighted)
+    scaled = replace(
+        problem,
+        A=problem.A * dx / dx[:, None],
+        B=problem.B * du / dx[:, None],
+        C=er[:nc, None] * problem.C * dx,
+        control_weight=c * problem.control_weight * du**2,
+        penalty=c * problem.penalty / er,
+    )
+    other = StageQp(
+        problem=scaled,
+        x0=qp.x0 / dx,
+        output=np.sqrt(c) * qp.output * dx,
+        error=np.sqrt(c) * qp.error,
+        state_weight=c * qp.state_weight * dx[weighted] ** 2,
+        state_linear=c * qp.state_linear * dx[weighted],
+        input_linear=c * qp.input_linear * du,
+        varying=er[nc : nc + len(problem.varying), None] * qp.varying * dx,
+        lower=qp.lower * er,
+        upper=qp.upper * er,
+    )
+    return other, 1.0 / du, c / er
+
+
+@given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]), damage=st.sampled_from([0.0, 1e-4, 1.0]))
+@settings(max_examples=40, deadline=None)
+def test_the_certificate_does_not_depend_on_units(seed: int, soft: float, damage: float) -> None:
+    rng = np.random.default_rng(seed)
+    qp = stage_qp(rng, soft=soft)
+    found = DenseSolver().solve(condense(qp)).or_raise()
+    y = by_rows(found.y, qp.problem)
+    U = found.z.reshape(N, NU) + damage * rng.standard_normal((N, NU))
+    other, of_U, of_y = in_other_units(qp, rng)
+    here, there = stage_residual(qp, U, y), stage_residual(other, U * of_U, y * of_y)
+    assert there == pytest.approx(here, rel=1e-6, abs=1e-12)
+
+
+def test_a_negative_state_weight_is_no_problem() -> None:
+    qp = stage_qp(np.random.default_rng(2))
+    weight = qp.state_weight.copy()
+    weight[3, 1] = -1e-9
+    assert qp.well_posed()
+    assert not qp.changed(state_weight=weight).well_posed()
 
 
 def test_stationarity_is_the_slope_of_the_lagrangian() -> None:

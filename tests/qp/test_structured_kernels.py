@@ -89,7 +89,14 @@ def test_the_compiled_certificate_is_the_plain_one(seed: int, soft: float) -> No
     assert solver.kernels.well_posed(solver.vector)
     assert solver.kernels.certificate(solver.vector) == pytest.approx(stage_residual(qp, U, y), rel=1e-10)
     slope = np.max(np.abs(stationarity(qp, U, rollout(qp, U), y)))
-    assert solver.kernels.stationarity(solver.vector) == pytest.approx(slope, rel=1e-10)
+    assert solver.kernels.stationarity(solver.vector)[0] == pytest.approx(slope, rel=1e-10)
+
+
+def test_a_negative_state_weight_is_refused_by_the_kernel() -> None:
+    solver, _, _ = loaded(1)
+    assert solver.kernels.well_posed(solver.vector)
+    solver.part("STATE_WEIGHT")[2, 1] = -1e-12
+    assert not solver.kernels.well_posed(solver.vector)
 
 
 @pytest.mark.parametrize("part", ["U", "MULTIPLIER", "ERROR", "START"])

@@ -17,10 +17,20 @@ from scipy.linalg import block_diag
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.qp.blocked import Lengths
-from otolith.qp.certificate import kkt_residual
+from otolith.qp.certificate import first_order_residual
+from otolith.qp.convex import convexity_fault
 from otolith.qp.engines import CondensedEngine, empty_memory, expand
+from otolith.qp.infeasible import infeasible
 from otolith.qp.problem import Qp, Solution, Status
-from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution, rollout, stage_residual
+from otolith.qp.stage import (
+    OnRequest,
+    StageProblem,
+    StageQp,
+    StageSolution,
+    condense,
+    rollout,
+    stage_residual,
+)
 
 
 class QpOases:
@@ -39,9 +49,9 @@ class QpOases:
         del start
         if qp.penalty is not None:
             _refuse_soft(qp.penalty)
-        shape = {"variables": len(qp.g), "rows": len(qp.upper)}
-        if not qp.well_posed():
-            return Solution.none(Status.INVALID, **shape)
+        fault = qp.fault() or convexity_fault(qp.H)
+        if fault:
+            return Solution.none(Status.INVALID, qp, why=fault)
         b = qp.bounds
         none = np.full(len(qp.g) - b, np.inf)
         found = _solve(
@@ -56,10 +66,10 @@ class QpOases:
             ubx=np.concatenate([qp.upper[:b], none]),
         )
         if found is None:
-            return Solution.none(Status.LIMIT, **shape)
+            return Solution.none(_unsolved(qp), qp)
         z, of_rows, of_bounds = found
         y = np.concatenate([of_bounds[:b], of_rows])
-        residual = kkt_residual(qp, z, y)
+        residual = first_order_residual(qp, z, y)
         return Solution(_judged(residual, self.tolerance), z, y, 0, residual)
 
 
@@ -89,7 +99,7 @@ class Hpipm:
         options = {"N": p.horizon, **stages, "hpipm": _PATIENT}
         found = _solve("hpipm", options, h=H, g=g, a=A, lba=lower, uba=upper, lbx=below, ubx=above)
         if found is None:
-            return self._answer(qp, Status.LIMIT, np.zeros((p.horizon, p.inputs)))
+            return self._answer(qp, _unsolved(condense(qp)), np.zeros((p.horizon, p.inputs)))
         z, of_rows, of_bounds = found
         U, of_inputs = self._inputs(z), self._inputs(of_bounds)
         by_stage = np.empty(len(of_rows))
@@ -195,6 +205,11 @@ def _solve(plugin: str, options: dict[str, Any], **data: Any) -> tuple[Vec, Vec,
         return None
     z, of_rows, of_bounds = (np.asarray(found[name].full()).ravel() for name in ("x", "lam_a", "lam_x"))
     return z, of_rows, of_bounds
+
+
+def _unsolved(qp: Qp) -> Status:
+    """Status of a problem that an engine gave up: casadi has no status for infeasible ones, a proof has."""
+    return Status.INFEASIBLE if infeasible(qp) else Status.LIMIT
 
 
 def _judged(residual: float, tolerance: float) -> Status:

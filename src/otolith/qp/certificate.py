@@ -3,24 +3,27 @@
 Write z_j = d_j z̃_j, multiply row i by e_i and the cost by c: the same problem in other units. Each condition
 is therefore judged as a part of its own terms (see `otolith.qp.relative`), with R = (I_b; A):
 
-    rows             r_i ≤ u_i + ε ρ_i                      ρ_i = Σ_j |R_ij z_j| + |u_i|,        likewise below
+    rows             r_i ≤ u_i + ε ρ_i                      ρ_i = Σ_j |R_ij z_j| + |u_i| (below likewise)
     stationarity     |H z + g + Rᵀ y|_j ≤ ε τ_j             τ_j = Σ_k |H_jk z_k| + |g_j| + Σ_i |R_ij y_i|
     complementarity  u_i − r_i ≤ ε ρ_i, where y_i > 0,      or |R_ij y_i| ≤ ε τ_j for all j
 
-and the certificate is the least ε. It is a backward error: numbers of the problem that are changed by a part ε,
-and multipliers dropped that make up no more than a part ε of any equation, leave the answer exactly optimal. Because
-the distance to a bound or the multiplier must be small, not their product, an answer certified with ε = 1e-6
-is not merely within 1e-3 of the optimum, as one with a duality gap of 1e-6 may be. Solvers' usual tests
-(OSQP: Stellato et al., 2020, §3.4; PIQP and HiGHS alike) take one norm over all equations, which depends on units.
+and the certificate is the least ε. It is a backward error: numbers of the problem that are changed by a
+part ε, and multipliers dropped that make up no more than a part ε of any equation, leave the answer exactly
+optimal. Because the distance to a bound or the multiplier must be small, not their product, an answer
+certified with ε = 1e-6 is not merely within 1e-3 of the optimum, as one with a duality gap of 1e-6 may be.
+Solvers' usual tests (OSQP: Stellato et al., 2020, §3.4; PIQP and HiGHS alike) take one norm over all
+equations, which depends on units.
 
 Two refinements, both unit-free:
 
-- *Multipliers that cancel.* Two opposite rows with huge multipliers make τ as large as one likes, and then any
-  point passes. So the error must also be small against the cost's own terms γ_j = Σ_k |H_jk z_k| + |g_j|, in total:
-  Σ_j |H z + g + Rᵀ y|_j x_j ≤ ε Σ_j γ_j x_j, where x_j = max(|z_j|, γ_j / H_jj) is the size of z_j.
-- *Equations without a number of their own* (z ≥ 0, g_j = 0) and with nothing but rounding in them have no size to be a
-  part of. They borrow BORROWED of the smallest size that one of their unknowns has elsewhere: ω_j of z_j is
-  the least (ρ_i / |R_ij|, γ_k / |H_kj|) over rows with b_i ≠ 0 and costs with g_k ≠ 0; η_i of y_i the least γ_j / |R_ij|.
+- *Multipliers that cancel.* Two opposite rows with huge multipliers make τ as large as one likes, and then
+  any point passes. So the error must also be small against the cost's own terms γ_j = Σ_k |H_jk z_k| +
+  |g_j|, in total: Σ_j |H z + g + Rᵀ y|_j x_j ≤ ε Σ_j γ_j x_j, where x_j = max(|z_j|, γ_j / H_jj) is the
+  size of z_j.
+- *Equations without a number of their own* (z ≥ 0, g_j = 0) and with nothing but rounding in them have no
+  size to be a part of. They borrow BORROWED of the size that is usual for their unknowns: ρ_i / |R_ij| and
+  γ_k / |H_kj| for z_j, γ_j / |R_ij| for y_i, over equations with b_i ≠ 0 or g_k ≠ 0, and from there on
+  outwards (`otolith.qp.sizes`).
 
 Where a cost is not convex (`otolith.qp.convex`), these conditions also hold at saddles and maxima.
 """
@@ -57,7 +60,7 @@ def first_order_residual(qp: Qp, z: Vec, y: Vec) -> float:
     if not (np.isfinite(z).all() and np.isfinite(y).all()):
         return np.inf
     point = _Point(qp, z, y)
-    rows = Rows(qp.rows(z), qp.lower, qp.upper, point.penalty, point.row_terms())
+    rows = Rows(qp.rows(z), qp.lower, qp.upper, qp.penalties, point.row_terms())
     error, terms = point.stationarity, point.terms()
     return worst_of(part(error, terms), point.total(), row_residual(rows, y, point.shares(terms)))
 
@@ -69,7 +72,6 @@ class _Point:
         b = qp.bounds
         self.qp, self.z, self.y = qp, z, y
         self.absolute = np.abs(qp.A)
-        self.penalty = np.full(len(y), np.inf) if qp.penalty is None else qp.penalty
         self.stationarity = qp.H @ z + qp.g + qp.A.T @ y[b:]
         self.stationarity[:b] += y[:b]
         self.of_cost = np.abs(qp.H) @ np.abs(z) + np.abs(qp.g)  # γ (n,)
@@ -81,7 +83,9 @@ class _Point:
         terms = self.of_cost + self.absolute.T @ np.abs(self.y[b:])
         terms[:b] += np.abs(self.y[:b])
         needy = (self.qp.g == 0.0) & (self.stationarity != 0.0)
-        return terms + BORROWED * np.where(needy, self._sizes.of_equations[:n], 0.0) if needy.any() else terms
+        if needy.any():
+            terms += BORROWED * np.where(needy, self._sizes.of_equations[:n], 0.0)
+        return np.asarray(terms)
 
     def row_terms(self) -> Vec:
         """(b + m,) Σ_j |R_ij z_j|, and what rows with a bound at zero borrow."""

@@ -26,7 +26,8 @@ def convexity_fault(H: Mat) -> str:
         return f"H[{i}, {i}] is 0 and its row is not: the cost is not convex"
     if not _positive(scaled + ROUNDING * np.eye(len(H))):
         least = float(np.linalg.eigvalsh(scaled)[0])
-        return f"H has the eigenvalue {least:.3g} in units of its diagonal, must be at least 0: the cost is not convex"
+        bound = "must be at least 0: the cost is not convex"
+        return f"H has the eigenvalue {least:.3g} in units of its diagonal, {bound}"
     return ""
 
 

@@ -1,12 +1,13 @@
 """Dense engine: daqp, a dual active-set method (Arnström, Bemporad & Axehill, 2022).
 
 Warm-started with a working set and counting its changes, it stands for the thesis's hot-started
-qpOASES in all studies of iterations. Soft rows are solved through explicit slack variables. What daqp does not
-solve as it is, is tried again with care (`otolith.qp.proximal`); its word for "infeasible" is
+qpOASES in all studies of iterations. Soft rows are solved through explicit slack variables. What daqp does
+not solve as it is, is tried again with care (`otolith.qp.proximal`); its word for "infeasible" is
 taken for a question, and only a proof is an answer (`otolith.qp.infeasible`).
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import daqp
 import numpy as np
@@ -74,16 +75,18 @@ class DenseSolver:
         return Solution.none(Status.LIMIT, qp, changes=changes)
 
     def _with_care(self, qp: Qp) -> Found:
-        limits = {"primal_tolerance": self.primal_tolerance, "iteration_limit": self.iteration_limit}
+        attempt = partial(
+            solve_with_care, primal_tolerance=self.primal_tolerance, iteration_limit=self.iteration_limit
+        )
         if not qp.has_soft_rows:
-            return solve_with_care(qp, **limits)
-        slacked = Slacked(qp, qp.penalty)
-        found = solve_with_care(slacked.exact(), **limits)
+            return attempt(qp)
+        slacked = Slacked(qp)
+        found = attempt(slacked.exact())
         z, y = slacked.split(found.z)[1], slacked.multipliers(found.y)
         return Found(z, y, first_order_residual(qp, z, y), found.changes)
 
     def _soft_or_hard(self, qp: Qp, start: Ints) -> tuple[int, Vec, Vec, int]:
-        return self._run_soft(Slacked(qp, qp.penalty), start) if qp.has_soft_rows else self._run(qp, start)
+        return self._run_soft(Slacked(qp), start) if qp.has_soft_rows else self._run(qp, start)
 
     def _run(self, qp: Qp, start: Ints) -> tuple[int, Vec, Vec, int]:
         """Exit flag, z, y and working-set changes of daqp on a problem whose rows are all hard."""

@@ -1,11 +1,13 @@
 """A problem in units in which its numbers are about one.
 
-With z = D z' t, rows times E, cost divided by t²: the largest entries of each row and column of the optimality
-system become about one (Ruiz, 2001), and so does the middle one of the bounds, by the choice of t. All factors
-are powers of two, so that nothing is rounded. The certificate is the same number before and after.
+With z = D z' t, rows times E, cost times c / t²: the largest entries of each row and column of the optimality
+system become about one (Ruiz, 2001), so does the middle one of the bounds, by the choice of t, and the
+largest curvature, by that of c. All factors are powers of two, so that nothing is rounded. The certificate
+is the same number before and after.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +38,11 @@ def equilibrate(qp: Qp) -> Equilibrated:
     E = np.concatenate([1.0 / D[:b], E])
     lower, upper = qp.lower * E, qp.upper * E
     t = _amplitude(np.abs(np.concatenate([lower, upper])))
-    scaled = Qp(D[:, None] * qp.H * D, qp.g * D / t, E[b:, None] * qp.A * D, lower / t, upper / t)
-    return Equilibrated(scaled, D * t, E * t)
+    H, g = D[:, None] * qp.H * D, qp.g * D / t
+    most = np.max(np.abs(H), initial=0.0) or np.max(np.abs(g), initial=0.0) or 1.0
+    c = _power_of_two(1.0 / most)
+    scaled = Qp(c * H, c * g, E[b:, None] * qp.A * D, lower / t, upper / t)
+    return Equilibrated(scaled, D * t, E * t / c)
 
 
 def _ruiz(H: Vec, A: Vec) -> tuple[Vec, Vec]:
@@ -58,5 +63,5 @@ def _amplitude(bounds: Vec) -> float:
     return float(_power_of_two(np.median(bounds))) if len(bounds) else 1.0
 
 
-def _power_of_two(x: Vec | np.floating) -> Vec:
-    return np.asarray(2.0 ** np.round(np.log2(x)))
+def _power_of_two(x: Any) -> Any:
+    return 2.0 ** np.round(np.log2(x))

@@ -1,7 +1,9 @@
-"""Proof that no point satisfies all hard rows (Farkas, 1902): multipliers y with Rᵀ y = 0 and Σ y⁺ u − y⁻ l < 0.
+"""Proof that no point satisfies all hard rows (Farkas, 1902): multipliers y with Rᵀ y = 0 and Σ y⁺ u − y⁻ l
+< 0.
 
-For such y every feasible z would give 0 = yᵀ R z ≤ Σ y⁺ u − y⁻ l < 0. An engine that fails to find a point has
-proved nothing: it may have been stopped by its tolerance. So "infeasible" is reported only with such y at hand.
+For such y every feasible z would give 0 = yᵀ R z ≤ Σ y⁺ u − y⁻ l < 0. An engine that fails to find a point
+has proved nothing: it may have been stopped by its tolerance. So "infeasible" is reported only with such y
+at hand.
 """
 
 import numpy as np
@@ -24,9 +26,7 @@ def is_proof(qp: Qp, y: Vec) -> bool:
     """
     side = np.where(y > 0.0, qp.upper, qp.lower)
     held = y != 0.0
-    usable = np.isfinite(side) & np.isfinite(y)
-    if qp.penalty is not None:
-        usable &= np.isinf(qp.penalty)
+    usable = np.isfinite(side) & np.isfinite(y) & np.isinf(qp.penalties)
     if not held.any() or not usable[held].all():
         return False
     b, n = qp.bounds, len(qp.g)
@@ -41,14 +41,14 @@ def infeasible(qp: Qp) -> bool:
 
     The multipliers of a linear program are refined to Rᵀ y = 0 on the rows that it chose, then judged.
     """
-    hard = qp if qp.penalty is None else _only_hard(qp)
+    hard = _only_hard(qp) if qp.has_soft_rows else qp
     units = equilibrate(hard)
     y = _ray(units.qp)
     return y is not None and is_proof(hard, units.back(np.zeros(len(qp.g)), _balanced(units.qp, y))[1])
 
 
 def _only_hard(qp: Qp) -> Qp:
-    soft = np.isfinite(qp.penalty)
+    soft = np.isfinite(qp.penalties)
     lower, upper = np.where(soft, -np.inf, qp.lower), np.where(soft, np.inf, qp.upper)
     return Qp(qp.H, qp.g, qp.A, lower, upper)
 
@@ -69,7 +69,7 @@ def _ray(qp: Qp) -> Vec | None:
         method="highs",
         options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
-    if found.x is None or not found.fun < 0.0:
+    if found.x is None or found.fun is None or not found.fun < 0.0:
         return None
     y = np.zeros(len(R))
     np.add.at(y, above, found.x[: len(above)])

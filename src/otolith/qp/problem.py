@@ -36,7 +36,7 @@ class NotSolved(OtolithError):
 
 @dataclass(frozen=True, slots=True)
 class Qp:
-    """One quadratic program. Not copied: an engine reads it once per solve."""
+    """One quadratic program. Its arrays are not copied, unless they hold other numbers than doubles."""
 
     H: Mat  # (n, n) symmetric positive semidefinite
     g: Vec  # (n,)
@@ -45,10 +45,21 @@ class Qp:
     upper: Vec  # (b + m,), +inf where there is none
     penalty: Vec | None = None  # (b + m,) w, +inf where the row is hard; None: all are
 
+    def __post_init__(self) -> None:
+        for name in ("H", "g", "A", "lower", "upper", "penalty"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, np.asarray(value, dtype=np.float64))
+
     @property
     def bounds(self) -> int:
         """b, the number of leading variables that have simple bounds."""
         return len(self.upper) - len(self.A)
+
+    @property
+    def penalties(self) -> Vec:
+        """(b + m,) w, +inf where the row is hard."""
+        return np.full(len(self.upper), np.inf) if self.penalty is None else self.penalty
 
     @property
     def has_soft_rows(self) -> bool:

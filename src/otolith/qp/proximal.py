@@ -1,10 +1,10 @@
 """Problems that daqp does not solve as they are: weak or no curvature, bad scaling, degenerate equalities.
 
-In equilibrated units, proximal points (Rockafellar, 1976): z_{k+1} minimises the cost plus ½ ε ‖z − z_k‖², which
-has the curvature that daqp needs, and the limit is a minimiser of the cost itself. Where the working set stands
-still, one linear system for that set (the *polish* of Stellato et al., OSQP, 2020, §4) gives the limit at once. How
-much ε helps and how little it must be differs from problem to problem, so several are tried; the certificate
-of the problem itself decides, and says nothing of how an answer was found.
+In equilibrated units, proximal points (Rockafellar, 1976): z_{k+1} minimises the cost plus ½ ε ‖z − z_k‖²,
+which has the curvature that daqp needs, and the limit is a minimiser of the cost itself. Where the working
+set stands still, one linear system for that set (the *polish* of Stellato et al., OSQP, 2020, §4) gives the
+limit at once. How much ε helps and how little it must be differs from problem to problem, so several are
+tried; the certificate of the problem itself decides, and says nothing of how an answer was found.
 """
 
 from typing import Final, NamedTuple
@@ -18,7 +18,8 @@ from otolith.qp.certificate import first_order_residual
 from otolith.qp.equilibrate import equilibrate
 from otolith.qp.problem import Qp
 
-# (ε, how far equalities are opened into inequalities, so that daqp need not hold dependent ones from the start)
+# (ε, how far equalities are opened into inequalities, so that daqp need not hold dependent ones from the
+# start)
 _ATTEMPTS: Final = ((1e-6, 0.0), (1e-4, 0.0), (1e-4, 1e-8), (1e-2, 0.0), (1e-3, 1e-7))
 _STEPS = 40  # proximal points of one attempt
 _ENOUGH = 1e-9  # certificate at which no better answer is sought
@@ -37,7 +38,7 @@ class Found(NamedTuple):
 
 
 def solve_with_care(qp: Qp, *, primal_tolerance: float, iteration_limit: int) -> Found:
-    """The best answer of all attempts to a convex problem with hard rows; its residual is infinite without any."""
+    """The best answer to a convex problem with hard rows; its residual is infinite where there is none."""
     units = equilibrate(qp)
     best = Found(np.zeros(len(qp.g)), np.zeros(len(qp.upper)), np.inf, 0)
     changes = 0
@@ -55,7 +56,9 @@ def solve_with_care(qp: Qp, *, primal_tolerance: float, iteration_limit: int) ->
 class _Walk:
     """The proximal points of one problem with one ε."""
 
-    def __init__(self, qp: Qp, epsilon: float, opening: float, primal_tol: float, iteration_limit: int) -> None:
+    def __init__(
+        self, qp: Qp, epsilon: float, opening: float, primal_tol: float, iteration_limit: int
+    ) -> None:
         n, equal = len(qp.g), qp.lower == qp.upper
         self._qp, self._epsilon = qp, epsilon
         self._model = daqp.Model()
@@ -104,8 +107,8 @@ class _Walk:
 def polish(qp: Qp, z: Vec, y: Vec) -> tuple[Vec, Vec]:
     """Point and multipliers with the rows of the working set, the signs of y, held at their sides.
 
-    [H Aᵀ; A 0] of these rows may be singular; [H + δ I, Aᵀ; A, −δ I] is not, and refining its solution with the
-    first ends at a solution of that, where there is one.
+    [H Aᵀ; A 0] of these rows may be singular; [H + δ I, Aᵀ; A, −δ I] is not, and refining its solution with
+    the first ends at a solution of that, where there is one.
     """
     n, b, held = len(qp.g), qp.bounds, y != 0.0
     rows = np.vstack([np.eye(b, n)[held[:b]], qp.A[held[b:]]])

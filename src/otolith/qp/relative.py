@@ -1,9 +1,9 @@
 """Errors as parts of what they are errors in, and the rows' part of a certificate.
 
-An equation Σ t_i = b holds *to a part ε* when its error is at most ε (Σ |t_i| + |b|): then a change of each of
-its numbers by a part ε makes it exact. That is the componentwise backward error (Oettli & Prager, 1964; Higham,
-Accuracy and Stability of Numerical Algorithms, 2nd ed., Theorem 7.3). It is the same number in any units, since
-a change of units multiplies all terms of an equation alike.
+An equation Σ t_i = b holds *to a part ε* when its error is at most ε (Σ |t_i| + |b|): then a change of each
+of its numbers by a part ε makes it exact. That is the componentwise backward error (Oettli & Prager, 1964;
+Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., Theorem 7.3). It is the same number in any
+units, since a change of units multiplies all terms of an equation alike.
 """
 
 from typing import NamedTuple

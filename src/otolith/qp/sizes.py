@@ -1,8 +1,9 @@
 """What size is usual in each equation of the optimality conditions, and for each unknown.
 
 The equations are H z + g + Rᵀ y = 0 and R z = b with R = (I_b; A): a symmetric system K (z, y) = (−g, b). An
-equation with a number of its own (g_j ≠ 0, b_i ≠ 0) has a size at any point, the sum of its absolute terms. It tells
-the size of its unknowns, these that of equations without a number, and so on. All follow a change of units.
+equation with a number of its own (g_j ≠ 0, b_i ≠ 0) has a size at any point, the sum of its absolute terms.
+It tells the size of its unknowns, these that of equations without a number, and so on. All follow a change
+of units.
 """
 
 from typing import NamedTuple
@@ -44,9 +45,9 @@ def optimality_system(qp: Qp) -> Entries:
 def natural_sizes(K: Entries, told: Vec, at_most: Vec) -> Sizes:
     """Sizes of all equations and unknowns, from those that are told.
 
-    An unknown takes the middle one of the sizes that equations with a size give it, an equation the middle one of
-    those that its unknowns give it, and so on outwards until nothing new is reached. The middle, since a bound of
-    1e9 that stands for none, or a 1e-14 left over from rounding, tells nothing.
+    An unknown takes the middle one of the sizes that equations with a size give it, an equation the middle
+    one of those that its unknowns give it, and so on outwards until nothing new is reached. The middle,
+    since a bound of 1e9 that stands for none, or a 1e-14 left over from rounding, tells nothing.
 
     Parameters
     ----------

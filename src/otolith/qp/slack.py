@@ -20,8 +20,8 @@ _CURVATURE = 1e-4  # ε
 class Slacked:
     """The hard problem of a soft one; its rows: σ ≥ 0, hard rows, soft rows with −σ, soft rows with +σ."""
 
-    def __init__(self, qp: Qp, penalty: Vec) -> None:
-        n, b = len(qp.g), qp.bounds
+    def __init__(self, qp: Qp) -> None:
+        n, b, penalty = len(qp.g), qp.bounds, qp.penalties
         rows = np.vstack([np.eye(b, n), qp.A])  # (b + m, n)
         soft = np.isfinite(penalty)
         self._soft, self._hard = np.flatnonzero(soft), np.flatnonzero(~soft)

@@ -108,7 +108,7 @@ class StageQp:
     upper: Mat  # (N, nc + nv + nu), +inf where there is none
 
     def well_posed(self) -> bool:
-        """True when every number that must be finite is, no bound is NaN, lower ≤ upper, and the cost is convex."""
+        """True when all but bounds is finite, no bound is NaN, lower ≤ upper, and no weight is negative."""
         judged = [f.name for f in fields(self) if f.name not in {"problem", "lower", "upper"}]
         finite = all(np.isfinite(getattr(self, name)).all() for name in judged)
         return finite and bool((self.lower <= self.upper).all() and (self.state_weight >= 0.0).all())
@@ -162,27 +162,36 @@ def cost(qp: StageQp, U: Mat, X: Mat) -> float:
     return float(of_states + np.sum((0.5 * qp.problem.control_weight * U + qp.input_linear) * U))
 
 
-def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> tuple[Mat, Mat]:
-    """Gradient (N, nu) of the Lagrangian in U, the dynamics eliminated by their costates, and its absolute terms.
+def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> Mat:
+    """Gradient (N, nu) of the Lagrangian in U, the dynamics eliminated by their costates.
 
     With s_k = ∂(stage k)/∂x_{k+1} + Aᵀ s_{k+1}: the gradient is R u_k + r_k + Bᵀ s_k + y_inputs.
     """
+    return _gradient(qp, U, X, y)[0]
+
+
+def _gradient(qp: StageQp, U: Mat, X: Mat, y: Mat) -> tuple[Mat, Mat]:
+    """`stationarity`, and the sums of its absolute terms, those of s_k among them."""
     problem = qp.problem
     nc, nv = len(problem.C), len(problem.varying)
     weighted = list(problem.weighted)
-    gradient = np.einsum("kyi,kyj,kj->ki", qp.output, qp.output, X) + np.einsum(
-        "kyi,ky->ki", qp.output, qp.error
-    )
-    gradient[:, weighted] += qp.state_weight * X[:, weighted] + qp.state_linear
-    gradient += y[:, :nc] @ problem.C + np.einsum("kv,kvi->ki", y[:, nc : nc + nv], qp.varying)
+    force = np.einsum("kyi,ki->ky", qp.output, X) + qp.error
+    washout, of_states, of_varying = qp.state_weight * X[:, weighted], y[:, :nc], y[:, nc : nc + nv]
+    gradient = np.einsum("kyi,ky->ki", qp.output, force) + of_states @ problem.C
+    gradient += np.einsum("kv,kvi->ki", of_varying, qp.varying)
+    gradient[:, weighted] += washout + qp.state_linear
+    of_s = np.einsum("kyi,ky->ki", np.abs(qp.output), np.abs(force)) + np.abs(of_states) @ np.abs(problem.C)
+    of_s += np.einsum("kv,kvi->ki", np.abs(of_varying), np.abs(qp.varying))
+    of_s[:, weighted] += np.abs(washout) + np.abs(qp.state_linear)
+
     own, of_inputs = problem.control_weight * U, y[:, nc + nv :]
     total = own + qp.input_linear + of_inputs
     terms = np.abs(own) + np.abs(qp.input_linear) + np.abs(of_inputs)
     s = np.zeros(problem.states)
     for k in reversed(range(problem.horizon)):
+        terms[k] += np.abs(problem.B.T) @ (of_s[k] + np.abs(s))
         s = gradient[k] + s
         total[k] += problem.B.T @ s
-        terms[k] += np.abs(problem.B.T) @ np.abs(s)
         s = problem.A.T @ s
     return total, terms
 
@@ -209,7 +218,7 @@ def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
     X = rollout(qp, U)
     values = row_values(qp, U, X)
     reach = np.broadcast_to(np.abs(values).max(axis=0), values.shape)
-    gradient, terms = stationarity(qp, U, X, y)
+    gradient, terms = _gradient(qp, U, X, y)
     of_inputs = terms.max(axis=0)
     size = reach + np.abs(np.where(y > 0.0, qp.upper, qp.lower))
     whole = np.full(y.shape, of_inputs @ np.abs(U).max(axis=0))

@@ -85,14 +85,16 @@ def all_rows(s: Structure) -> Matrix:
     return s.C | {(s.nc + r, i): symbol for (r, i), symbol in s.V.items()}
 
 
+def state_terms(s: Structure, i: int, *, cost: bool = True) -> Lines:
+    """Terms of s_i: from the stages after, the rows, and the cost when asked for."""
+    terms = [f"p{i}"] + [product(f"c{r}", a) for r, a in in_column(all_rows(s), i)]
+    return terms + (cost_of(s).in_state_gradient(i) if cost else [])
+
+
 def stage_gradient(s: Structure, *, cost: bool = True) -> Lines:
-    """s_i: from the stages after, the rows, and the cost when asked for."""
-    rows, of_cost = all_rows(s), cost_of(s)
+    """All s_i."""
     lines = per_stage(s.rows, "GRADIENT", "c")
-    for i in range(s.nx):
-        terms = [f"p{i}"] + [product(f"c{r}", a) for r, a in in_column(rows, i)]
-        lines.append(f"s{i} = {total(terms + (of_cost.in_state_gradient(i) if cost else []))}")
-    return lines
+    return lines + [f"s{i} = {total(state_terms(s, i, cost=cost))}" for i in range(s.nx)]
 
 
 def stage_hessian(s: Structure) -> Lines:
@@ -267,17 +269,29 @@ def rollout(s: Structure) -> str:
     )
 
 
-def stationarity(s: Structure) -> str:
-    """Gradient of the Lagrangian at U, X with the rows' multipliers in GRADIENT; `otolith.qp.stage.stationarity`.
+def absolute(terms: Iterable[str]) -> str:
+    """Text of the sum of the terms' absolute values."""
+    return total(f"abs({term})" for term in terms)
 
-    Three numbers: the largest |∂L/∂u|; the same as a part of its terms; Σ_j (largest sum of terms)·(largest |u_j|).
+
+def stationarity(s: Structure) -> str:
+    """Gradient of the Lagrangian at U, X with the rows' multipliers in GRADIENT;
+    `otolith.qp.stage.stationarity`.
+
+    Three numbers: the largest |∂L/∂u|; the same as a part of its terms; Σ_j (largest sum of terms)·(largest
+    |u_j|).
     """
     at_errors, at_states, at_inputs = cost_of(s).at_point()
+    added = dict(line.split(" += ") for line in at_states + at_inputs)  # what the point adds to s and m
     judged: Lines = []
+    for i in sorted({i for i, _ in s.B}):
+        terms = state_terms(s, i) + ([added[f"s{i}"]] if f"s{i}" in added else [])
+        judged.append(f"S{i} = {absolute(terms)}")
     for j in range(s.nu):
-        terms = [*input_terms(s, j), at_inputs[j].split(" += ")[1]]
+        terms = [product(f"abs({b})" if b else "", f"S{i}") for i, b in in_column(s.B, j)]
+        own = absolute([*input_terms(s, j)[len(terms) :], added[f"m{j}"]])
         judged += [f"worst{j} = largest(worst{j}, abs(m{j}))", f"sum_of_squares += m{j}*m{j}"]
-        judged.append(f"terms{j} = largest(terms{j}, {total(f'abs({term})' for term in terms)})")
+        judged.append(f"terms{j} = largest(terms{j}, {total([*terms, own])})")
         judged.append(f"most{j} = largest(most{j}, abs(W[U + k*{s.nu} + {j}]))")
     ending = ["worst = part = whole = 0.0"]
     for j in range(s.nu):

@@ -45,7 +45,7 @@ PROOF = 1e-9  # relative margin by which infeasibility must be proved
 
 @kernel
 def well_posed(W: Vec) -> bool:
-    """True when all numbers are finite, weights not negative, no bound is NaN, and lower ≤ upper; sets the bounds in use."""
+    """True when numbers are finite, weights not negative, lower ≤ upper, no NaN; sets the bounds in use."""
     good = 0
     for i in range(NUMBERS):
         good += 1 if abs(W[i]) < HUGE else 0
