@@ -101,7 +101,14 @@ class _Walk:
         if self._polished is None or (np.sign(y) != self._polished).any():
             self._polished = np.sign(y).astype(np.int64)
             points.append(polish(self._qp, z, y))
-        return [Found(z, y, first_order_residual(self._qp, z, y), 0) for z, y in points]
+        within = [(_within_bounds(self._qp, z), y) for z, y in points]
+        return [Found(z, y, first_order_residual(self._qp, z, y), 0) for z, y in within]
+
+
+def _within_bounds(qp: Qp, z: Vec) -> Vec:
+    """The point with variables that rounding left outside their simple bounds put on these."""
+    b = qp.bounds
+    return np.concatenate([np.clip(z[:b], qp.lower[:b], qp.upper[:b]), z[b:]])
 
 
 def polish(qp: Qp, z: Vec, y: Vec) -> tuple[Vec, Vec]:
