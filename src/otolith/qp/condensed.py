@@ -35,7 +35,7 @@ class CondensedSolver:
     """
 
     def __init__(self, problem: StageProblem, dense: Dense | None = None, *, blocks: Lengths = ()) -> None:
-        self.problem, self._dense = problem, dense or DenseSolver()
+        self.problem, self._dense = problem, dense or DenseSolver(patient=False)
         self._lengths = blocks or (1,) * problem.horizon
         self._ends, M = block_ends(self._lengths), len(self._lengths)
         self._Phi, Gamma = predict(problem.A, problem.B, problem.horizon)

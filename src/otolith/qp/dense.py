@@ -36,6 +36,7 @@ class DenseSolver:
     tolerance: float = 1e-6  # largest certificate that counts as solved
     primal_tolerance: float = 1e-9
     iteration_limit: int = 2000
+    patient: bool = True  # go on with care where daqp gives up: up to seconds, no matter of a period
 
     def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
         """Solve `qp` from the working set `start`.
@@ -64,7 +65,7 @@ class DenseSolver:
             return Solution.none(Status.LIMIT, qp, changes=changes)
         if flag == _INFEASIBLE and infeasible(qp):
             return Solution.none(Status.INFEASIBLE, qp, changes=changes)
-        found = self._with_care(qp)
+        found = self._with_care(qp) if self.patient else Found.nothing(qp)
         changes += found.changes
         if found.residual < self.tolerance:
             return Solution(Status.OPTIMAL, found.z, found.y, changes, found.residual)

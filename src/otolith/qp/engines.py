@@ -6,6 +6,7 @@ reads it in place; the condensed engine expands it first.
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -106,7 +107,7 @@ class StructuredEngine:
     def __init__(
         self, problem: StageProblem, *, tolerance: float, blocks: Lengths = (), guesses: bool = True
     ) -> None:
-        self._exact = CondensedSolver(problem, DenseSolver(tolerance=tolerance), blocks=blocks)
+        self._exact = CondensedSolver(problem, DenseSolver(tolerance=tolerance, patient=False), blocks=blocks)
         self.undecided = 0  # problems handed on since the last reset
         settings = StructuredSettings(tolerance=tolerance)
         if not guesses:  # every problem cold, by the interior point
@@ -159,7 +160,7 @@ class CondensedEngine:
         *,
         tolerance: float,
         blocks: Lengths = (),
-        dense: Callable[..., Dense] = DenseSolver,
+        dense: Callable[..., Dense] = partial(DenseSolver, patient=False),
     ) -> None:
         self._solver = CondensedSolver(problem, dense(tolerance=tolerance), blocks=blocks)
         self._blocks = blocks

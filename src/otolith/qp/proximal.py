@@ -36,11 +36,16 @@ class Found(NamedTuple):
     residual: float
     changes: int
 
+    @classmethod
+    def nothing(cls, qp: Qp) -> "Found":
+        """No answer."""
+        return cls(np.zeros(len(qp.g)), np.zeros(len(qp.upper)), np.inf, 0)
+
 
 def solve_with_care(qp: Qp, *, primal_tolerance: float, iteration_limit: int) -> Found:
     """The best answer to a convex problem with hard rows; its residual is infinite where there is none."""
     units = equilibrate(qp)
-    best = Found(np.zeros(len(qp.g)), np.zeros(len(qp.upper)), np.inf, 0)
+    best = Found.nothing(qp)
     changes = 0
     for epsilon, opening in _ATTEMPTS:
         walk = _Walk(units.qp, epsilon, opening, primal_tolerance, iteration_limit)
@@ -81,7 +86,7 @@ class _Walk:
     def run(self) -> Found:
         """The best point of the way."""
         z, changes = np.zeros(len(self._qp.g)), 0
-        best = Found(z, np.zeros(len(self._qp.upper)), np.inf, 0)
+        best = Found.nothing(self._qp)
         for _ in range(_STEPS if self._ready else 0):
             self._model.update(f=self._qp.g - self._epsilon * z)
             point, _, flag, info = self._model.solve()
