@@ -50,23 +50,27 @@ class DenseSolver:
             return Solution.none(Status.INVALID, qp, why=fault)
         start = np.zeros(len(qp.upper), dtype=np.int64) if start is None else start
         flag, z, y, changes = self._soft_or_hard(qp, start)
+        found = Found.nothing(qp)._replace(changes=changes)
         if flag == _SOLVED:  # daqp has factorised H: the cost is convex
-            residual = first_order_residual(qp, z, y)
-            if residual < self.tolerance:
-                return Solution(Status.OPTIMAL, z, y, changes, residual)
-        return self._doubted(qp, flag, changes)
+            found = Found(z, y, first_order_residual(qp, z, y), changes)
+            if found.residual < self.tolerance:
+                return Solution(Status.OPTIMAL, z, y, changes, found.residual)
+        return self._doubted(qp, flag, found)
 
-    def _doubted(self, qp: Qp, flag: int, changes: int) -> Solution:
+    def _doubted(self, qp: Qp, flag: int, found: Found) -> Solution:
         """The answer to a problem that daqp has not solved as it is."""
         fault = convexity_fault(qp.H)
         if fault:
             return Solution.none(Status.INVALID, qp, why=fault)
         if flag == _ITERATION_LIMIT:
-            return Solution.none(Status.LIMIT, qp, changes=changes)
+            return Solution.none(Status.LIMIT, qp, changes=found.changes)
         if flag == _INFEASIBLE and infeasible(qp):
-            return Solution.none(Status.INFEASIBLE, qp, changes=changes)
-        found = self._with_care(qp) if self.patient else Found.nothing(qp)
-        changes += found.changes
+            return Solution.none(Status.INFEASIBLE, qp, changes=found.changes)
+        changes = found.changes
+        if self.patient:
+            careful = self._with_care(qp)
+            changes += careful.changes
+            found = min(found, careful, key=lambda one: one.residual)
         if found.residual < self.tolerance:
             return Solution(Status.OPTIMAL, found.z, found.y, changes, found.residual)
         if flag != _INFEASIBLE and infeasible(qp):

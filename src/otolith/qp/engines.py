@@ -19,6 +19,8 @@ from otolith.qp.problem import Status
 from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution
 from otolith.qp.structured import StructuredSettings, StructuredSolver
 
+_IN_TIME = partial(DenseSolver, patient=False)
+
 
 class StageMemory(NamedTuple):
     """One stage QP as an engine holds it; symbols as in `otolith.qp.stage`, M blocks (M = N without)."""
@@ -160,7 +162,7 @@ class CondensedEngine:
         *,
         tolerance: float,
         blocks: Lengths = (),
-        dense: Callable[..., Dense] = partial(DenseSolver, patient=False),
+        dense: Callable[..., Dense] = _IN_TIME,
     ) -> None:
         self._solver = CondensedSolver(problem, dense(tolerance=tolerance), blocks=blocks)
         self._blocks = blocks
