@@ -49,6 +49,24 @@ def test_a_signal_at_any_moment_ends_the_program_with_one_sentence(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("then", ["time.sleep(60)", "raise RuntimeError('C failed of it')"])
+def test_a_signal_that_is_lost_in_a_callback_of_c_is_heard_all_the_same(tmp_path: Path, then: str) -> None:
+    """Python can only report an exception in a ctypes callback, as the compiler has some."""
+    script = (
+        "import ctypes, signal, sys, time\n"
+        "from otolith.cli import app, main\n"
+        "def run(line=None):\n"
+        "    ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()\n"
+        f"    {then}\n"
+        "app.run_program = run\n"
+        "main()\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=50, check=False
+    )
+    assert (ended.returncode, ended.stderr) == (130, "otolith: interrupted; nothing half-written was left\n")
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX only")
 def test_while_results_are_written_the_old_ones_stay(tmp_path: Path) -> None:
     """The program waits, in the middle of writing a folder, for the signal."""

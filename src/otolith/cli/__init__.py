@@ -8,12 +8,9 @@ def main(arguments: list[str] | None = None) -> None:
 
     Signals are taken over before anything else is imported: Ctrl-C is answered at any moment.
     """
-    from otolith.cli.stop import Stopped, signals_stop, told
+    from otolith.cli.stop import signals_stop
 
     with signals_stop():
-        try:
-            from otolith.cli.app import run_program
+        from otolith.cli.app import run_program
 
-            run_program(arguments)
-        except Stopped as stopped:
-            told(stopped)
+        run_program(arguments)

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import NoReturn
 
+_AGAIN = 0.02  # [s] after which a request that was lost is made again
 _WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
@@ -24,33 +25,53 @@ class Stopped(BaseException):
 
 @contextlib.contextmanager
 def signals_stop() -> Iterator[None]:
-    """Let SIGINT (Ctrl-C) and SIGTERM raise `Stopped` inside; afterwards they do what they did before.
+    """Let SIGINT (Ctrl-C) and SIGTERM end what is inside with one sentence and the shell's exit code.
 
-    A signal that is ignored, as under nohup, stays ignored. Only the main thread can do this.
+    They raise `Stopped` there; afterwards they do what they did before. A signal that is ignored, as under nohup, stays ignored. Only the main thread can do this. Where `Stopped`
+    is raised in a callback out of C (the compiler's, say), Python can only report it, and goes on; C may
+    fail of it. So whatever fails after a signal ends alike, and what goes on is asked again soon.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    asked: list[int] = []
+
+    def stop(number: int, _: FrameType | None) -> NoReturn:
+        asked.append(number)
+        raise Stopped(asked[0])
+
+    def lost(what: "sys.UnraisableHookArgs") -> None:
+        if isinstance(what.exc_value, Stopped):
+            again = threading.Timer(_AGAIN, signal.raise_signal, [asked[0]])
+            again.daemon = True
+            again.start()
+        else:
+            report(what)
+
     before = {number: signal.getsignal(number) for number in _WORDS}
+    report, sys.unraisablehook = sys.unraisablehook, lost
     for number, handler in before.items():
         if handler is not signal.SIG_IGN:
-            signal.signal(number, _stop)
+            signal.signal(number, stop)
     try:
         yield
+    except Stopped as stopped:
+        _tell(stopped.number)
+    except Exception:
+        if asked:
+            _tell(asked[0])
+        raise
     finally:
+        sys.unraisablehook = report
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def told(stopped: Stopped) -> NoReturn:
+def _tell(number: int) -> NoReturn:
     """Say that the program was stopped, and end with 128 + the signal's number, as shells expect it."""
-    for number in _WORDS:
-        signal.signal(number, signal.SIG_IGN)  # the end is near: a second Ctrl-C shall not disturb it
-    word = _WORDS[signal.Signals(stopped.number)]
+    for every in _WORDS:
+        signal.signal(every, signal.SIG_IGN)  # the end is near: a second Ctrl-C shall not disturb it
+    word = _WORDS[signal.Signals(number)]
     with contextlib.suppress(OSError):
         sys.stderr.write(f"otolith: {word}; nothing half-written was left\n")
-    sys.exit(128 + stopped.number)
-
-
-def _stop(number: int, _: FrameType | None) -> NoReturn:
-    raise Stopped(number)
+    sys.exit(128 + number)
