@@ -42,7 +42,7 @@ def signals_stop() -> Iterator[None]:
 
     def lost(what: "sys.UnraisableHookArgs") -> None:
         if isinstance(what.exc_value, Stopped):
-            again = threading.Timer(_AGAIN, signal.raise_signal, [asked[0]])
+            again = threading.Timer(_AGAIN, _raise_in_main_thread, [asked[0]])
             again.daemon = True
             again.start()
         else:
@@ -65,6 +65,14 @@ def signals_stop() -> Iterator[None]:
         sys.unraisablehook = report
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _raise_in_main_thread(number: int) -> None:
+    """A signal to the process may reach another thread, and leave the main one asleep."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
+    else:
+        signal.raise_signal(number)
 
 
 def _tell(number: int) -> NoReturn:
