@@ -27,9 +27,11 @@ class Stopped(BaseException):
 def signals_stop() -> Iterator[None]:
     """Let SIGINT (Ctrl-C) and SIGTERM end what is inside with one sentence and the shell's exit code.
 
-    They raise `Stopped` there; afterwards they do what they did before. A signal that is ignored, as under nohup, stays ignored. Only the main thread can do this. Where `Stopped`
-    is raised in a callback out of C (the compiler's, say), Python can only report it, and goes on; C may
-    fail of it. So whatever fails after a signal ends alike, and what goes on is asked again soon.
+    They raise `Stopped` there; afterwards they do what they did before. A signal that is ignored, as under
+    nohup, stays ignored. Only the main thread can do this.
+
+    Where `Stopped` is raised in a callback out of C (the compiler's, say), Python can only report it, and goes
+    on; C may fail of it. So whatever fails after a signal ends alike, and what goes on is asked again soon.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
