@@ -21,7 +21,7 @@ def test_published_numbers_stand_beside_ours_on_page_paper_and_in_json(
     assert (table["agree"], table["total"], table["conclusion_holds"]) == (2, 2, False)
     page = (tmp_path / "report.html").read_text()
     assert "Table 5.8. 4 DOF, regions" in page
-    assert page.count("<svg") == 2
+    assert page.count("<svg") == 5  # a picture per panel: Figure 4.2 has one, Figure C.1 four
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "report.html",

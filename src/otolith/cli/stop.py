@@ -30,8 +30,8 @@ def signals_stop() -> Iterator[None]:
     They raise `Stopped` there; afterwards they do what they did before. A signal that is ignored, as under
     nohup, stays ignored. Only the main thread can do this.
 
-    Where `Stopped` is raised in a callback out of C (the compiler's, say), Python can only report it, and goes
-    on; C may fail of it. So whatever fails after a signal ends alike, and what goes on is asked again soon.
+    Where `Stopped` is raised in a callback out of C (the compiler's, say), Python can only report it, and
+    goes on; C may fail of it. So whatever fails after a signal ends alike, and what goes on is asked again soon.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
