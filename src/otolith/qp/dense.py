@@ -17,7 +17,7 @@ from otolith.qp.certificate import first_order_residual
 from otolith.qp.convex import convexity_fault
 from otolith.qp.infeasible import infeasible
 from otolith.qp.problem import Qp, Solution, Status
-from otolith.qp.proximal import Found, solve_with_care
+from otolith.qp.proximal import Found, polish, solve_with_care
 from otolith.qp.slack import Slacked
 
 _ACTIVE_UPPER, _ACTIVE_LOWER = 1, 3  # bits of daqp's `sense`
@@ -67,7 +67,10 @@ class DenseSolver:
         if flag == _INFEASIBLE and infeasible(qp):
             return Solution.none(Status.INFEASIBLE, qp, changes=found.changes)
         changes = found.changes
-        if self.patient:
+        if flag == _SOLVED and not qp.has_soft_rows:
+            z, y = polish(qp, found.z, found.y)
+            found = min(found, Found(z, y, first_order_residual(qp, z, y), 0), key=lambda one: one.residual)
+        if self.patient and not found.residual < self.tolerance:
             careful = self._with_care(qp)
             changes += careful.changes
             found = min(found, careful, key=lambda one: one.residual)
