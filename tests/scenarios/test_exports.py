@@ -408,3 +408,17 @@ def test_trackaddicts_comments_and_held_speed(drive: Truth, read: Callable[..., 
         az="Accel Z:g",
     )
     assert_read(log, drive, "ax", "ay", "az")
+
+
+def test_a_games_axes_with_y_up_and_z_forward_are_refused(drive: Truth, read: Callable[..., Log]) -> None:
+    """As Forza sends them: x right, y up, z forward, without gravity."""
+    d = drive.data
+    header = "TimestampMS,AccelerationX,AccelerationY,AccelerationZ,Speed"
+    text = header + "\n" + table((1000 * drive.t, 0), (-d["ay"], 4), (d["az"], 4), (d["ax"], 4), (d["vx"], 4))
+    with pytest.raises(
+        InputError, match=r"the axis of az in .* is that along which the speed changes.*map ax=Acc"
+    ):
+        read(text)
+    assert_read(
+        read(text, ax="AccelerationZ", ay="-AccelerationX", az="AccelerationY"), drive, "ax", "ay", "az"
+    )

@@ -76,6 +76,15 @@ class Kinematics:
         ahead = relation("ax", CHANGE, self.start, ay, window_changes(self.speed, self.start), {})
         return ahead, relation("ay", TURNING, self.start, ax, self._centripetal(), {})
 
+    def forward_in_az(self) -> Relation | None:
+        """The change of speed with a_z in the place of a_x, where a_x is there and does not go with it."""
+        straight = self.of("ax", CHANGE)
+        if self.speed is None or "az" not in self.channels or straight is None:
+            return None
+        az = window_means(self.channels["az"], self.start)
+        found = relation("ax", CHANGE, self.start, az, window_changes(self.speed, self.start), {})
+        return found if straight.told and abs(straight.correlation) < 0.5 else None
+
     def signs(self) -> Relation:
         """Lateral force against the yaw rate itself, of which only the sign tells where no speed is known."""
         ay, turning = (window_means(self.channels[key], self.start) for key in ("ay", "yaw_rate"))

@@ -16,7 +16,16 @@ from otolith.core.errors import InputError
 from otolith.scenarios.channels import FORCE, RATE, Channel, Recording
 from otolith.scenarios.checks.kinematics import TURNING, Kinematics
 from otolith.scenarios.checks.relations import AGREE, SLOPES, Relation, window_means
-from otolith.scenarios.checks.remedies import SURE, Remedy, either, exchange, remedies, spelled, turns
+from otolith.scenarios.checks.remedies import (
+    SURE,
+    Remedy,
+    either,
+    exchange,
+    forward,
+    remedies,
+    spelled,
+    turns,
+)
 from otolith.scenarios.columns import STANDARD_GRAVITY
 
 ODD: Final = 0.5  # correlation against what belongs together from which on it is noted
@@ -55,6 +64,10 @@ def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
         value = "following turning and the change of speed"
         bound = f"ax for the change of speed and ay for turning (exchanged? {either([swapped])})"
         raise InputError(f"ax and ay in {source}", value, bound)
+    if mapping := forward(drive):
+        value = "that along which the speed changes"
+        bound = f"the vertical one (axes of a game, y up? map {mapping}, and ay, az and the rates alike)"
+        raise InputError(f"the axis of az in {source}", value, bound)
     notes += _contradictions(drive, recording, told)
     notes += _gravity_in_the_plane(drive, source)
     for key in RATE:

@@ -129,6 +129,14 @@ def exchange(drive: Kinematics) -> Remedy | None:
     return Remedy((), mapping)
 
 
+def forward(drive: Kinematics) -> str:
+    """The mapping of a_x to the column of a_z, as games with y up need it; empty if that explains nothing."""
+    found = drive.forward_in_az()
+    if found is None or not found.strong or not found.fits(_sign(found), SLOPES):
+        return ""
+    return f"ax={spelled(drive.channels['az'].column, _sign(found))}"
+
+
 def spelled(column: Column, sign: float = 1.0, unit: str = "") -> str:
     """What to map a quantity to so that this column is read with another sign or unit."""
     minus = "-" if sign * column.factor < 0.0 else ""
