@@ -120,7 +120,8 @@ def _unless(cued: bool, refuse: Callable[[], None]) -> list[str]:
 def _about_proof(verdict: Verdict, recording: Recording) -> list[str]:
     if verdict.proof:
         notes = [f"left and right are proven by {verdict.proof}"]
-        if verdict.yaw > 0 and verdict.lateral == 0 and alive(recording.channels, ["ay"]):
+        hidden = verdict.lateral == 0 or verdict.faint
+        if verdict.yaw > 0 and hidden and alive(recording.channels, ["ay"]):
             notes.append(
                 "the sign of ay is not proven: it goes too little with the turning, as on a bank or in a lean"
             )

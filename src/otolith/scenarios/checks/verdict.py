@@ -15,6 +15,7 @@ from otolith.scenarios.columns import STANDARD_GRAVITY
 
 ROLLING: Final = "roll rate and gravity"
 PITCHING: Final = "pitch rate and gravity"
+FAINT: Final = 0.15  # of v r: a lateral force that is less does not tell its sign
 BANK: Final = 0.7  # sin(45 deg): no road is banked more
 ALIVE: Final = {"ay": 0.2, "pitch_rate": 0.01, "yaw_rate": 0.01}  # [m/s², rad/s] less is as good as zero
 
@@ -88,9 +89,8 @@ class Verdict:
         `up` tells by gravity whether z points up, +1, down, -1, or nothing.
         """
         channels = self.drive.channels
-        alone = (
-            [f"map {_remap(channels, ['yaw_rate'])}"] if "yaw_rate" in channels and self.together <= 0 else []
-        )
+        single = self.together <= 0 or (self._map == ROLLING and not self._level())
+        alone = [f"map {_remap(channels, ['yaw_rate'])}"] if "yaw_rate" in channels and single else []
         whole = ["--axes sae, which turns ay, pitch and yaw rate"] if up <= 0.0 and self.together >= 0 else []
         if self.yaw < 0:
             found = f"against {self._by_yaw}{self._how('yaw_rate')}"
@@ -102,6 +102,16 @@ class Verdict:
             raise InputError(
                 f"turning in {self.source}", f"against {self._map}", _same(whole + alone + self._other_maps())
             )
+
+    @property
+    def faint(self) -> bool:
+        """Whether gravity takes so much of the lateral force that its sign cannot be judged."""
+        one = self.drive.of("ay", TURNING)
+        return self.drive.attitude_explains("ay") and one is not None and abs(one.slope) < FAINT
+
+    def _level(self) -> bool:
+        one = self.drive.of("ay", TURNING)
+        return one is not None and one.agrees
 
     def _other_maps(self) -> list[str]:
         channels = self.drive.channels

@@ -71,15 +71,17 @@ def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, i
         if change != 0.0 and abs(change - gain) > SENSOR and end - start > SENSOR:
             size = f"{length} while the speed changes by {change:+.3g} m/s"
             return Event("frozen sensor", start, after, size, bridge=row)
-        if ax is not None:
+        if ax is not None and not _jitters(t, table, run):
             return None  # speed and force go together: a steady manoeuvre
     standing = _standing_at(channels, start, end)
     if standing > 1.0:
         return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
-    if float(np.abs(table[run[0]]).max()) < STILL or end - start < STEADY:
+    if float(np.abs(table[run[0]]).max()) < STILL:
         return None
     if _jitters(t, table, run):
         return Event("pause", start, after, f"{length}, of a sensor that jitters otherwise", bridge=row)
+    if end - start < STEADY:
+        return None
     return Event("held", start, after, length, sure=False, bridge=row)
 
 
@@ -90,6 +92,8 @@ def _jitters(t: Vec, table: Mat, run: tuple[int, int]) -> bool:
     steps = np.diff(table[around], axis=0)
     if len(steps) < 20:
         return False
+    if (steps == 0.0).all(axis=1).mean() > 0.05:
+        return False  # a coarse sensor, whose values stand still by themselves
     back = (steps[1:] * steps[:-1] < 0.0).mean(axis=0)
     return bool(back.max() > 0.3)
 
