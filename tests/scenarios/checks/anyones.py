@@ -22,6 +22,7 @@ from tests.scenarios.vehicles import G, Ride
 BARE = {"ax": "ax", "ay": "ay", "az": "az", "roll_rate": "roll_rate", "pitch_rate": "pitch_rate"}
 BARE |= {"yaw_rate": "yaw_rate", "vx": "speed"}
 TOLERANCE = 0.01
+FAINT = 0.2  # [m/s²]
 WAYS = 3  # refusals in a row that are followed
 
 
@@ -117,9 +118,10 @@ def _paused(
     """Three seconds in which all stands still but time, with zeros in between; the truth has none."""
     at, rows, step = int(rng.integers(300, 900)), 75, float(data["t"][1] - data["t"][0])
     held = {k: np.r_[v[:at], np.full(rows, v[at - 1]), v[at:]] for k, v in data.items()}
-    for key in FELT:
-        if key in held:
-            held[key][at + 30] = 0.0
+    if max(abs(held[key][at]) for key in ("ax", "ay")) > 1.0:  # a packet of zeros that shows
+        for key in FELT:
+            if key in held:
+                held[key][at + 30] = 0.0
     held["t"] = step * np.arange(len(held["ax"]))
     return held, dict(truth)
 
@@ -136,6 +138,8 @@ def outcome(case: Case) -> str:
 def judged(case: Case, log: Log) -> str:
     """How a log was read."""
     wrong = {key: error for key, error in _errors(case, log).items() if error > TOLERANCE}
+    if float(np.std(case.truth["ay"])) < FAINT:  # a motorcycle's, whose sign nothing shows and nobody feels
+        wrong.pop("ay", None)
     if not wrong:
         return "right"
     words = ("not proven", "proves them only if", "unless the road is banked", "hardly goes with")
