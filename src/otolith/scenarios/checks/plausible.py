@@ -93,9 +93,12 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
                 faults.append(one)
     strong = [one for one in faults if one.strong and recording.needed(one.key)]
     together = _tried(drive, strong, told) if len(strong) > 1 else []
+    alone = any(_road_may_explain(one, drive, together) for one in strong)  # then not all need be mended
     for one in faults:
         try:
-            notes += _contradiction(drive, one, recording.source, told, together if one in strong else [])
+            notes += _contradiction(
+                drive, one, recording.source, told, (together if one in strong else [], alone)
+            )
         except InputError as error:
             if recording.needed(one.key):
                 raise
@@ -124,11 +127,15 @@ def _numbers(one: Relation) -> str:
 
 
 def _contradiction(
-    drive: Kinematics, one: Relation, source: str, told: Told, together: Sequence[Remedy]
+    drive: Kinematics, one: Relation, source: str, told: Told, joint: tuple[Sequence[Remedy], bool]
 ) -> list[str]:
-    """Refuse a relation that a remedy mends; a note about one that only the vehicle or the road explains."""
-    numbers, found = _numbers(one), list(together)
-    if abs(one.correlation) > ODD and (not found or _road_may_explain(one, drive, found)):
+    """Refuse a relation that a remedy mends; a note about one that only the vehicle or the road explains.
+
+    `joint` is what mends all contradictions together, and whether one that is mended alone may do.
+    """
+    numbers, (together, alone) = _numbers(one), joint
+    found = list(together)
+    if abs(one.correlation) > ODD and (not found or alone):
         found += [remedy for remedy in _tried(drive, [one], told) if remedy not in found]
     if one.strong and one.correlation < 0.0 and not found and one.key in FORCE and not told.axes:
         found = turns(drive, one)  # a leaning vehicle's force has another size, too
