@@ -6,7 +6,11 @@ y = ±w). Active rows enter the stage problem as an augmented Lagrangian
     y (r − b) + ½ ρ (r − b)²,        y ← y + ρ (r − b),
 
 saturated ones as ± w r. One factorisation serves all multiplier steps of one working set; each step
-shrinks r − b by about 1 / (1 + ρ c), c the row's compliance, so that one or two suffice.
+shrinks r − b by about 1 / (1 + ρ c), c the row's compliance, so that one or two suffice. Where active
+rows nearly depend on each other, as a limit and its braking rows do on an arc of contact, a
+combination of them has next to no compliance: then a step leaves q ≈ 1 of it, and the steps still to
+come, q + q² + … = q / (1 − q), are taken at once (Aitken, 1926). The steps end when y (r − b) is small:
+with G the sum of these gaps, ½ (u − u*)ᵀ R (u − u*) ≤ G bounds how far the inputs are from the optimum's.
 
 Exchange (primal-dual active set, Hintermüller, Ito & Kunisch, 2002): drop active rows whose sign is
 wrong, add free rows that are violated, saturate soft rows whose |y| exceeds w, release saturated ones
@@ -27,6 +31,7 @@ from otolith.qp.structured.template.given import (
     GROUPS,
     HI,
     HINT,
+    INFINITY,
     INFO,
     LANES,
     LO,
@@ -47,7 +52,7 @@ from otolith.qp.structured.template.given import (
     pure,
     woven,
 )
-from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest
+from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest, smallest
 
 CHANGES = FACTORISATIONS = REFINEMENTS = HINTED = 0
 
@@ -56,8 +61,10 @@ CHANGES = FACTORISATIONS = REFINEMENTS = HINTED = 0
 FAR = 1e6  # bounds beyond this are not imposed; the certificate still sees them
 PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
 DUAL = 1e-9  # a multiplier has the wrong sign beyond this
-GREAT = 500.0  # multipliers above this ask for smaller distances, so that y (r − b) is small too
+GREAT = 500.0  # the same beyond which a distance must be smaller for the set to count as settled
 STEPS = 20  # multiplier steps at most for one working set
+FORESEEN = 100.0  # steps to come that are taken at once, at most
+SLOW = 0.05  # part of the distances left by a step from which on the steps to come are foreseen
 STUCK = 1e9  # stands for the changes of a set that neither asks for any nor converges
 
 
@@ -78,7 +85,7 @@ def impose(W: Vec) -> None:
 
 @pure
 def step_multipliers(W: Vec) -> float:
-    """One step y ← y + ρ (r − b) on active rows; the largest |r − b|, times |y| / GREAT above it."""
+    """One step y ← y + ρ (r − b) on active rows; the largest |r − b| max(1, |y|)."""
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
@@ -89,8 +96,31 @@ def step_multipliers(W: Vec) -> float:
             y = W[MULTIPLIER + i] + W[RHO + i] * off
             W[MULTIPLIER + i] = y
             W[GRADIENT + i] += W[RHO + i] * off
-            W[ACCUMULATOR + j] = largest(W[ACCUMULATOR + j], abs(off) * largest(1.0, abs(y) / GREAT))
+            W[ACCUMULATOR + j] = largest(W[ACCUMULATOR + j], abs(off) * largest(1.0, abs(y)))
     return fold_maximum(W)
+
+
+@pure
+def foresee(W: Vec, factor: float) -> None:
+    """Take `factor` more of the step that the multipliers of active rows have just made."""
+    for i in range(ROWS):
+        sigma, r, low, high = W[SET + i], W[VALUE + i], W[LO + i], W[HI + i]
+        b = high if sigma > 0.0 else low
+        step = factor * W[RHO + i] * (r - b) if abs(sigma) == 1.0 else 0.0
+        W[MULTIPLIER + i] += step
+        W[GRADIENT + i] += step
+
+
+@pure
+def met(W: Vec) -> bool:
+    """Whether active rows are at their sides, the nearer the larger their multipliers."""
+    worst = 0.0
+    for i in range(ROWS):
+        sigma, r, low, high = W[SET + i], W[VALUE + i], W[LO + i], W[HI + i]
+        off = r - high if sigma > 0.0 else r - low
+        off = abs(off) * largest(1.0, abs(W[MULTIPLIER + i]) / GREAT)
+        worst = largest(worst, off if abs(sigma) == 1.0 else 0.0)
+    return worst < PRIMAL
 
 
 @pure
@@ -192,11 +222,15 @@ def attempt(W: Vec, last: int, stalled: bool) -> float:
     factor(W, last)
     forward(W)
     W[INFO + FACTORISATIONS] += 1.0
-    off, steps = step_multipliers(W), 0
+    off, before, steps = step_multipliers(W), INFINITY, 0
     changes = review(W, stalled)
     while changes == 0.0 and not off < PRIMAL and steps < STEPS:
+        left, before = off / before, off
+        if SLOW < left < 1.0:
+            foresee(W, smallest(left / (1.0 - left), FORESEEN))
+            before = INFINITY
         off, changes, steps = refine(W), review(W, stalled), steps + 1
-    return changes if changes > 0.0 or off < PRIMAL else STUCK
+    return changes if changes > 0.0 or off < PRIMAL or met(W) else STUCK
 
 
 @pure
