@@ -80,7 +80,7 @@ class Verdict:
         if self.yaw < 0:
             return self.lateral < 0 or (self.lateral == 0 and (up < 0.0 or not alive(channels, ["ay"])))
         if "yaw_rate" not in channels and self.lateral < 0:
-            return up < 0.0 or (up == 0.0 and not alive(channels, ["pitch_rate"]))
+            return up < 0.0 or (up == 0.0 and not {"az", "pitch_rate"} & set(channels))
         return up < 0.0 and not self.yaw and self.relative < 0 and self.together >= 0
 
     def refuse_contradiction(self, up: float) -> None:
