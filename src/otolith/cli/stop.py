@@ -31,7 +31,7 @@ def signals_stop() -> Iterator[None]:
     nohup, stays ignored. Only the main thread can do this.
 
     Where `Stopped` is raised in a callback out of C (the compiler's, say), Python can only report it, and
-    goes on; C may fail of it. So whatever fails after a signal ends alike, and what goes on is asked again soon.
+    goes on; C may fail of it. So whatever fails after a signal ends alike, and what goes on is asked again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
