@@ -6,7 +6,7 @@ not solve as it is, is tried again with care (`otolith.qp.proximal`); its word f
 taken for a question, and only a proof is an answer (`otolith.qp.infeasible`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import daqp
@@ -22,6 +22,7 @@ from otolith.qp.slack import Slacked
 
 _ACTIVE_UPPER, _ACTIVE_LOWER = 1, 3  # bits of daqp's `sense`
 _SOLVED, _INFEASIBLE, _ITERATION_LIMIT, _NOT_CONVEX = 1, -1, -4, -5  # daqp's exit flags
+_CLOSER = 1e-3  # of daqp's tolerance, where its answer is not close enough
 _PROXIMAL_STEPS = 50  # at most, for soft rows
 
 
@@ -48,14 +49,28 @@ class DenseSolver:
         fault = qp.fault()
         if fault:
             return Solution.none(Status.INVALID, qp, why=fault)
-        start = np.zeros(len(qp.upper), dtype=np.int64) if start is None else start
-        flag, z, y, changes = self._soft_or_hard(qp, start)
-        found = Found.nothing(qp)._replace(changes=changes)
-        if flag == _SOLVED:  # daqp has factorised H: the cost is convex
-            found = Found(z, y, first_order_residual(qp, z, y), changes)
-            if found.residual < self.tolerance:
-                return Solution(Status.OPTIMAL, z, y, changes, found.residual)
+        cold = np.zeros(len(qp.upper), dtype=np.int64)
+        flag, found = self._direct(qp, cold if start is None else start)
+        if flag == _SOLVED and not found.residual < self.tolerance:
+            found = self._closer(qp, found)
+        if found.residual < self.tolerance:
+            return Solution(Status.OPTIMAL, found.z, found.y, found.changes, found.residual)
         return self._doubted(qp, flag, found)
+
+    def _closer(self, qp: Qp, found: Found) -> Found:
+        """A better answer where rows are so small that daqp's tolerance, in their own units, is coarse."""
+        closer = replace(self, primal_tolerance=_CLOSER * self.primal_tolerance)
+        flag, again = closer._direct(qp, np.zeros(len(qp.upper), dtype=np.int64))
+        changes = found.changes + again.changes
+        better = again if flag == _SOLVED and again.residual < found.residual else found
+        return better._replace(changes=changes)
+
+    def _direct(self, qp: Qp, start: Ints) -> tuple[int, Found]:
+        """Daqp's exit flag and answer to the problem as it is; where it solved it, the cost is convex."""
+        flag, z, y, changes = self._soft_or_hard(qp, start)
+        if flag != _SOLVED:
+            return flag, Found.nothing(qp)._replace(changes=changes)
+        return flag, Found(z, y, first_order_residual(qp, z, y), changes)
 
     def _doubted(self, qp: Qp, flag: int, found: Found) -> Solution:
         """The answer to a problem that daqp has not solved as it is."""

@@ -6,7 +6,6 @@ reads it in place; the condensed engine expands it first.
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -18,8 +17,6 @@ from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Status
 from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution
 from otolith.qp.structured import StructuredSettings, StructuredSolver
-
-_IN_TIME = partial(DenseSolver, patient=False)
 
 
 class StageMemory(NamedTuple):
@@ -162,7 +159,7 @@ class CondensedEngine:
         *,
         tolerance: float,
         blocks: Lengths = (),
-        dense: Callable[..., Dense] = _IN_TIME,
+        dense: Callable[..., Dense] = DenseSolver,
     ) -> None:
         self._solver = CondensedSolver(problem, dense(tolerance=tolerance), blocks=blocks)
         self._blocks = blocks
