@@ -151,6 +151,12 @@ def test_a_tilt_closes_up_after_it_fell_behind_without_a_jump_in_rate() -> None:
     assert 0.01 * rates.sum() == pytest.approx(0.2, abs=1e-4)
 
 
+def test_a_tilt_turns_no_sooner_than_the_platform_can() -> None:
+    tilting = Tilting(np.full(3, 0.05), 5.0, 0.01, np.full(3, 2.0))
+    rates = np.array([tilting.step(np.full(3, 1.0), np.zeros(3))[0] for _ in range(10)])
+    assert_allclose(rates, [0.02, 0.04, *[0.05] * 8])
+
+
 def test_homing_has_the_poles_it_was_given() -> None:
     homing, p = Homing(2.0, 0.01), np.exp(-0.02)
     homing.reset(np.ones(6), np.zeros(6))

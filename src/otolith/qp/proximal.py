@@ -101,13 +101,13 @@ class _Walk:
         return best._replace(changes=changes)
 
     def _judged(self, z: Vec, y: Vec) -> list[Found]:
-        """The point, and that of its working set where it is new."""
+        """The point, and that of its working set where it is new, each as it is and put on its bounds."""
         points = [(z, y)]
         if self._polished is None or (np.sign(y) != self._polished).any():
             self._polished = np.sign(y).astype(np.int64)
             points.append(polish(self._qp, z, y))
-        within = [(_within_bounds(self._qp, z), y) for z, y in points]
-        return [Found(z, y, first_order_residual(self._qp, z, y), 0) for z, y in within]
+        points += [(_within_bounds(self._qp, z), y) for z, y in points]
+        return [Found(z, y, first_order_residual(self._qp, z, y), 0) for z, y in points]
 
 
 def _within_bounds(qp: Qp, z: Vec) -> Vec:

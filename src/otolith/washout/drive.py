@@ -31,6 +31,8 @@ from otolith.washout.scaling import Cubic
 
 PERIOD: Final = 0.01  # [s]
 ASTRAY: Final = 0.05  # of the reach, from which on a platform is not where it was sent
+OFF: Final = 0.25  # of the largest speed, by which a platform does not move as it was told …
+OFTEN: Final = 5  # … in so many periods on end
 STOP: Final = 30  # periods in which the plan of every command comes to rest
 STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
 UP: Final = np.array([0.0, 0.0, GRAVITY])
@@ -88,11 +90,13 @@ class Channels(Protocol):
 class Tilting:
     """Follows a tilt at a limited rate, and closes up smoothly after it had to fall behind.
 
-    ω⁺ = clip(ω* + κ (θ* − θ)), with everything at the period's end: exactly ω* while within the limit.
+    ω⁺ = clip(ω* + κ (θ* − θ)), with everything at the period's end: exactly ω* while within the limit, and
+    while the platform's own angular acceleration allows it.
     """
 
-    def __init__(self, largest: Vec, catch_up: float, period: float) -> None:
+    def __init__(self, largest: Vec, catch_up: float, period: float, steepest: float | Vec = np.inf) -> None:
         self._largest, self._kappa, self._period = largest, catch_up, period
+        self._change = steepest * period * np.ones(3)  # [rad/s] of the rate in a period
         self.reset(np.zeros(3), np.zeros(3))
 
     def reset(self, angle: Vec, rate: Vec) -> None:
@@ -104,6 +108,7 @@ class Tilting:
         half = 0.5 * self._period
         behind = angle - (self._angle + half * (self._rate + rate))
         after = np.clip(rate + self._kappa * behind, -self._largest, self._largest)
+        after = np.clip(after, self._rate - self._change, self._rate + self._change)
         self._angle = self._angle + half * (self._rate + after)
         self._rate = after
         return after
@@ -146,11 +151,14 @@ class Washout:
         self._channels, self._period = channels, period
         self._force, self._rate = scaling(tuning)
         self._cued = cued(task)
-        limits = np.full(3, np.inf)
+        limits, steepest = np.full(3, np.inf), np.full(3, np.inf)
         for pair in task.pairs:
-            limits[pair.rotation - 3] = task.platform.pair_limits(pair).tilt_rate
+            of_pair = task.platform.pair_limits(pair)
+            limits[pair.rotation - 3] = of_pair.tilt_rate
+            steepest[pair.rotation - 3] = of_pair.tilt_acceleration
         self._tilted = np.isfinite(limits).astype(np.float64)  # (3,) roll, pitch, yaw
-        self._tilting = Tilting(limits, tuning.catch_up_radps, period)
+        self._tilting = Tilting(limits, tuning.catch_up_radps, period, steepest)
+        self._lag = task.platform.actuators.lag_s
         self._homing = Homing(tuning.home_radps, period)
         self._stopping = Stopping(task.platform, task.pairs, singles=task.singles, lag=0.0, period=period)
         self.reset(PlatformState())
@@ -165,7 +173,7 @@ class Washout:
 
         Tilt is taken over as it is, and goes on at rates that nobody notices.
         """
-        self._stopped = False
+        self._stopped, self._off = False, 0
         self._pose, self._twist = state.pose * self._cued, state.twist * self._cued
         others = 1.0 - np.concatenate([np.zeros(3), self._tilted])
         self._homing.reset(others * self._pose, others * self._twist)
@@ -188,9 +196,15 @@ class Washout:
         return self._command(twist)
 
     def _astray(self, state: PlatformState) -> bool:
-        reach = self._stopping.reach
+        """Whether the platform is elsewhere, or has moved otherwise for longer than its lag explains."""
+        if not np.abs([state.pose, state.twist, state.acceleration]).max() <= HUGE:
+            return False
+        reach, cued = self._stopping.reach, self._cued > 0.0
         beyond = np.abs(state.pose - self._pose) > ASTRAY * (reach.high - reach.low)
-        return bool((beyond & (self._cued > 0.0)).any()) and bool(np.abs(state.pose).max() <= HUGE)
+        leading = state.twist + self._lag * state.acceleration  # as in `otolith.stopping`
+        off = np.abs(leading - self._twist) > OFF * reach.speed
+        self._off = self._off + 1 if (off & cued).any() else 0
+        return bool((beyond & cued).any()) or self._off >= OFTEN
 
     def _stop(self) -> Command:
         self._stopping.observe(PlatformState(pose=self._pose, twist=self._twist))
