@@ -31,8 +31,8 @@ from otolith.washout.scaling import Cubic
 
 PERIOD: Final = 0.01  # [s]
 ASTRAY: Final = 0.05  # of the reach, from which on a platform is not where it was sent
-OFF: Final = 0.25  # of the largest speed, by which a platform does not move as it was told …
-OFTEN: Final = 5  # … in so many periods on end
+OFF: Final = 0.5  # of the largest speed, by which a platform does not move as it was told …
+OFTEN: Final = 10  # … in so many periods on end
 STOP: Final = 30  # periods in which the plan of every command comes to rest
 STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
 UP: Final = np.array([0.0, 0.0, GRAVITY])
