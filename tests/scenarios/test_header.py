@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from otolith.core.errors import InputError
+from otolith.scenarios.columns import Header, candidates
 from otolith.scenarios.header import find
 from otolith.scenarios.table import split
 
@@ -113,3 +114,26 @@ def test_rows_may_end_in_a_delimiter_that_the_names_lack() -> None:
 def test_quotes_may_hide_delimiters() -> None:
     table = split('t,ax,ay\n0,"1,5",2\n1,"2,5",3\n', "log.csv")
     assert table.cells([0, 2])[1].tolist() == [2.0, 3.0]  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        ["# t ax yaw_rate", "# s m/s^2", "0 1 2", "1 1 3", "2 1 2"],
+        ["t,ax,yaw_rate", "s,m/s^2", *ROWS],
+        ["t,ax,yaw_rate", "# s,m/s^2,deg/s,deg/s", *ROWS],
+    ],
+)
+def test_units_that_are_not_one_for_each_column_are_refused(text: list[str]) -> None:
+    """Left out, they would make rad/s of deg/s."""
+    with pytest.raises(InputError, match=r"number of units in line 2 of log.csv is [24], must be 3.*--units"):
+        split("\n".join(text), "log.csv")
+
+
+def test_a_vbox_files_minutes_to_the_west_are_no_degrees_to_the_east() -> None:
+    head = ["[header]", "time", "[column names]", "sats time lat long velocity", "", "[data]"]
+    rows = [f"009 10000{i}.00 +03119.09{i} +00056.24{i} 040.0" for i in range(4)]
+    table = split("\n".join([*head, *rows]), "run.vbo")
+    header = Header(table.source, table.names, table.units)
+    assert not {"lat", "lon"} & set(candidates(header, {}))
+    assert any("minutes of arc, west positive" in note for note in table.notes)

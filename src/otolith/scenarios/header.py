@@ -80,6 +80,8 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
             field = f"number of names in line {header} of {source}"
             raise InputError(field, len(names), f"{width}, as many as in the rows from line {start + 1} on")
     unit_row, rows, first = _beside(lines, at, delimiter, width)
+    if units is None and unit_row < 0:
+        _refuse_torn_units(lines[at + 1 : first + 1], at + 2, delimiter, width, source)
     if units is not None:
         unit_row, rows[units - 1] = units - 1, _split(lines[units - 1], delimiter, width)
         first = max(first, units)
@@ -217,6 +219,23 @@ def _beside(
         line += 1
     units = [at for at, row in rows.items() if _is_unit_row(row)]
     return (units[0] if units else -1), rows, line
+
+
+def _refuse_torn_units(
+    lines: Sequence[str], first: int, delimiter: str | None, width: int, source: str
+) -> None:
+    """Refuse a row of units that has not one for each column: which unit is whose is a guess.
+
+    `first` is the number in the file of the first of these lines, which follow the names.
+    """
+    for number, text in enumerate(lines, first):
+        row = _split(text, delimiter, width)
+        if len(row) != width and _is_unit_row(row):
+            bound = (
+                f"{width}, one for each column, with - where there is none (or state the line with --units "
+                "LINE; or take this one out and state units by hand, as in yaw_rate=NAME:deg/s)"
+            )
+            raise InputError(f"number of units in line {number} of {source}", len(row), bound)
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:

@@ -17,6 +17,7 @@ from otolith.scenarios.header import MARKS, Place, find, is_number
 from otolith.scenarios.recorded import Cells
 
 LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
+_COORDINATES: Final = frozenset({"lat", "long", "lon", "latitude", "longitude"})
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
 
@@ -143,14 +144,15 @@ def split(
         body = "\n".join(body).replace(",", ".").split("\n")
     if any('"' in line for line in body) and not _quoted_delimiters(body, place.delimiter):
         body = "\n".join(body).replace('"', "").split("\n")
+    stated, said = _without_arc_minutes(place, lines[: place.first], source)
     table = Table(
         source=source,
         delimiter=place.delimiter,
         names=list(place.names),
-        units=list(place.units),
+        units=stated,
         body=body,
         lines=np.array(kept, dtype=np.int64) + 1,
-        notes=notes + _said(place, lines, kept, source),
+        notes=notes + _said(place, lines, kept, source) + said,
         origins=place.origins,
         layout=Layout(
             form=f"text, columns parted by {_WORDS[place.delimiter]}",
@@ -162,6 +164,25 @@ def split(
     )
     _check_widths(table)
     return table
+
+
+def _without_arc_minutes(
+    place: Place, preamble: Sequence[str], source: str
+) -> tuple[list[str], tuple[str, ...]]:
+    """Units of the columns; the coordinates of a VBOX file in one that nobody reads, and a note about it.
+
+    Racelogic's .vbo counts them in minutes of arc, and longitude positive to the west; as degrees to the east
+    they would prove left and right the wrong way round.
+    """
+    units, sections = list(place.units), {line.strip().lower() for line in preamble}
+    if not {"[column names]", "[data]"} <= sections:
+        return units, ()
+    names = [name.lower() for name in place.names]
+    found = [i for i, name in enumerate(names) if name in _COORDINATES and not units[i]]
+    for i in found:
+        units[i] = "arcmin"
+    told = f"{source}: a VBOX file counts its coordinates in minutes of arc, west positive; they are not read"
+    return units, (told,) if found else ()
 
 
 def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:

@@ -1,5 +1,7 @@
 """Stretches that no vehicle drove are found, named, cut or bridged; driving is left alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,6 +9,9 @@ from numpy.testing import assert_allclose
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.scenarios import Log
+from otolith.scenarios.channels import Channel
+from otolith.scenarios.columns import Column
+from otolith.scenarios.events.halts import find_halts, find_replays
 from otolith.scenarios.settings import LogSettings
 from tests.scenarios import vehicles
 from tests.scenarios.checks.drives import ALL, attempt, read, written
@@ -216,3 +221,26 @@ def test_signs_are_judged_on_the_driving_alone() -> None:
     assert log.found is not None
     assert set(log.found.turned) == {"ay", "yaw_rate"}
     assert_allclose(log.channels["ay"].values, -data["ay"], atol=1e-8)
+
+
+@pytest.mark.parametrize("held", [1, 2, 7])
+def test_the_work_of_finding_halts_and_replays_grows_with_the_rows_alone(
+    held: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A periodic log stands still, or returns, thousands of times; no median is taken anew."""
+    n, wave = 20_000, np.array([0.0, 9.0, 2.0, 1.0, 5.0, 5.0])
+    values = np.resize(np.repeat(wave, held), n)
+    column = Column("ax", 0, "ax", 1.0, "m/s2", assumed=False)
+    t = 0.001 * np.arange(n)
+    ax = Channel(column=column, t=t, values=values, rows=np.arange(n), place="line", source="log.csv")
+    ay = replace(ax, column=replace(column, key="ay"), values=values[::-1])
+    looked_at, median = [0], np.median
+
+    def counting(a: Vec) -> float:
+        looked_at[0] += len(a)
+        return float(median(a))
+
+    monkeypatch.setattr(np, "median", counting)
+    assert find_halts({"ax": ax, "ay": ay}, []) == []
+    assert find_replays([ax, ay]) == []
+    assert looked_at[0] <= 4 * n

@@ -40,7 +40,8 @@ def find_halts(channels: Mapping[str, Channel], strays: Sequence[Event]) -> list
     if not alive.any():
         return []
     same = (np.diff(table[:, alive], axis=0) == 0.0).all(axis=1)
-    runs = [run for run in stretches(same) if t[run[1]] - t[run[0]] >= max(FROZEN, HOLDS * _held(same, t))]
+    least = max(FROZEN, HOLDS * _held(same, t))
+    runs = [run for run in stretches(same) if t[run[1]] - t[run[0]] >= least]
     halts = [_halt(channels, t, table, run) for run in runs]
     found = [_with_strays(halt, strays) for halt in halts if halt is not None]
     return found + [event for event in _frozen_sensors(channels) if not overlap(event, found)]
@@ -145,19 +146,17 @@ def find_replays(felt: Sequence[Channel]) -> list[Event]:
         return []  # one signal alone repeats itself as soon as it is periodic
     lag = _lags(table)
     steps = np.abs(np.diff(table, axis=0)).max(axis=1)
+    far = max(LEAP * float(np.median(steps)), STILL)
     events = []
     for first, last in stretches(lag > 0):
-        begin, end = (
-            first,
-            min(last + 2, len(t) - 1),
-        )  # rows of the three-row windows; begin is before the leap
+        if first == 0 or steps[first - 1] <= far or t[last - 1] - t[first] < REPLAY:
+            continue
         usual = int(np.median(lag[first:last]))
-        alike = float(np.mean(lag[first:last] == usual)) > 0.9
-        leap = first > 0 and steps[first - 1] > max(LEAP * float(np.median(steps)), STILL)
-        if alike and leap and t[last - 1] - t[first] >= REPLAY:
+        if float(np.mean(lag[first:last] == usual)) > 0.9:
+            end = min(last + 2, len(t) - 1)  # each lag is that of three rows
             size = f"rows of {t[first - usual]:.5g} s on come again"
             events.append(
-                Event("replay", float(t[begin - 1]), float(t[end]), size, sure=False, bridge=BRIDGE)
+                Event("replay", float(t[first - 1]), float(t[end]), size, sure=False, bridge=BRIDGE)
             )
     return events
 
