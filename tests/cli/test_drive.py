@@ -89,7 +89,7 @@ def test_what_was_made_of_a_file_is_told(tmp_path: Path, capsys: pytest.CaptureF
         (["drive", "absent.csv"], "centreline absent.csv is not readable"),
         (["drive", "slalom", "--brake", "40"], "driver's brake limit is 40, must be between 0.5 and 20"),
         (["drive", "circle:radius=30", "--speed", "200", "--lateral", "18"], "off the path at"),
-        (["drive", "slalom", "--rate", "300"], "rate is 0.001 s for 0.00333333 s, must be a whole number"),
+        (["drive", "slalom", "--rate", "300"], "rate is 300 Hz, must be 1000 Hz or a whole fraction of it"),
     ],
 )
 def test_what_cannot_be_driven_is_one_sentence(

@@ -24,6 +24,7 @@ def test_published_numbers_stand_beside_ours_on_page_paper_and_in_json(
     assert page.count("<svg") == 5  # a picture per panel: Figure 4.2 has one, Figure C.1 four
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
     assert sorted(path.name for path in tmp_path.iterdir()) == [
+        ".otolith",
         "report.html",
         "report.pdf",
         "reproduced.json",

@@ -13,9 +13,16 @@ PROGRAM = [sys.executable, "-c", "from otolith.cli import main; main()"]
 CAUGHT = 1 << (signal.SIGTERM - 1)  # bit of SIGTERM in the mask of caught signals
 
 
+def hearing() -> None:
+    """A test run in the background ignores SIGINT, and its children would; the program respects that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def started(folder: Path, *words: str) -> subprocess.Popen[str]:
     """The program, as soon as it has taken its signals over."""
-    process = subprocess.Popen([*PROGRAM, *words], cwd=folder, text=True, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [*PROGRAM, *words], cwd=folder, text=True, stderr=subprocess.PIPE, preexec_fn=hearing
+    )
     status, deadline = Path(f"/proc/{process.pid}/status"), time.monotonic() + 60.0
     while time.monotonic() < deadline:
         caught = next(line for line in status.read_text().splitlines() if line.startswith("SigCgt"))
@@ -62,7 +69,13 @@ def test_a_signal_that_is_lost_in_a_callback_of_c_is_heard_all_the_same(tmp_path
         "main()\n"
     )
     ended = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=50, check=False
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=50,
+        check=False,
+        preexec_fn=hearing,
     )
     assert (ended.returncode, ended.stderr) == (130, "otolith: interrupted; nothing half-written was left\n")
 
@@ -90,6 +103,7 @@ def test_while_results_are_written_the_old_ones_stay(tmp_path: Path) -> None:
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
+        preexec_fn=hearing,
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "now\n"

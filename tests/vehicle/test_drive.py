@@ -170,7 +170,11 @@ def test_climbing_is_felt_as_leaning_back() -> None:
     [
         ({"step": 3e-3}, "step is 0.003 s for 0.01 s, must be a whole number of steps"),
         ({"step": -1.0}, "step is -1 s for 0.01 s, must be a whole number of steps"),
-        ({"rate_hz": 300.0}, "rate is 300 Hz, must be 1000 Hz or a whole fraction of it, such as"),
+        (
+            {"rate_hz": 300.0},
+            "rate is 300 Hz, must be 1000 Hz or a whole fraction of it, "
+            "such as 1000, 500, 200, 100, 50, 20 Hz",
+        ),
     ],
 )
 def test_a_step_that_does_not_divide_is_refused(options: dict[str, float], sentence: str) -> None:

@@ -22,6 +22,7 @@ from otolith.qp.convex import convexity_fault
 from otolith.qp.engines import CondensedEngine, empty_memory, expand
 from otolith.qp.infeasible import infeasible
 from otolith.qp.problem import Qp, Solution, Status
+from otolith.qp.proximal import polish
 from otolith.qp.stage import (
     OnRequest,
     StageProblem,
@@ -70,6 +71,9 @@ class QpOases:
         z, of_rows, of_bounds = found
         y = np.concatenate([of_bounds[:b], of_rows])
         residual = first_order_residual(qp, z, y)
+        if not residual < self.tolerance and not qp.has_soft_rows:  # its own tolerance is on absolute errors
+            z, y = polish(qp, z, y)
+            residual = first_order_residual(qp, z, y)
         return Solution(_judged(residual, self.tolerance), z, y, 0, residual)
 
 

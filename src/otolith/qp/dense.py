@@ -60,10 +60,9 @@ class DenseSolver:
     def _closer(self, qp: Qp, found: Found) -> Found:
         """A better answer where rows are so small that daqp's tolerance, in their own units, is coarse."""
         closer = replace(self, primal_tolerance=_CLOSER * self.primal_tolerance)
-        flag, again = closer._direct(qp, np.zeros(len(qp.upper), dtype=np.int64))
-        changes = found.changes + again.changes
+        flag, again = closer._direct(qp, np.sign(found.y).astype(np.int64))
         better = again if flag == _SOLVED and again.residual < found.residual else found
-        return better._replace(changes=changes)
+        return better._replace(changes=found.changes)  # of the search; the digits after it are not counted
 
     def _direct(self, qp: Qp, start: Ints) -> tuple[int, Found]:
         """Daqp's exit flag and answer to the problem as it is; where it solved it, the cost is convex."""
@@ -87,7 +86,7 @@ class DenseSolver:
             found = min(found, Found(z, y, first_order_residual(qp, z, y), 0), key=lambda one: one.residual)
         if self.patient and not found.residual < self.tolerance:
             careful = self._with_care(qp)
-            changes += careful.changes
+            changes += 0 if flag == _SOLVED else careful.changes  # after a search, care adds digits only
             found = min(found, careful, key=lambda one: one.residual)
         if found.residual < self.tolerance:
             return Solution(Status.OPTIMAL, found.z, found.y, changes, found.residual)

@@ -23,6 +23,7 @@ from otolith.qp.engines import CondensedEngine, StageMemory, expand
 from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
+_REST: Final = 1e-12  # of a gradient at z = 0, below which nothing is asked for
 QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)
 ACADO: Final = (
     "acado"  # solver of a loop: qpOASES's way as ACADO starts it, see `otolith.reproduce.parametric`
@@ -89,6 +90,8 @@ class _WarmQpOases:
         z, of_rows, of_bounds = (np.asarray(found[name].full()).ravel() for name in ("x", "lam_a", "lam_x"))
         y = np.concatenate([of_bounds[:b], of_rows])
         residual = kkt_residual(qp, z, y)
+        if np.max(np.abs(qp.g)) < _REST and not y.any():  # its accuracy is absolute, and this is rest
+            residual = float(np.max(np.abs(qp.H @ z + qp.g)))
         status = Status.OPTIMAL if residual < self.tolerance else Status.UNCERTIFIED
         return Solution(status, z, y, int(solver.stats()["iter_count"]), residual)
 
