@@ -15,7 +15,7 @@ from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.interfaces import Outcome, PlatformState
 from otolith.platforms import load, parse_platform
 from otolith.qp import Status
-from otolith.stopping import Reach, Stopping, advance, move, safe, stop
+from otolith.stopping import EASE, Reach, Stopping, advance, move, safe, stop
 
 PERIOD = 0.01
 UNHURRIED = settings(deadline=None, max_examples=40)
@@ -214,6 +214,32 @@ def test_from_outside_a_circle_it_comes_back_along_the_radius() -> None:
     assert all(later <= sooner + 1e-12 for sooner, later in pairwise(radii))
     assert radii[-1] <= 0.165
     assert np.abs(motion[1:]).max() < 1e-6
+
+
+@pytest.mark.parametrize("circle", [None, 1e6])
+@given(shares=st.lists(SHARES, min_size=6, max_size=6))
+@UNHURRIED
+def test_with_room_to_spare_no_axis_is_slowed_harder_than_is_comfortable(
+    circle: float | None, shares: list[float]
+) -> None:
+    """From the largest speed in `EASE`, from less in less; surge and sway share one stop in a circle."""
+    stopping = law("davsi-4dof", circle=circle)
+    far = np.full(6, 1e6)
+    reach, u = stopping.reach._replace(low=-far, high=far), np.empty(6)
+    motion = np.zeros((3, 6))
+    motion[1] = shares * reach.speed * (reach.command > 0.0)
+    stop(motion, reach, u)
+    assert (np.abs(u) <= reach.speed / EASE * (1.0 + 1e-9)).all()
+
+
+def test_at_rest_there_is_nothing_to_plan() -> None:
+    stopping = law("davsi")
+    stopping.reset(PlatformState(twist=np.array([0.3, 0, 0, 0, 0, 0])))
+    assert len(stopping.rest(INVALID).plan) > 0
+    stopping.reset(PlatformState())
+    command = stopping.rest(INVALID)
+    assert not command.acceleration.any()
+    assert len(command.plan) == 0
 
 
 def test_a_plan_goes_on_to_rest_where_the_law_takes_it() -> None:

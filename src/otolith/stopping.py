@@ -66,7 +66,7 @@ class Reach(NamedTuple):
 @kernel
 def _full_braking(w: float, U: float, dt: float) -> float:
     """Distance that full braking from the leading speed w takes, with the sign of w."""
-    full = math.floor(abs(w) / (U * dt))
+    full = np.floor(abs(w) / (U * dt))
     rest = abs(w) - full * U * dt
     return math.copysign(full * dt * (abs(w) - 0.5 * full * U * dt) + 0.5 * rest * dt, w)
 
@@ -74,7 +74,7 @@ def _full_braking(w: float, U: float, dt: float) -> float:
 @kernel
 def _needed(w: float, U: float, dt: float) -> float:
     """Fewest periods n ≥ 1 in which |w|/(nΔ) ≤ U."""
-    return max(1.0, math.ceil(abs(w) / (U * dt) - 1e-9))
+    return max(1.0, float(np.ceil(abs(w) / (U * dt) - 1e-9)))
 
 
 @kernel
@@ -83,7 +83,7 @@ def _room(q: float, w: float, low: float, high: float, dt: float) -> float:
     if w == 0.0:
         return 1e9 if low <= q <= high else 0.0
     ahead = (high - q) if w > 0.0 else (q - low)
-    return max(0.0, math.floor(2.0 * ahead / (abs(w) * dt) + 1e-6))
+    return max(0.0, float(np.floor(2.0 * ahead / (abs(w) * dt) + 1e-6)))  # math.floor's integer overflows
 
 
 @kernel
@@ -95,7 +95,7 @@ def _room_in_circle(q: Vec, w: Vec, radius: float, dt: float) -> float:
         return 0.0 if inside < 0.0 else 1e9
     along = q[0] * w[0] + q[1] * w[1]
     periods: float = 2.0 * (math.sqrt(along * along + speed * inside) - along) / (speed * dt)
-    return float(math.floor(periods + 1e-6))
+    return float(np.floor(periods + 1e-6))
 
 
 @kernel
@@ -173,7 +173,7 @@ def _turn(w: float, room: float, reach: Reach, i: int) -> float:
 
 @kernel
 def _comfortable(w: float, reach: Reach, i: int) -> float:
-    return float(math.ceil(abs(w) * EASE / (reach.speed[i] * reach.period)))
+    return float(np.ceil(abs(w) * EASE / (reach.speed[i] * reach.period)))
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -148,6 +149,13 @@ def test_a_soft_tilt_rate_gives_way_where_a_hard_one_is_infeasible() -> None:
     assert soft.acceleration[4] > 0.0  # against the rotation
 
 
+def test_the_blocks_reach_as_far_as_the_page_says() -> None:
+    """Three times the thesis's horizon, in blocks that never shorten, single steps first."""
+    assert sum(BLOCKS) == 3 * ImplicitSettings().horizon
+    assert BLOCKS[:2] == (1, 1)
+    assert all(later >= sooner for sooner, later in pairwise(BLOCKS))
+
+
 def test_after_reset_equal_inputs_give_equal_outputs() -> None:
     mpc = built("full", "thesis", BOTH)
     runs = [close(mpc, random_reference(7, 1.0), BOTH) for _ in range(2)]
@@ -200,3 +208,11 @@ def test_settings_out_of_bounds_are_refused(options: dict[str, object], sentence
         ImplicitSettings(**options)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="one of reference, primal"):
         parse_entry("sideways")
+
+
+def test_settings_at_their_bounds_are_taken_and_work() -> None:
+    """Two steps, two blocks, one firm, one iteration: the least that the sentences of refusal allow."""
+    mpc = controller(horizon=2, blocks=(1, 1), firm=1, iterations=1, engine=CondensedEngine)
+    command = mpc.step(PlatformState(), Reference(specific_force=np.array([0.3, 0.0, 0.0])))
+    assert command.outcome.status is Status.OPTIMAL
+    assert command.acceleration[0] > 0.0

@@ -100,6 +100,23 @@ def test_rows_are_carried_to_their_own_kind_pair_and_time(settings: ImplicitSett
                 assert active[0] == fine.rows - 4 + 2 * p + row - len(names)
 
 
+def test_the_set_of_all_pairs_is_made_of_what_each_law_says_of_its_own_states_and_force() -> None:
+    law, answered = Coarse(nothing_learned(2), THESIS, (SURGE_PITCH, SWAY_ROLL), CONSTANT), 0
+    for question in states(40).reshape(20, 2, 7):
+        x, wanted = question[:, :6].ravel(), question[:, 6].copy()
+        each = [law.coarse_set(p, state[:6], state[6]) for p, state in enumerate(question)]
+        found = law.sets(x, wanted, np.empty((0, 0)))
+        if each[0] is None or each[1] is None:
+            assert found is None
+            continue
+        expected = np.zeros(law._carry.shape, dtype=np.int64)
+        for p, rows in enumerate(each):
+            law._carry.add(p, rows, expected)
+        assert_array_equal(found, expected[None])
+        answered += bool(expected.any())
+    assert answered > 3
+
+
 def test_times_are_the_nearest_and_inputs_those_of_the_block() -> None:
     law = Coarse(nothing_learned(1), THESIS, (SURGE_PITCH,), CONSTANT)
     coarse = np.zeros((10, 8), dtype=np.int64)
