@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from otolith.qp import DenseSolver, Qp, Status
-from otolith.qp.proximal import polish
+from otolith.qp.proximal import polish, solve_with_care
 
 INF = np.inf
 
@@ -47,3 +47,11 @@ def test_polish_solves_the_working_set_though_its_rows_depend_on_each_other() ->
     z, y = polish(qp, np.array([0.3, 0.9]), np.array([0.2, 0.5]))
     np.testing.assert_allclose(z, [0.0, 1.0], atol=1e-12)
     assert y.sum() == pytest.approx(1.0)
+
+
+def test_the_changes_on_the_way_are_counted() -> None:
+    """A linear cost ends at a corner: its rows enter one by one."""
+    qp = Qp(np.zeros((2, 2)), np.array([-1.0, 1.0]), np.eye(2), np.full(2, -1.0), np.full(2, 0.5))
+    found = solve_with_care(qp, primal_tolerance=1e-9, iteration_limit=100)
+    np.testing.assert_allclose(found.z, [0.5, -1.0], atol=1e-9)
+    assert found.changes >= 2
