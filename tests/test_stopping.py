@@ -232,6 +232,19 @@ def test_with_room_to_spare_no_axis_is_slowed_harder_than_is_comfortable(
     assert (np.abs(u) <= reach.speed / EASE * (1.0 + 1e-9)).all()
 
 
+@pytest.mark.parametrize("tiny", [1e-16, 1e-18, 1e-25, 1e-38, 1e-300])
+def test_a_speed_that_is_only_rounding_counts_as_none(tiny: float) -> None:
+    """It fits into the room any number of times; an integer would not hold how many."""
+    stopping = law("davsi-4dof", circle=0.165)
+    motion, u, with_tiny = np.zeros((3, 6)), np.empty(6), np.empty(6)
+    motion[1, 0] = 0.05
+    stop(motion, stopping.reach, u)
+    motion[1, 1] = tiny
+    assert safe(motion, stopping.reach)
+    stop(motion, stopping.reach, with_tiny)
+    assert_allclose(with_tiny, u, atol=1e-12)
+
+
 def test_at_rest_there_is_nothing_to_plan() -> None:
     stopping = law("davsi")
     stopping.reset(PlatformState(twist=np.array([0.3, 0, 0, 0, 0, 0])))
