@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from otolith.core.errors import InputError
 from otolith.scenarios import Log, log_from
@@ -83,3 +83,11 @@ def test_what_is_no_log_is_refused_as_what_it_is(text: str, sentence: str) -> No
 def test_a_section_of_another_format_is_no_json() -> None:
     assert not looks_like_json("[header]\ntime\n[data]\n")
     assert not looks_like_json("t,ax\n0,1\n")
+
+
+def test_a_name_that_comes_late_is_blank_before() -> None:
+    records: list[dict[str, float]] = [{"t": 0.1 * k, "ax": 1.0 + k} for k in range(6)]
+    records[4]["ay"], records[5]["ay"] = 4.0, 5.0
+    read = parse_json(json.dumps(records), "late.json")
+    assert read.names == ("t", "ax", "ay")
+    assert_array_equal(read.values[2], [np.nan] * 4 + [4.0, 5.0])

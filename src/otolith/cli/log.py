@@ -20,7 +20,7 @@ from otolith.scenarios.settings import settings_to_toml
 
 app = group("Recorded drives: see what is understood of a file, and save how it is read.")
 
-LISTED = 12  # unused columns that are named
+LISTED = 12  # events, and unused columns, that are named
 
 
 @app.callback()
@@ -96,10 +96,12 @@ def _tell(summary: dict[str, Any], console: Console) -> None:
     _say(console, f"axes: {_axes(summary)}")
     if summary["relations"]:
         console.print(_relations(summary["relations"]))
-    for event in summary["events"]:
+    for event in summary["events"][:LISTED]:
         doubt = "" if event["sure"] else ", which may be driving"
         times = f"from {event['start_s']:.5g} s to {event['end_s']:.5g} s"
         _say(console, f"event: {event['kind']} {times} ({event['size']}){doubt}")
+    if len(summary["events"]) > LISTED:
+        _say(console, f"and {len(summary['events']) - LISTED} more events, which --json lists")
     if layout["unused"]:
         more = f" and {len(layout['unused']) - LISTED} more" if len(layout["unused"]) > LISTED else ""
         _say(console, f"not used: {', '.join(layout['unused'][:LISTED])}{more}")

@@ -190,17 +190,20 @@ def _expected(
 def _events(ax: Axes, understood: Understanding, *, named: bool) -> None:
     """Shaded stretches; of a drive that was cut, seams only, for its time goes on without them."""
     cut = understood.log is not None and understood.settings.events == "cut"
-    gone = 0.0
-    for event in understood.events:
-        color, start = EVENTS[event.kind], event.start - gone
-        if named and len(understood.events) <= NAMED:
+    events = understood.events
+    starts = np.array([event.start for event in events])
+    if cut:
+        starts = after_cut(starts, events)
+    if named and len(events) <= NAMED:
+        for event, start in zip(events, starts, strict=True):
             ax.annotate(event.kind, (start, 0.04), xycoords=("data", "axes fraction"), fontsize=SMALL)
-        if cut and event.sure:
-            ax.axvline(start, color=color, linewidth=0.8, linestyle=":")
-            gone += event.end - event.start - event.bridge
-        else:
-            width = max(event.end - event.start, 1e-3)
-            ax.axvspan(start, start + width, color=color, alpha=0.25, linewidth=0.6)
+    across = ax.get_xaxis_transform()  # time along x, the whole panel along y
+    for kind in dict.fromkeys(event.kind for event in events):
+        alike = [(event, start) for event, start in zip(events, starts, strict=True) if event.kind == kind]
+        seams = [start for event, start in alike if cut and event.sure]
+        shades = [(t, max(e.end - e.start, 1e-3)) for e, t in alike if not (cut and e.sure)]
+        ax.vlines(seams, 0.0, 1.0, EVENTS[kind], "dotted", linewidth=0.8, transform=across)
+        ax.broken_barh(shades, (0.0, 1.0), color=EVENTS[kind], alpha=0.25, linewidth=0.6, transform=across)
 
 
 def _map(ax: Axes, xy: Mat) -> None:

@@ -7,6 +7,7 @@ channel once, behind an anti-alias filter, or until a check asks for values at o
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -48,10 +49,20 @@ class Channel:
         """The quantity, one of `columns.QUANTITIES`."""
         return self.column.key
 
-    @property
+    @cached_property
     def step(self) -> float:
         """Usual time between two samples [s]."""
         return float(np.median(np.diff(self.t))) if len(self.t) > 1 else float("inf")
+
+    @cached_property
+    def change(self) -> float:
+        """Usual size of the change from one sample to the next, in SI units."""
+        return float(np.median(np.abs(np.diff(self.values)))) if len(self.t) > 1 else 0.0
+
+    @cached_property
+    def held(self) -> float:
+        """How long a value usually stands before it changes [s]; zero if it never does."""
+        return held(np.diff(self.values) == 0.0, self.t)
 
     @property
     def holes(self) -> Mat:
@@ -65,7 +76,15 @@ class Channel:
         For looking and for checks: it does not guard against aliasing, as the resampling for a reference
         does.
         """
-        return np.interp(t, self.t, self.values)
+        if not len(t):
+            return np.empty(0)
+        near = self.within(float(t.min()), float(t.max()))  # np.interp copies all that is read-only
+        about = slice(max(near.start - 1, 0), near.stop + 1)
+        return np.interp(t, self.t[about], self.values[about])
+
+    def within(self, start: float, end: float) -> slice:
+        """The samples from `start` to `end` [s], both included."""
+        return slice(int(np.searchsorted(self.t, start)), int(np.searchsorted(self.t, end, side="right")))
 
     def known(self, t: Vec) -> Bools:
         """Whether the channel tells anything at times (k,) [s]: not in holes, nor beyond its ends."""
@@ -76,6 +95,12 @@ class Channel:
     def where(self, index: int) -> str:
         """Where a sample stands in the file, for sentences: ``line 7 of drive.csv``."""
         return f"{self.place} {self.rows[index]} of {self.source}"
+
+
+def held(same: Bools, t: Vec) -> float:
+    """How long values at times (n,) usually stand [s], where (n - 1,) says which equal the one before."""
+    changes = np.r_[0, np.flatnonzero(~same) + 1]
+    return float(np.median(np.diff(t[changes]))) if len(changes) > 1 else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +125,8 @@ class Recording:
     channels: Mapping[str, Channel]  # by quantity; those that the file lacks are not in it
     layout: Layout
     needs: tuple[str, ...]  # quantities that will be cued; empty: nobody has said
-    notes: tuple[str, ...] = ()  # a sentence each, about the file as a whole
+    file_notes: tuple[str, ...] = ()  # a sentence each: what the reader of the file assumed or repaired
+    notes: tuple[str, ...] = ()  # a sentence each: what was chosen of it
     others: Mapping[str, tuple[Channel, ...]] = field(default_factory=dict)  # second candidates, best first
 
     def needed(self, key: str) -> bool:

@@ -113,7 +113,10 @@ def _columns(records: Sequence[Record]) -> dict[str, Cells]:
     found: dict[str, list[Any]] = {}
     for row, record in enumerate(records):
         for name, value in _flat(record, "", 0):
-            found.setdefault(name, [None] * row if len(found) < MAX_COLUMNS else []).append(value)
+            if name not in found and len(found) < MAX_COLUMNS:
+                found[name] = [None] * row
+            if name in found:
+                found[name].append(value)
         for column in found.values():
             if len(column) <= row:
                 column.append(None)

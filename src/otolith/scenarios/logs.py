@@ -5,14 +5,14 @@ Axes x forward, y left, z up. A log in other axes is mapped with turned signs, f
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.scenarios.channels import FELT, Channel, Layout
+from otolith.scenarios.channels import FELT, Channel, Layout, Recording
 from otolith.scenarios.checks.drive import Checked, checked
 from otolith.scenarios.columns import QUANTITIES, Column
 from otolith.scenarios.reading import NO_MAPPING, recording
@@ -123,13 +123,24 @@ def log_from(
 
     Raises
     ------
-    InputError : what `reading.recording`, `span.settled` and `checks.drive.checked` refuse.
+    InputError : what `reading.recording` and `played` refuse.
     """
     mapping = {**settings.columns, **columns}
-    read, duration = settled(recording(recorded, columns=mapping, needs=[*settings.needs, *needs]))
+    told = recording(recorded, columns=mapping, needs=[*settings.needs, *needs])
+    return played(told, replace(settings, columns=mapping))
+
+
+def played(told: Recording, settings: LogSettings = PLAIN) -> Log:
+    """The drive of a file's channels, checked as `log_from` says; its columns were chosen before.
+
+    Raises
+    ------
+    InputError : what `span.settled` and `checks.drive.checked` refuse.
+    """
+    read, duration = settled(told)
     felt = [one for key, one in read.channels.items() if key in FELT]
-    notes = [*read.notes[: len(recorded.notes)], _summary(felt, duration, read.source)]
-    notes += [*read.notes[len(recorded.notes) :], *(str(one.column) for one in felt)]
+    notes = [*read.file_notes, _summary(felt, duration, read.source)]
+    notes += [*read.notes, *(str(one.column) for one in felt)]
     notes += _grouped(felt)
     absent = [key for key in FELT if key not in read.channels]
     notes += [f"not in the log, taken as zero: {', '.join(absent)}"] if absent else []
@@ -139,7 +150,7 @@ def log_from(
         axes=settings.axes,
         events=settings.events,
         offsets=settings.offsets,
-        stated_units=[key for key, text in mapping.items() if _states_unit(key, text)],
+        stated_units=[key for key, text in settings.columns.items() if _states_unit(key, text)],
     )
     return Log(
         source=read.source,

@@ -65,7 +65,8 @@ def recording(
             _layout(recorded, [*choice.chosen.values()], clock), clock_name=name or recorded.layout.clock_name
         ),
         needs=tuple(needs),
-        notes=(*recorded.notes, *(() if stamps is None else (clock, *stamps.notes)), *choice.notes),
+        file_notes=recorded.notes,
+        notes=(*(() if stamps is None else (clock, *stamps.notes)), *choice.notes),
         others={key: tuple(_channel(o, recorded, zero) for o in some) for key, some in choice.others.items()},
     )
 

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from otolith.core.errors import InputError
-from otolith.scenarios.channels import FELT, Recording
+from otolith.scenarios.channels import Recording
 from otolith.scenarios.checks.drive import all_relations
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.relations import Relation
 from otolith.scenarios.checks.remedies import spelled
 from otolith.scenarios.events import Event, cut, find_events, parted
-from otolith.scenarios.logs import Log, log_from
+from otolith.scenarios.logs import Log, played
 from otolith.scenarios.reading import recording
 from otolith.scenarios.recorded import Recorded
 from otolith.scenarios.settings import LogSettings
@@ -61,10 +61,10 @@ def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
     InputError : the file has no columns that can be read as a drive.
     """
     told = recording(recorded, columns=settings.columns, needs=settings.needs)
-    events = find_events(told) if set(told.channels) & set(FELT) else ()
     try:
-        log = log_from(recorded, settings=settings)
+        log = played(told, settings)
     except InputError as error:
+        events = find_events(told)
         driving = Kinematics(cut(told, parted([event for event in events if event.sure])).channels)
         return Understanding(
             told=told,
@@ -80,6 +80,6 @@ def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
         log=log,
         refusal="",
         settings=settings,
-        events=events if found is None else found.events,
+        events=() if found is None else found.events,
         relations=() if found is None else found.relations,
     )

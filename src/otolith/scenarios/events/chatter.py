@@ -54,8 +54,10 @@ def without_chatter(channel: Channel, events: Sequence[Event]) -> Channel:
     fast = np.interp(channel.t, *_above(channel, CALM))
     share = np.zeros(len(channel.t))
     for event in events:
-        inside = np.clip(np.minimum(channel.t - event.start, event.end - channel.t) / TAPER + 1.0, 0.0, 1.0)
-        share = np.maximum(share, inside)
+        near = channel.within(event.start - TAPER, event.end + TAPER)
+        t = channel.t[near]
+        inside = np.clip(np.minimum(t - event.start, event.end - t) / TAPER + 1.0, 0.0, 1.0)
+        share[near] = np.maximum(share[near], inside)
     return replace(channel, values=channel.values - share * fast)
 
 
@@ -90,9 +92,11 @@ def _joined(loud: Bools, near: int) -> list[tuple[int, int]]:
 
 
 def _even(channel: Channel) -> tuple[Vec, Vec]:
-    """The channel on an even grid of its usual step."""
-    count = int(np.floor((channel.t[-1] - channel.t[0]) / channel.step)) + 1
-    t: Vec = float(channel.t[0]) + channel.step * np.arange(count, dtype=np.float64)
+    """The channel on an even grid of its usual step; of samples in bursts, twice as many as there are."""
+    duration = float(channel.t[-1] - channel.t[0])
+    step = max(channel.step, 0.5 * duration / len(channel.t))
+    count = int(np.floor(duration / step)) + 1
+    t: Vec = float(channel.t[0]) + step * np.arange(count, dtype=np.float64)
     return t, np.asarray(channel.on(t), dtype=np.float64)
 
 
@@ -101,16 +105,16 @@ def _above(channel: Channel, frequency: float) -> tuple[Vec, Vec]:
     t, values = _even(channel)
     mirrored = np.r_[values, values[::-1]]
     spectrum = np.fft.rfft(mirrored)
-    spectrum[np.fft.rfftfreq(len(mirrored), channel.step) <= frequency] = 0.0
+    spectrum[np.fft.rfftfreq(len(mirrored), float(t[1] - t[0])) <= frequency] = 0.0
     return t, np.fft.irfft(spectrum, len(mirrored))[: len(values)]
 
 
 def _spectrum(channel: Channel) -> tuple[Vec, Vec]:
     """Frequencies [Hz] and the share of each in the mean square about the mean [m²/s⁴]."""
-    _, values = _even(channel)
+    t, values = _even(channel)
     mirrored = np.r_[values, values[::-1]]
     amplitude = np.abs(np.fft.rfft(mirrored - np.mean(mirrored))) / len(mirrored)
-    frequency = np.asarray(np.fft.rfftfreq(len(mirrored), channel.step), dtype=np.float64)
+    frequency = np.asarray(np.fft.rfftfreq(len(mirrored), float(t[1] - t[0])), dtype=np.float64)
     return frequency, np.asarray(2.0 * amplitude**2, dtype=np.float64)
 
 

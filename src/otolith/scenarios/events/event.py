@@ -1,7 +1,7 @@
 """One event of a recorded drive, and what its finders share."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,9 +24,29 @@ class Event:
         return f"{self.kind} from {self.start:.5g} s to {self.end:.5g} s ({self.size})"
 
 
-def overlap(event: Event, others: Iterable[Event]) -> bool:
-    """Whether an event shares time with one of the others."""
-    return any(event.start < other.end and other.start < event.end for other in others)
+def apart(events: Sequence[Event], others: Sequence[Event]) -> list[Event]:
+    """The events that share no time with any of the others."""
+    by_start = sorted(others, key=lambda event: event.start)
+    starts = [event.start for event in by_start]
+    latest = np.maximum.accumulate([-np.inf, *(event.end for event in by_start)])  # of the first k
+    before = np.searchsorted(starts, [event.end for event in events])  # how many begin before each ends
+    return [event for event, k in zip(events, before, strict=True) if latest[k] <= event.start]
+
+
+def inside(t: Vec, events: Sequence[Event]) -> Bools:
+    """Whether each of the times (n,) [s] lies within an event, between its first and its last sample."""
+    spans = [(event.start, event.end) for event in events if event.end > event.start]
+    starts, ends = np.sort(np.reshape(spans, (-1, 2)), axis=0).T
+    begun, over = np.searchsorted(starts, t), np.searchsorted(ends, t, side="right")
+    return np.asarray(begun > over, dtype=np.bool_)
+
+
+def without(channel: Channel, events: Sequence[Event]) -> Channel:
+    """The channel without its samples inside the events; as it is if less than two would be left."""
+    keep = ~inside(channel.t, events)
+    if keep.all() or keep.sum() < 2:
+        return channel
+    return replace(channel, t=channel.t[keep], values=channel.values[keep], rows=channel.rows[keep])
 
 
 def together(felt: Sequence[Channel]) -> tuple[Vec, Mat]:

@@ -16,7 +16,7 @@ from otolith.core.arrays import Vec
 from otolith.core.errors import InputError, one_of
 from otolith.scenarios.channels import FELT, FORCE, Channel, Recording
 from otolith.scenarios.events.chatter import find_chatter, without_chatter
-from otolith.scenarios.events.event import Event, overlap
+from otolith.scenarios.events.event import Event, apart, without
 from otolith.scenarios.events.halts import find_halts, find_replays
 from otolith.scenarios.events.jumps import find_jumps
 from otolith.scenarios.events.strays import find_strays
@@ -46,8 +46,8 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
     strays = find_strays(felt)
     halts = find_halts(channels, strays)
     found = _merged([*find_jumps(channels, strays), *halts], strays)
-    found += [event for event in find_replays(felt) if not overlap(event, halts)]
-    found += [event for event in find_chatter(felt) if not overlap(event, found)]
+    found += apart(find_replays(felt), halts)
+    found += apart(find_chatter(felt), found)
     return tuple(sorted(found, key=lambda event: event.start))
 
 
@@ -72,20 +72,23 @@ def parted(events: Sequence[Event]) -> list[Event]:
 
 def before_cut(t: Vec, events: Sequence[Event]) -> Vec:
     """Times (n,) of the uncut drive at times of the cut one."""
-    whole = np.array(t, dtype=np.float64)
-    for event in sorted(events, key=lambda e: e.start):
-        if event.sure:
-            whole += (whole > event.start) * (event.end - event.start - event.bridge)
-    return whole
+    sure = sorted((event for event in events if event.sure), key=lambda event: event.start)
+    gone = _removed(sure)
+    starts = np.array([event.start for event in sure]) - gone[:-1]
+    return np.asarray(t + gone[np.searchsorted(starts, t)], dtype=np.float64)
 
 
 def after_cut(t: Vec, events: Sequence[Event]) -> Vec:
     """Times (n,) of the cut drive at times of the whole one."""
-    left = np.array(t, dtype=np.float64)
-    for event in events:
-        if event.sure:
-            left -= (t >= event.end) * (event.end - event.start - event.bridge)
-    return left
+    sure = sorted((event for event in events if event.sure), key=lambda event: event.end)
+    over = np.searchsorted([event.end for event in sure], t, side="right")
+    return np.asarray(t - _removed(sure)[over], dtype=np.float64)
+
+
+def _removed(events: Sequence[Event]) -> Vec:
+    """How much time [s] the first k of n events take away (n + 1,), for k = 0 to n."""
+    lengths = [event.end - event.start - event.bridge for event in events]
+    return np.asarray(np.r_[0.0, np.cumsum(lengths)], dtype=np.float64)
 
 
 def shortened(duration: float, events: Sequence[Event]) -> float:
@@ -130,14 +133,8 @@ def _fate(event: Event, treatment: str) -> str:
 
 
 def _cut_channel(channel: Channel, events: Sequence[Event]) -> Channel:
-    keep = np.ones(len(channel.t), dtype=np.bool_)
-    shift = np.zeros(len(channel.t))
-    for event in events:
-        keep &= (channel.t <= event.start) | (channel.t >= event.end)
-        shift += (channel.t >= event.end) * (event.bridge - (event.end - event.start))
-    if keep.sum() < 2:
-        return channel
-    return replace(channel, t=(channel.t + shift)[keep], values=channel.values[keep], rows=channel.rows[keep])
+    left = without(channel, events)
+    return replace(left, t=after_cut(left.t, events))
 
 
 def _merged(events: Sequence[Event], strays: Sequence[Event]) -> list[Event]:
@@ -151,4 +148,4 @@ def _merged(events: Sequence[Event], strays: Sequence[Event]) -> list[Event]:
         main = max(last, event, key=lambda e: (e.sure, e.kind == "jump", e.end - e.start))
         size = last.size if event.size == last.size else f"{last.size}; {event.size}"
         merged[-1] = replace(main, start=last.start, end=max(last.end, event.end), size=size)
-    return merged + [event for event in strays if not overlap(event, merged)]
+    return [*merged, *apart(strays, merged)]

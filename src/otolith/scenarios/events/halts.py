@@ -1,14 +1,15 @@
 """Stretches of a recorded drive in which nothing moves, or what moved comes again: pauses, replays."""
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Bools, Ints, Mat, Vec
-from otolith.scenarios.channels import FELT, Channel
-from otolith.scenarios.events.event import Event, overlap, stretches, together
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.scenarios.channels import FELT, Channel, held
+from otolith.scenarios.events.event import Event, apart, inside, stretches, together
 from otolith.scenarios.events.jumps import BRIDGE, place_of
 
 FROZEN: Final = 0.5  # [s] of values that do not change in the last digit
@@ -32,19 +33,18 @@ def find_halts(channels: Mapping[str, Channel], strays: Sequence[Event]) -> list
     must do, or where stray packets come in between; alone they may be a steady manoeuvre.
     """
     t, table = together([channels[key] for key in FELT if key in channels])
-    keep = np.ones(len(t), dtype=np.bool_)
-    for stray in strays:
-        keep &= (t <= stray.start) | (t >= stray.end)
+    keep = ~inside(t, strays)
     t, table = t[keep], table[keep]
     alive = np.ptp(table, axis=0) > 0.0
     if not alive.any():
         return []
     same = (np.diff(table[:, alive], axis=0) == 0.0).all(axis=1)
-    least = max(FROZEN, HOLDS * _held(same, t))
-    runs = [run for run in stretches(same) if t[run[1]] - t[run[0]] >= least]
-    halts = [_halt(channels, t, table, run) for run in runs]
-    found = [_with_strays(halt, strays) for halt in halts if halt is not None]
-    return found + [event for event in _frozen_sensors(channels) if not overlap(event, found)]
+    least = max(FROZEN, HOLDS * held(same, t))
+    judge = _Judge(channels, t, table)
+    halts = [judge.halt(run) for run in stretches(same) if t[run[1]] - t[run[0]] >= least]
+    packets = sorted(strays, key=lambda stray: stray.start)
+    found = [_with_strays(halt, packets) for halt in halts if halt is not None]
+    return [*found, *apart(_frozen_sensors(channels), found)]
 
 
 def _frozen_sensors(channels: Mapping[str, Channel]) -> list[Event]:
@@ -53,87 +53,91 @@ def _frozen_sensors(channels: Mapping[str, Channel]) -> list[Event]:
         return []
     t, table = together([channels["ax"], channels["ay"]])
     same = (np.diff(table, axis=0) == 0.0).all(axis=1)
-    runs = [run for run in stretches(same) if t[run[1]] - t[run[0]] >= SENSOR]
-    halts = [_halt(channels, t, table, run) for run in runs]
+    judge = _Judge(channels, t, table)
+    halts = [judge.halt(run) for run in stretches(same) if t[run[1]] - t[run[0]] >= SENSOR]
     return [halt for halt in halts if halt is not None and halt.kind == "frozen sensor"]
 
 
-def _halt(channels: Mapping[str, Channel], t: Vec, table: Mat, run: tuple[int, int]) -> Event | None:
-    """What a stretch of unchanging forces is: a pause, a frozen sensor, perhaps driving, or standing."""
-    start, end, after = float(t[run[0]]), float(t[run[1]]), float(t[min(run[1] + 1, len(t) - 1)])
-    length, row = f"all forces unchanged for {end - start:.3g} s", float(t[run[0] + 1] - t[run[0]])
-    ax = channels.get("ax")
-    gain = 0.0 if ax is None else float(ax.on(np.array([start]))[0]) * (end - start)
-    if "vx" in channels:
-        change, frozen = _change_of_speed(channels["vx"], start, end)
-        if frozen and abs(change - gain) > GAIN:
-            size = f"{length}, speed too, where a_x makes {gain:+.3g} m/s"
-            return Event("pause", start, after, size, bridge=row)
-        if change != 0.0 and abs(change - gain) > SENSOR and end - start > SENSOR:
-            size = f"{length} while the speed changes by {change:+.3g} m/s"
-            return Event("frozen sensor", start, after, size, bridge=row)
-        if ax is not None and not _jitters(t, table, run):
-            return None  # speed and force go together: a steady manoeuvre
-    standing = _standing_at(channels, start, end)
-    if standing > 1.0:
-        return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
-    if float(np.abs(table[run[0]]).max()) < STILL:
-        return None
-    if _jitters(t, table, run):
-        return Event("pause", start, after, f"{length}, of a sensor that jitters otherwise", bridge=row)
-    if end - start < STEADY:
-        return None
-    return Event("held", start, after, length, sure=False, bridge=row)
+class _Judge:
+    """Says what stretches of unchanging forces are; what is the same for all of them is found once."""
 
+    def __init__(self, channels: Mapping[str, Channel], t: Vec, table: Mat) -> None:
+        self._channels, self._t, self._table = channels, t, table
+        self._place = place_of(channels) if "vx" in channels else None
+        if self._place is not None:
+            at, xy = self._place
+            self._updates = held((np.diff(xy, axis=0) == 0.0).all(axis=1), at)  # of the position [s]
 
-def _jitters(t: Vec, table: Mat, run: tuple[int, int]) -> bool:
-    """Whether a force goes up and down from row to row about a stretch, as a real sensor's does."""
-    around = (t >= t[run[0]] - JITTER) & (t <= t[run[1]] + JITTER)
-    around[run[0] : run[1] + 1] = False
-    steps = np.diff(table[around], axis=0)
-    if len(steps) < 20:
-        return False
-    if (steps == 0.0).all(axis=1).mean() > 0.05:
-        return False  # a coarse sensor, whose values stand still by themselves
-    back = (steps[1:] * steps[:-1] < 0.0).mean(axis=0)
-    return bool(back.max() > 0.3)
+    def halt(self, run: tuple[int, int]) -> Event | None:
+        """What a stretch of unchanging forces is: a pause, a frozen sensor, perhaps driving, or standing."""
+        t, ax = self._t, self._channels.get("ax")
+        start, end, after = float(t[run[0]]), float(t[run[1]]), float(t[min(run[1] + 1, len(t) - 1)])
+        length, row = f"all forces unchanged for {end - start:.3g} s", float(t[run[0] + 1] - t[run[0]])
+        gain = 0.0 if ax is None else float(ax.on(np.array([start]))[0]) * (end - start)
+        if "vx" in self._channels:
+            change, frozen = _change_of_speed(self._channels["vx"], start, end)
+            if frozen and abs(change - gain) > GAIN:
+                size = f"{length}, speed too, where a_x makes {gain:+.3g} m/s"
+                return Event("pause", start, after, size, bridge=row)
+            if change != 0.0 and abs(change - gain) > SENSOR and end - start > SENSOR:
+                size = f"{length} while the speed changes by {change:+.3g} m/s"
+                return Event("frozen sensor", start, after, size, bridge=row)
+            if ax is not None and not self._jitters(run):
+                return None  # speed and force go together: a steady manoeuvre
+        standing = self._standing_at(start, end)
+        if standing > 1.0:
+            return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
+        if float(np.abs(self._table[run[0]]).max()) < STILL:
+            return None
+        if self._jitters(run):
+            return Event("pause", start, after, f"{length}, of a sensor that jitters otherwise", bridge=row)
+        if end - start < STEADY:
+            return None
+        return Event("held", start, after, length, sure=False, bridge=row)
+
+    def _jitters(self, run: tuple[int, int]) -> bool:
+        """Whether a force goes up and down from row to row about a stretch, as a real sensor's does."""
+        first = np.searchsorted(self._t, self._t[run[0]] - JITTER)
+        last = np.searchsorted(self._t, self._t[run[1]] + JITTER, side="right")
+        around = np.r_[self._table[first : run[0]], self._table[run[1] + 1 : last]]
+        steps = np.diff(around, axis=0)
+        if len(steps) < 20:
+            return False
+        if (steps == 0.0).all(axis=1).mean() > 0.05:
+            return False  # a coarse sensor, whose values stand still by themselves
+        back = (steps[1:] * steps[:-1] < 0.0).mean(axis=0)
+        return bool(back.max() > 0.3)
+
+    def _standing_at(self, start: float, end: float) -> float:
+        """Speed [m/s] that is told while positions stand still from `start` to `end`; zero if they move."""
+        if self._place is None or end - start < 2.0 * self._updates:
+            return 0.0
+        t, xy = self._place
+        still = xy[np.searchsorted(t, start) : np.searchsorted(t, end, side="right")]
+        if len(still) < 2 or float(np.ptp(still, axis=0).max()) > 0.0:
+            return 0.0
+        return abs(float(self._channels["vx"].on(np.array([start]))[0]))
 
 
 def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:
-    """A stretch that stray packets interrupt is a pause, whatever else it looks like."""
-    inside = [stray for stray in strays if halt.start <= stray.start and stray.end <= halt.end]
-    if not inside:
+    """A stretch that stray packets, in the order of time, interrupt is a pause, whatever it looks like."""
+    first, last = (
+        bisect_left(strays, time, key=lambda stray: stray.start) for time in (halt.start, halt.end)
+    )
+    count = sum(stray.end <= halt.end for stray in strays[first:last])
+    if not count:
         return halt
-    packets = "one stray packet" if len(inside) == 1 else f"{len(inside)} stray packets"
+    packets = "one stray packet" if count == 1 else f"{count} stray packets"
     return replace(halt, kind="pause", sure=True, size=f"{halt.size}, with {packets} in between")
 
 
 def _change_of_speed(speed: Channel, start: float, end: float) -> tuple[float, bool]:
     """By how much speed changes in a stretch [m/s], and whether it stands still to the last digit."""
     before, after = speed.on(np.array([start, end]))
-    inside = speed.values[(speed.t >= start) & (speed.t <= end)]
-    updates = _held(np.diff(speed.values) == 0.0, speed.t)  # a slow speed stands still from one to the next
-    still = len(inside) > 1 and float(np.ptp(inside)) == 0.0 and end - start > 2.0 * updates
+    values = speed.values[speed.within(start, end)]
+    still = len(values) > 1 and float(np.ptp(values)) == 0.0
+    still = still and end - start > 2.0 * speed.held  # a slow speed stands still from one to the next
     return float(after - before), still
-
-
-def _standing_at(channels: Mapping[str, Channel], start: float, end: float) -> float:
-    """Speed [m/s] that is told while positions stand still from `start` to `end`; zero if they move."""
-    place = place_of(channels)
-    if place is None or "vx" not in channels:
-        return 0.0
-    t, xy = place
-    inside = (t >= start) & (t <= end)
-    updates = _held((np.diff(xy, axis=0) == 0.0).all(axis=1), t)
-    if inside.sum() < 2 or float(np.ptp(xy[inside], axis=0).max()) > 0.0 or end - start < 2.0 * updates:
-        return 0.0
-    return abs(float(channels["vx"].on(np.array([start]))[0]))
-
-
-def _held(same: Bools, t: Vec) -> float:
-    """How long a value is usually held before it changes [s]."""
-    changes = np.r_[0, np.flatnonzero(~same) + 1]
-    return float(np.median(np.diff(t[changes]))) if len(changes) > 1 else 0.0
 
 
 def find_replays(felt: Sequence[Channel]) -> list[Event]:

@@ -1,7 +1,6 @@
 """Jumps in a recorded drive: respawns, teleports, crashes, which nothing can drive."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.scenarios.channels import Channel
 from otolith.scenarios.checks.witnesses import EARTH
-from otolith.scenarios.events.event import Event
+from otolith.scenarios.events.event import Event, without
 
 STILL: Final = 0.3  # [m/s] as good as standing
 SPIKE: Final = 20.0  # [m/s²] at the edge of a jump: part of it
@@ -33,17 +32,8 @@ def find_jumps(channels: Mapping[str, Channel], strays: Sequence[Event] = ()) ->
     They are no driving for sure where the forces leap at the same time or come to rest with the speed; else a
     sensor of speed or position may have gone astray, of which the driver felt nothing.
     """
-    calm = {key: _without(channel, strays) for key, channel in channels.items()}
+    calm = {key: without(channel, strays) for key, channel in channels.items()}
     return [*_speed_jumps(calm), *_place_jumps(calm)]
-
-
-def _without(channel: Channel, strays: Sequence[Event]) -> Channel:
-    keep = np.ones(len(channel.t), dtype=np.bool_)
-    for stray in strays:
-        keep &= (channel.t <= stray.start) | (channel.t >= stray.end)
-    if keep.all() or keep.sum() < 2:
-        return channel
-    return replace(channel, t=channel.t[keep], values=channel.values[keep], rows=channel.rows[keep])
 
 
 def place_of(channels: Mapping[str, Channel]) -> tuple[Vec, Mat] | None:
@@ -86,10 +76,10 @@ def _speed_jump(channels: Mapping[str, Channel], i: int, size: str) -> Event:
     """The jump after the i-th sample of the speed, as long as it lasts."""
     speed = channels["vx"]
     start, end = float(speed.t[i]), float(speed.t[i + 1])
-    soon = (speed.t > end) & (speed.t <= start + BACK)
-    back = soon & (np.abs(speed.values - speed.values[i]) < 0.2 * abs(speed.values[i + 1] - speed.values[i]))
+    soon = speed.values[i + 2 : speed.within(end, start + BACK).stop]
+    back = np.abs(soon - speed.values[i]) < 0.2 * abs(speed.values[i + 1] - speed.values[i])
     if back.any() and not _leaps(channels, start, end):
-        end = float(speed.t[np.argmax(back)])
+        end = float(speed.t[i + 2 + np.argmax(back)])
         return Event("stray speed", start, end, size, sure=False, bridge=end - start)
     last = _until_it_moves(speed, i + 1)
     sure = _leaps(channels, start, end) or _rests(channels, end, float(speed.t[last]))
@@ -99,10 +89,15 @@ def _speed_jump(channels: Mapping[str, Channel], i: int, size: str) -> Event:
 
 def _until_it_moves(speed: Channel, i: int) -> int:
     """Index of the first sample after a jump at which the vehicle no longer stands as it was put down."""
-    moved = np.abs(speed.values[i:] - speed.values[i]) > 0.1
-    if abs(float(speed.values[i])) > STILL or not moved.any():
+    if abs(float(speed.values[i])) > STILL:
         return i
-    return i + int(np.argmax(moved))
+    first, length = i, 64
+    while first < len(speed.values):  # a little at a time: many jumps may lie before a long rest
+        moved = np.abs(speed.values[first : first + length] - speed.values[i]) > 0.1
+        if moved.any():
+            return first + int(np.argmax(moved))
+        first, length = first + length, 2 * length
+    return i
 
 
 def _around(channels: Mapping[str, Channel], start: float, end: float) -> tuple[float, float]:
@@ -110,10 +105,15 @@ def _around(channels: Mapping[str, Channel], start: float, end: float) -> tuple[
     force = channels.get("ax", channels.get("ay"))
     if force is None:
         return start, end
-    t, values = force.t, np.abs(force.values)
-    before = np.flatnonzero((t <= start) & ((values < SPIKE) | (t < start - EDGE)))
-    after = np.flatnonzero((t >= end) & ((values < SPIKE) | (t > end + EDGE)))
-    return float(t[before[-1]]) if len(before) else start, float(t[after[0]]) if len(after) else end
+    near, far = force.within(start - EDGE, start), force.within(end, end + EDGE)
+    before = np.flatnonzero(np.abs(force.values[near]) < SPIKE)
+    after = np.flatnonzero(np.abs(force.values[far]) < SPIKE)
+    last = near.start + int(before[-1]) if len(before) else near.start - 1  # farther away all count as calm
+    first = far.start + int(after[0]) if len(after) else far.stop
+    return (
+        float(force.t[last]) if last >= 0 else start,
+        float(force.t[first]) if first < len(force.t) else end,
+    )
 
 
 def _leaps(channels: Mapping[str, Channel], start: float, end: float) -> bool:
@@ -121,9 +121,10 @@ def _leaps(channels: Mapping[str, Channel], start: float, end: float) -> bool:
     for key in ("ax", "ay"):
         if key not in channels:
             continue
-        t, step = channels[key].t, np.abs(np.diff(channels[key].values))
-        near = (t[1:] >= start - EDGE) & (t[:-1] <= end + EDGE)
-        if near.any() and float(step[near].max()) > max(LEAP, USUAL * float(np.median(step))):
+        force = channels[key]
+        near = force.within(start - EDGE, end + EDGE)
+        steps = np.abs(np.diff(force.values[max(near.start - 1, 0) : near.stop + 1]))
+        if len(steps) and float(steps.max()) > max(LEAP, USUAL * force.change):
             return True
     return False
 
@@ -132,10 +133,9 @@ def _rests(channels: Mapping[str, Channel], start: float, end: float) -> bool:
     """Whether a vehicle that was put down stands there with all that it means: no force varies."""
     if end - start < RESTING or "vx" not in channels:
         return False
-    inside = {key: (one.t >= start) & (one.t < end) for key, one in channels.items() if key in ("ax", "ay")}
-    return all(
-        inside[key].sum() > 2 and float(np.std(channels[key].values[inside[key]])) < AT_REST for key in inside
-    )
+    forces = [channels[key] for key in ("ax", "ay") if key in channels]
+    resting = [one.values[one.within(start, np.nextafter(end, start))] for one in forces]
+    return all(len(values) > 2 and float(np.std(values)) < AT_REST for values in resting)
 
 
 def _place_jumps(channels: Mapping[str, Channel]) -> list[Event]:
