@@ -135,7 +135,8 @@ def test_uneven_sampling_is_noted() -> None:
         ),
         (
             text("t,ax", np.where(T < 1.0, T, T + 1.5), AX),
-            "gap in ax before line 12 of log.csv, 0.9 s after the first row, is 1.6 s, must be at most 1 s",
+            "gap in ax before line 12 of log.csv, 0.9 s after the first row, is 1.6 s, must be at most 1 s "
+            "(--events cut joins what lies before and after it, --events mark bridges it)",
         ),
         (
             text("t,ax", 1000 * T, AX),

@@ -25,6 +25,7 @@ NAMED: Final = 12  # events that are named in the picture; more would hide the c
 WIDE: Final = 100  # letters of a legend in three columns
 POINTS: Final = 20_000  # of a curve; more are not to be seen
 EVENTS: Final = {
+    "gap": GREY,
     "pause": PURPLE,
     "held": SKY,
     "frozen sensor": PURPLE,

@@ -114,6 +114,7 @@ class Layout:
     rows: int = 0  # rows, samples or messages of data
     clock: str = ""  # how time was read: "column 'Time' as dates and clock times"
     clock_name: str = ""  # the column that holds time; empty where channels have their own clocks
+    anew: tuple[int, ...] = ()  # rows at which the clock starts anew, as one that was restarted
     unused: tuple[str, ...] = ()  # names of columns that nothing uses
 
 
@@ -135,3 +136,14 @@ class Recording:
         So it is for what will be cued; where nobody says what, for every force.
         """
         return key in (self.needs or FORCE)
+
+    @cached_property
+    def cued(self) -> Mapping[str, Channel]:
+        """The channels that a driver feels and that the drive needs; all that are felt if it needs none."""
+        felt = {key: one for key, one in self.channels.items() if key in FELT}
+        return {key: one for key, one in felt.items() if self.needed(key)} or felt
+
+    @property
+    def end(self) -> float:
+        """When the first of the channels that the drive needs ends [s]; there the drive ends."""
+        return min(float(one.t[-1]) for one in self.cued.values())

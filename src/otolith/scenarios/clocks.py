@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Ints, Vec
 from otolith.core.errors import InputError
 from otolith.scenarios.columns import EVERY, Column
 from otolith.scenarios.units import READABLE, factor
@@ -28,6 +28,11 @@ _DATE: Final = re.compile(
     r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/. ](?:\d{1,2}|[A-Za-z]{3,9})[-/. ]\d{2,4}|\d{8}"
     r"|(?:[A-Za-z]{3,9},? )?[A-Za-z]{3,9} \d{1,2},?)?[T ,]*"
 )
+
+
+RESTART: Final = 1.0  # [s] by which a clock that starts anew goes back, at least …
+RUN: Final = 10  # … rows after which it may do so again
+UNKNOWN: Final = 1.5  # [s] that stand for a pause of unknown length: more than is bridged without a word
 
 
 class Stamps(NamedTuple):
@@ -192,3 +197,24 @@ def even_out(t: Vec) -> Vec | None:
     if slope <= 0.0 or float(np.abs(line - t).max()) >= max(resolution, JITTER):
         return None
     return np.asarray(line, dtype=np.float64)
+
+
+def resumed(t: Vec) -> tuple[Vec, Ints] | None:
+    """Times (n,) [s] of a clock that starts anew where the recorder was restarted, and at which rows it does.
+
+    How long the recorder stood is unknown; 1.5 s are left open. None if stamps go back otherwise: not to
+    where they began, for a few rows only, or after a few rows, as where rows are out of order.
+    """
+    known = np.flatnonzero(np.isfinite(t))
+    steps = np.diff(t[known])
+    back = np.flatnonzero(steps < 0.0)
+    runs = np.diff(np.r_[-1, back, len(known) - 1])
+    if not len(back) or (steps[back] > -RESTART).any() or (runs < RUN).any():
+        return None
+    leaps = any((steps[k + 1 : k + RUN] > RESTART).any() for k in back)
+    if leaps or (t[known[back + 1]] > t[known[0]] + RESTART).any():
+        return None
+    steps[back] = UNKNOWN
+    out = t.copy()
+    out[known] = t[known[0]] + np.r_[0.0, np.cumsum(steps)]
+    return out, known[back + 1]

@@ -4,7 +4,7 @@ Speed differentiated is a_x of a level road only, and noisy; speed times yaw rat
 car's body. Both say how noisy they are, so that nobody takes them for a sensor.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 import numpy as np
@@ -25,22 +25,24 @@ def asked(columns: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
     }
 
 
-def with_derived(
-    channels: Mapping[str, Channel], columns: Mapping[str, str], source: str
-) -> dict[str, Channel]:
+def check_sources(there: Collection[str], columns: Mapping[str, str], source: str) -> None:
+    """Refuse a derivation from quantities that are not there."""
+    for key, needed in asked(columns).items():
+        for other in needed:
+            if other not in there:
+                where = f"{key}={DERIVATIONS[key]} in {source}"
+                raise InputError(where, f"without {other}", f"with a column for {other}")
+
+
+def with_derived(channels: Mapping[str, Channel], columns: Mapping[str, str]) -> dict[str, Channel]:
     """The channels and those that are derived from them, as ``ax=from-speed`` and ``ay=from-yaw-rate`` ask.
 
     Raises
     ------
-    InputError : what they are derived from is not in the file, or too short.
+    InputError : what they are derived from is too short.
     """
     out = dict(channels)
-    for key, needed in asked(columns).items():
-        for other in needed:
-            if other not in channels:
-                raise InputError(
-                    f"{key}={DERIVATIONS[key]} in {source}", f"without {other}", f"with a column for {other}"
-                )
+    for key in asked(columns):
         out[key] = _from_speed(channels["vx"]) if key == "ax" else _from_turning(channels)
     return out
 

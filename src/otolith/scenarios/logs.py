@@ -137,7 +137,7 @@ def played(told: Recording, settings: LogSettings = PLAIN) -> Log:
     ------
     InputError : what `span.settled` and `checks.drive.checked` refuse.
     """
-    read, duration = settled(told)
+    read, duration = settled(told, events=settings.events)
     felt = [one for key, one in read.channels.items() if key in FELT]
     notes = [*read.file_notes, _summary(felt, duration, read.source)]
     notes += [*read.notes, *(str(one.column) for one in felt)]

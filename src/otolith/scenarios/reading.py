@@ -11,7 +11,7 @@ from otolith.core.errors import InputError
 from otolith.scenarios import derived
 from otolith.scenarios.cells import Samples, read_stamps, samples
 from otolith.scenarios.channels import FELT, FORCE, Channel, Layout, Recording
-from otolith.scenarios.clocks import Stamps, even_rows
+from otolith.scenarios.clocks import UNKNOWN, Stamps, even_rows, resumed
 from otolith.scenarios.columns import EVERY, QUANTITIES, Column, Header, candidates, missing
 from otolith.scenarios.longform import widened
 from otolith.scenarios.recorded import Recorded
@@ -51,22 +51,21 @@ def recording(
         needed = _needed(found, made, needs, header)
     except InputError as error:
         raise _explained(error, recorded.notes) from None
-    stamps, clock, name = _stamps(recorded, found.get("t", []), columns, header)
+    stamps, layout = _stamps(recorded, found.get("t", []), columns, header)
     wanted = [column for key in QUANTITIES if key != "t" for column in found.get(key, [])]
     read = samples(recorded, wanted, None if stamps is None else stamps.t)
     choice = choose(read, {*needed, *(other for some in made.values() for other in some)}, recorded.source)
+    derived.check_sources(choice.chosen, columns, recorded.source)
     zero = _start(choice.chosen, [*needed, *made])
     channels = {key: _channel(one, recorded, zero) for key, one in choice.chosen.items()}
-    channels = derived.with_derived(channels, columns, recorded.source)
+    channels = derived.with_derived(channels, columns)
     return Recording(
         source=recorded.source,
         channels={key: channels[key] for key in QUANTITIES if key in channels},
-        layout=replace(
-            _layout(recorded, [*choice.chosen.values()], clock), clock_name=name or recorded.layout.clock_name
-        ),
+        layout=replace(layout, unused=_unused(recorded, [*choice.chosen.values()])),
         needs=tuple(needs),
         file_notes=recorded.notes,
-        notes=(*(() if stamps is None else (clock, *stamps.notes)), *choice.notes),
+        notes=(*(() if stamps is None else (f"t: {layout.clock}", *stamps.notes)), *choice.notes),
         others={key: tuple(_channel(o, recorded, zero) for o in some) for key, some in choice.others.items()},
     )
 
@@ -100,14 +99,14 @@ def _without_clock(columns: Mapping[str, str], recorded: Recorded) -> dict[str, 
 
 def _stamps(
     recorded: Recorded, clocks: Sequence[Column], columns: Mapping[str, str], header: Header
-) -> tuple[Stamps | None, str, str]:
-    """The time of all rows, from the first column whose stamps increase, a sentence about it, its name."""
+) -> tuple[Stamps | None, Layout]:
+    """The time of all rows, from the first column whose stamps increase, and the layout with what it is."""
     asked = columns.get("t", "")
     if recorded.clocked:
-        return None, "", ""
+        return None, replace(recorded.layout, clock="")
     if asked.strip().lower().startswith(f"{EVERY}:"):
         stamps = even_rows(asked, len(recorded.rows(0)))
-        return stamps, f"t: {stamps.said}", ""
+        return stamps, replace(recorded.layout, clock=stamps.said)
     if not clocks:
         raise missing("t", header)
     faults: list[InputError] = []
@@ -131,7 +130,24 @@ def _stamps(
     if not usable:
         raise faults[0]
     _, _, _, stamps, column = min(usable, key=lambda one: one[:3])
-    return stamps, f"t: column {column.name!r} {stamps.said}", column.name
+    stamps, anew = _resumed(stamps, recorded, column)
+    said = f"column {column.name!r} {stamps.said}"
+    return stamps, replace(recorded.layout, clock=said, clock_name=column.name, anew=anew)
+
+
+def _resumed(stamps: Stamps, recorded: Recorded, column: Column) -> tuple[Stamps, tuple[int, ...]]:
+    """The stamps as one clock and the rows at which it starts anew, if the recorder was restarted."""
+    found = resumed(stamps.t)
+    if found is None:
+        return stamps, ()
+    rows = recorded.rows(column.index)[found[1]]
+    places = " and ".join(f"{recorded.place} {row}" for row in rows[:3])
+    more = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
+    note = (
+        f"t: {column.name!r} starts anew in {places}{more}: how long the recorder paused is not known, "
+        f"{UNKNOWN:g} s stand for it"
+    )
+    return stamps._replace(t=found[0], notes=(*stamps.notes, note)), tuple(map(int, rows))
 
 
 def _start(chosen: Mapping[str, Samples], needed: Sequence[str]) -> float:
@@ -152,7 +168,6 @@ def _channel(one: Samples, recorded: Recorded, zero: float) -> Channel:
     )
 
 
-def _layout(recorded: Recorded, used: Sequence[Samples], clock: str) -> Layout:
+def _unused(recorded: Recorded, used: Sequence[Samples]) -> tuple[str, ...]:
     read = {one.column.index for one in used}
-    unused = tuple(name for index, name in enumerate(recorded.names) if index not in read)
-    return replace(recorded.layout, clock=clock.removeprefix("t: "), unused=unused)
+    return tuple(name for index, name in enumerate(recorded.names) if index not in read)

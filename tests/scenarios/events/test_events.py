@@ -244,3 +244,62 @@ def test_the_work_of_finding_halts_and_replays_grows_with_the_rows_alone(
     assert find_halts({"ax": ax, "ay": ay}, []) == []
     assert find_replays([ax, ay]) == []
     assert looked_at[0] <= 4 * n
+
+
+def gapped(data: Data, first: int, last: int) -> Data:
+    """The recorder pauses: the rows from the first to the last are not there, and the clock runs on."""
+    return {k: np.r_[v[:first], v[last:]] for k, v in data.items()}
+
+
+def test_a_recorders_pause_is_refused_with_its_length_and_cut_with_a_bridge() -> None:
+    whole, data = drive(), gapped(drive(), 750, 1000)
+    with pytest.raises(InputError, match=r"14.98 s after the first row, is 5.02 s, .*--events cut joins"):
+        read(data)
+    log = read(data, CUT)
+    assert kinds(log) == ["gap"]
+    assert named(log, "gap") == ["gap from 14.98 s to 20 s (no ax and ay for 5.02 s): cut out"]
+    assert log.duration == pytest.approx(39.98 - 5.02 + 1.0)  # a second of straight line stands for it
+    t = np.arange(0.0, 14.9, 0.1)
+    assert_allclose(log.felt(t)[:, 1], np.interp(t, data["t"], whole["ay"][: len(data["t"])]), atol=1e-6)
+    after = np.arange(16.0, 30.0, 0.1)
+    assert_allclose(log.felt(after)[:, 1], np.interp(after + 4.02, whole["t"], whole["ay"]), atol=1e-6)
+
+
+def test_a_recorders_pause_that_is_marked_is_a_straight_line() -> None:
+    data = gapped(drive(), 750, 1000)
+    log = read(data, MARK)
+    assert named(log, "gap")[0].endswith("(no ax and ay for 5.02 s): played as a straight line")
+    ends = np.interp([14.98, 20.0], data["t"], data["ay"])
+    assert log.felt(np.array([17.49]))[0, 1] == pytest.approx(ends.mean(), abs=1e-6)
+
+
+def test_a_gap_in_one_channel_cuts_all_of_them() -> None:
+    data = drive()
+    lost = (data["t"] > 10.0) & (data["t"] < 13.0)
+    log = read(data | {"ay": np.where(lost, np.nan, data["ay"])}, CUT)
+    assert named(log, "gap") == ["gap from 10 s to 13 s (no ay for 3 s): cut out"]
+    after = np.arange(11.1, 20.0, 0.1)
+    assert_allclose(log.felt(after)[:, 0], np.interp(after + 2.0, data["t"], data["ax"]), atol=1e-6)
+
+
+@pytest.mark.parametrize("again", [1, 2])
+def test_a_clock_that_starts_anew_is_a_pause_of_unknown_length(again: int) -> None:
+    data = drive()
+    rows = 2000 // (again + 1)
+    data |= {
+        "t": np.where(
+            data["t"] < 0.02 * again * rows, data["t"] % (0.02 * rows), data["t"] - 0.02 * again * rows
+        )
+    }
+    with pytest.raises(InputError, match=rf"time in line {rows + 2} of .* as at the beginning again"):
+        read(data)
+    log = read(data, CUT)
+    assert kinds(log) == ["gap"] * again
+    assert any("starts anew in line" in note for note in log.notes)
+    assert log.duration == pytest.approx(0.02 * (1999 - again) + again * 1.0)
+
+
+def test_a_stamp_that_goes_astray_is_no_clock_that_starts_anew() -> None:
+    data = drive()
+    with pytest.raises(InputError, match=r"time in line 502 of .* must be after the row before"):
+        read(data | {"t": np.where(np.arange(2000) == 500, 0.0, data["t"])}, CUT)

@@ -13,7 +13,9 @@ from otolith.scenarios.channels import Channel
 class Event:
     """A stretch of a recorded drive that is not driving."""
 
-    kind: str  # "pause", "held", "frozen sensor", "stray packet", "stray speed", "jump", "replay", "chatter"
+    # "gap", "pause", "held", "frozen sensor", "stray packet", "stray speed", "stray position", "jump",
+    # "replay", "chatter"
+    kind: str
     start: float  # [s] last sample before it
     end: float  # [s] first sample after it
     size: str  # what happened, in numbers and words

@@ -1,4 +1,4 @@
-"""Events in a recorded drive that are not driving: pauses, stray packets, jumps, replays, chatter.
+"""Events in a recorded drive that are not driving: gaps, pauses, stray packets, jumps, replays, chatter.
 
 Telemetry of games and interrupted loggers holds stretches that no vehicle drove: the world stands still
 while time runs, packets of zeros come in between, the car is put back on the road. They are found by what
@@ -17,6 +17,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.scenarios.channels import FELT, FORCE, Channel, Recording
 from otolith.scenarios.events.chatter import find_chatter, without_chatter
 from otolith.scenarios.events.event import Event, apart, without
+from otolith.scenarios.events.gaps import find_gaps
 from otolith.scenarios.events.halts import find_halts, find_replays
 from otolith.scenarios.events.jumps import find_jumps
 from otolith.scenarios.events.strays import find_strays
@@ -27,6 +28,7 @@ TREATMENTS: Final = {
     "cut": "cut them out or bridge them, and name them",
 }
 HOLE: Final = 1.5  # [s] more than `channels.MAX_GAP`, so that no check looks across
+_WEIGHTS: Final = {"gap": 2, "jump": 1}  # whose name and bridge stay where events overlap
 NAMED: Final = 3  # events of one kind that are named one by one
 
 
@@ -45,7 +47,7 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
         return ()
     strays = find_strays(felt)
     halts = find_halts(channels, strays)
-    found = _merged([*find_jumps(channels, strays), *halts], strays)
+    found = _merged([*find_gaps(recording), *find_jumps(channels, strays), *halts], strays)
     found += apart(find_replays(felt), halts)
     found += apart(find_chatter(felt), found)
     return tuple(sorted(found, key=lambda event: event.start))
@@ -67,7 +69,7 @@ def cut(recording: Recording, events: Sequence[Event]) -> Recording:
 
 def parted(events: Sequence[Event]) -> list[Event]:
     """Events that leave a hole where they are cut, for checks that must not look across a jump."""
-    return [replace(event, bridge=HOLE) if event.kind == "jump" else event for event in events]
+    return [replace(event, bridge=HOLE) if event.kind in ("gap", "jump") else event for event in events]
 
 
 def before_cut(t: Vec, events: Sequence[Event]) -> Vec:
@@ -129,7 +131,9 @@ def _fate(event: Event, treatment: str) -> str:
         return "played as it is; --lowpass 5 smooths the whole drive, --events cut this stretch"
     if not event.sure:
         return "it may be driving and is played as it is"
-    return "cut out" if treatment == "cut" else "played as it is"
+    if treatment == "cut":
+        return "cut out"
+    return "played as a straight line" if event.kind == "gap" else "played as it is"
 
 
 def _cut_channel(channel: Channel, events: Sequence[Event]) -> Channel:
@@ -145,7 +149,7 @@ def _merged(events: Sequence[Event], strays: Sequence[Event]) -> list[Event]:
             merged.append(event)
             continue
         last = merged[-1]
-        main = max(last, event, key=lambda e: (e.sure, e.kind == "jump", e.end - e.start))
+        main = max(last, event, key=lambda e: (e.sure, _WEIGHTS.get(e.kind, 0), e.end - e.start))
         size = last.size if event.size == last.size else f"{last.size}; {event.size}"
         merged[-1] = replace(main, start=last.start, end=max(last.end, event.end), size=size)
     return [*merged, *apart(strays, merged)]
