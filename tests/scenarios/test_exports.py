@@ -422,3 +422,55 @@ def test_a_games_axes_with_y_up_and_z_forward_are_refused(drive: Truth, read: Ca
     assert_read(
         read(text, ax="AccelerationZ", ay="-AccelerationX", az="AccelerationY"), drive, "ax", "ay", "az"
     )
+
+
+def vbox(drive: Truth, *, left: float = 1.0, west: float = -1.0) -> str:
+    """As a VBOX writes it: titles with units, coordinates in minutes, west positive, and a heading."""
+    d, (lat, lon), n = drive.data, place_deg(drive), len(drive.t)
+    titles = (
+        "satellites",
+        "time",
+        "latitude",
+        "longitude",
+        "velocity kmh",
+        "heading",
+        "Long accel g",
+        "Lat accel g",
+    )
+    names = "sats time lat long velocity heading Longacc Latacc"
+    packed = [
+        f"{seconds // 3600:02.0f}{seconds // 60 % 60:02.0f}{seconds % 60:05.2f}"
+        for seconds in (round(43190 + float(t), 2) for t in drive.t)
+    ]
+    rows = table(["009"] * n, packed, (60 * lat, 6), (60 * west * lon, 6), (3.6 * d["vx"], 3), (heading_deg(drive), 2),
+                 (d["ax"] / G, 4), (left * d["ay"] / G, 4), mark=" ")  # fmt: skip
+    head = (
+        "[header]\n" + "\n".join(titles) + "\n\n[comments]\nmade\n\n[column names]\n" + names + "\n\n[data]\n"
+    )
+    return head + rows
+
+
+@pytest.mark.parametrize("left", [1.0, -1.0])
+def test_a_vbox_file_with_titles_needs_nothing_and_proves_left_and_right(
+    left: float, drive: Truth, read: Callable[..., Log]
+) -> None:
+    log = read(vbox(drive, left=left), "run.vbo")
+    assert_read(log, drive, "ax", "ay")
+    assert log.found is not None
+    assert log.found.proof == "latitude and longitude"
+
+
+def test_longitudes_that_count_east_in_a_vbox_file_are_against_its_heading(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    with pytest.raises(InputError, match=r"'heading' in run.vbo is against .*map lon=-long:arcmin west"):
+        read(vbox(drive, west=1.0), "run.vbo")
+    assert_read(read(vbox(drive, west=1.0), "run.vbo", lon="-long:arcmin west"), drive, "ax", "ay")
+
+
+def test_a_derivation_without_its_source_is_refused_also_where_nothing_else_is_felt(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    rows = table((drive.t, 2), (drive.data["vx"], 3))
+    with pytest.raises(InputError, match=r"ax=from-speed in export.csv is without vx"):
+        read(f"t_s,rpm\n{rows}", ax="from-speed")

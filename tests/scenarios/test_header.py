@@ -1,10 +1,12 @@
 """Where a table stands in a text, and which line is to blame where it cannot be found."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from otolith.core.errors import InputError
+from otolith.scenarios.checks.remedies import spelled
 from otolith.scenarios.columns import Header, candidates
 from otolith.scenarios.header import find
 from otolith.scenarios.table import split
@@ -130,10 +132,29 @@ def test_units_that_are_not_one_for_each_column_are_refused(text: list[str]) -> 
         split("\n".join(text), "log.csv")
 
 
-def test_a_vbox_files_minutes_to_the_west_are_no_degrees_to_the_east() -> None:
-    head = ["[header]", "time", "[column names]", "sats time lat long velocity", "", "[data]"]
-    rows = [f"009 10000{i}.00 +03119.09{i} +00056.24{i} 040.0" for i in range(4)]
+def vbox(*names: str) -> Header:
+    titles = [{"velocity": "velocity kmh", "Longacc": "Long accel g"}.get(name, name) for name in names]
+    head = ["[header]", *titles, "", "[comments]", "x", "[column names]", " ".join(names), "", "[data]"]
+    cells = {"time": "10000{}.00", "lat": "+03119.09{}", "long": "+00056.24{}", "heading": "12.{}"}
+    rows = [" ".join(cells.get(name, "4.{}").format(i) for name in names) for i in range(4)]
     table = split("\n".join([*head, *rows]), "run.vbo")
-    header = Header(table.source, table.names, table.units)
-    assert not {"lat", "lon"} & set(candidates(header, {}))
     assert any("minutes of arc, west positive" in note for note in table.notes)
+    return Header(table.source, table.names, table.units)
+
+
+def test_a_vbox_files_coordinates_are_minutes_and_west_is_positive() -> None:
+    found = candidates(vbox("sats", "time", "lat", "long", "heading"), {})
+    assert found["lat"][0].factor == pytest.approx(np.pi / 180 / 60)
+    assert found["lon"][0].factor == pytest.approx(-np.pi / 180 / 60)
+    assert spelled(found["lon"][0]) == "long:arcmin west"
+    assert spelled(found["lon"][0], -1.0) == "-long:arcmin west"
+
+
+def test_a_vbox_files_coordinates_are_not_read_without_a_heading_that_confirms_them() -> None:
+    """Some programs that write the form count east as positive, which would mirror the drive."""
+    assert not {"lat", "lon"} & set(candidates(vbox("sats", "time", "lat", "long", "velocity"), {}))
+
+
+def test_a_vbox_files_titles_hold_the_units_of_its_columns() -> None:
+    found = candidates(vbox("sats", "time", "velocity", "Longacc"), {})
+    assert (found["vx"][0].unit, found["ax"][0].unit) == ("kmh", "g")

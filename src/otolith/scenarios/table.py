@@ -11,13 +11,13 @@ import numpy as np
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.disk import check_lines
 from otolith.core.errors import InputError
+from otolith.scenarios import vbox
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import Column
 from otolith.scenarios.header import MARKS, Place, find, is_number
 from otolith.scenarios.recorded import Cells
 
 LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
-_COORDINATES: Final = frozenset({"lat", "long", "lon", "latitude", "longitude"})
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
 
@@ -144,7 +144,13 @@ def split(
         body = "\n".join(body).replace(",", ".").split("\n")
     if any('"' in line for line in body) and not _quoted_delimiters(body, place.delimiter):
         body = "\n".join(body).replace('"', "").split("\n")
-    stated, said = _without_arc_minutes(place, lines[: place.first], source)
+    stated, said = list(place.units), tuple[str, ...]()
+    if vbox.is_vbox(lines[: place.first]):
+        stated = vbox.stated_units(place.names, place.units, lines[: place.first])
+        said = (
+            f"{source}: a VBOX file, whose coordinates are minutes of arc, west positive; read beside "
+            "a heading only",
+        )
     table = Table(
         source=source,
         delimiter=place.delimiter,
@@ -164,25 +170,6 @@ def split(
     )
     _check_widths(table)
     return table
-
-
-def _without_arc_minutes(
-    place: Place, preamble: Sequence[str], source: str
-) -> tuple[list[str], tuple[str, ...]]:
-    """Units of the columns; the coordinates of a VBOX file in one that nobody reads, and a note about it.
-
-    Racelogic's .vbo counts them in minutes of arc, and longitude positive to the west; as degrees to the east
-    they would prove left and right the wrong way round.
-    """
-    units, sections = list(place.units), {line.strip().lower() for line in preamble}
-    if not {"[column names]", "[data]"} <= sections:
-        return units, ()
-    names = [name.lower() for name in place.names]
-    found = [i for i, name in enumerate(names) if name in _COORDINATES and not units[i]]
-    for i in found:
-        units[i] = "arcmin"
-    told = f"{source}: a VBOX file counts its coordinates in minutes of arc, west positive; they are not read"
-    return units, (told,) if found else ()
 
 
 def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:

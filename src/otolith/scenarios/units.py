@@ -78,6 +78,8 @@ UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "angle": {
         **dict.fromkeys(("rad", "radian", "radians"), 1.0),
         **dict.fromkeys(("deg", "degree", "degrees"), _DEGREE),
+        "arcmin": _DEGREE / 60.0,
+        "arcminwest": -_DEGREE / 60.0,  # longitudes of a VBOX, positive to the west
     },
 }
 SHORT: Final = (

@@ -8,6 +8,7 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import FELT, RATE, Recording
+from otolith.scenarios.checks.courses import refuse_contradicting
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.offsets import Offset, find_offsets, refuse_removal
 from otolith.scenarios.checks.orientation import negated, oriented
@@ -57,11 +58,15 @@ def checked(
 
     Raises
     ------
-    InputError : what `oriented`, `check`, `events.refuse` and `offsets.refuse_removal` refuse.
+    InputError : what `refuse_contradicting`, `oriented`, `check`, `events.refuse` and
+        `offsets.refuse_removal` refuse.
     """
     source, found = recording.source, find_events(recording)
     gone = found if events == "cut" else tuple(event for event in found if event.sure)
-    driving = oriented(cut(recording, parted(gone)), axes)
+    calm = cut(recording, parted(gone))
+    if axes is None:
+        refuse_contradicting(calm.channels, source)
+    driving = oriented(calm, axes)
     notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
     _check_magnitudes(cut(recording, found))
     if events == "refuse":

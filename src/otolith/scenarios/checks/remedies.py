@@ -139,10 +139,10 @@ def forward(drive: Kinematics) -> str:
 
 def spelled(column: Column, sign: float = 1.0, unit: str = "") -> str:
     """What to map a quantity to so that this column is read with another sign or unit."""
-    minus = "-" if sign * column.factor < 0.0 else ""
-    known = column.assumed or factor(QUANTITIES[column.key][0], unit_in_name(column.key, column.name)) == abs(
-        column.factor
-    )
+    dimension = QUANTITIES[column.key][0]
+    unturned = factor(dimension, column.unit) or 1.0  # negative where the unit itself counts the other way
+    minus = "-" if sign * column.factor * unturned < 0.0 else ""
+    known = column.assumed or factor(dimension, unit_in_name(column.key, column.name)) == abs(column.factor)
     told = unit or ("" if known else column.unit)
     return f"{minus}{column.address or column.name}{':' if told else ''}{told}"
 
