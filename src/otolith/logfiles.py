@@ -13,6 +13,7 @@ from otolith.scenarios.jsonlog import looks_like_json, parse_json
 from otolith.scenarios.recorded import Recorded
 from otolith.scenarios.table import decode, split
 
+JSON: Final = (".json", ".jsonl", ".ndjson")
 MAX_FILE: Final = 2**30  # [bytes] of a log, 1 GiB
 MAX_LINE: Final = 2**20  # [bytes] of one line of a table, 1 MiB
 MAX_JSON: Final = 2**26  # [bytes] of one line of JSON, 64 MiB: all of it is taken to pieces in memory
@@ -34,9 +35,23 @@ def recorded(
     InputError : the file is absent, unreadable, too large, or holds no table.
     CorruptFile : it is damaged, or not of the format that its name says.
     """
-    ending = path.suffix.lower()
     if not path.exists():
         raise InputError(f"log {path}", "absent", "an existing file")
+    found = _of_format(path, columns)
+    if found is None:
+        text, notes = decode(_text(path), path.name)
+        if not (path.suffix.lower() in JSON or looks_like_json(text)):
+            return split(text, path.name, notes, header=header, units=units)
+        found = parse_json(text, path.name)
+    for option, line in (("--header", header), ("--units", units)):
+        if line is not None:
+            raise InputError(option, "given", f"left out, for {path.name} is no table of text")
+    return found
+
+
+def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
+    """The columns of a log in a format of its own; None of a text."""
+    ending = path.suffix.lower()
     verdict = f"{path.name} is damaged, or not of the format that its name says"
     if ending == ".erg":
         info, _ = decode(read_bytes(path.with_name(f"{path.name}.info"), "description of the log"), path.name)
@@ -53,10 +68,7 @@ def recorded(
         with damage_told(verdict):
             bag: Recorded = read(path.parent if ending == ".db3" else path)
         return bag
-    text, notes = decode(_text(path), path.name)
-    if ending in (".json", ".jsonl", ".ndjson") or looks_like_json(text):
-        return parse_json(text, path.name)
-    return split(text, path.name, notes, header=header, units=units)
+    return None
 
 
 def _begins(path: Path, mark: bytes) -> bool:

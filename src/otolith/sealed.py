@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,6 +16,7 @@ from otolith.core.hdf5 import Content, read_sealed, write_sealed
 from otolith.mpc.hint.stored import StoredHint
 from otolith.mpqp import Law
 from otolith.platforms import Platform
+from otolith.platforms.supervisor import Intervention, Reason
 from otolith.simulate import Run
 
 RUN_KIND, RUN_VERSION = "otolith-run", 3
@@ -48,6 +50,7 @@ def write_run(run: Run, path: Path) -> None:
     attributes = {name: getattr(run, name) for name in (*_TEXTS, *_PERIODS)}
     attributes["platform"] = run.platform.model_dump_json()
     attributes |= {name: json.dumps(getattr(run, name)) for name in ("pairs", "singles", "soft", "settings")}
+    attributes["interventions"] = json.dumps([asdict(one) for one in run.interventions])
     arrays = {name: np.asarray(getattr(run, name)) for name in _SERIES if name != "status"}
     arrays["status"] = np.array(run.status, dtype="S16")
     write_sealed(path, attributes, arrays, kind=RUN_KIND, version=RUN_VERSION)
@@ -82,6 +85,10 @@ def _run(content: Content) -> Run:
         soft=tuple(map(str, json.loads(told["soft"]))),
         settings=json.loads(told["settings"]),
         status=status,
+        interventions=tuple(
+            Intervention(**{**one, "reason": Reason(one["reason"])})
+            for one in json.loads(told.get("interventions", "[]"))  # earlier versions kept none
+        ),
     )
     if not (set(run.pairs) <= set(PAIRS) and set(run.singles) <= set(SINGLES) and run.dofs):
         raise ValueError(f"it names the degrees of freedom {run.dofs}")

@@ -13,6 +13,7 @@ from otolith.core.frames import specific_force
 from otolith.core.motion import rate_along
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.platforms import Platform
+from otolith.platforms.supervisor import Intervention
 from otolith.scenarios import Scenario
 
 # A jump of the reference must fall on the same side for controller, plant and record, whatever the
@@ -54,6 +55,8 @@ class Run:
     residual: Vec  # (m,) certificate of each solution
     guess_missed: Bools  # (m,)
     step_time: Vec  # (m,) [s] thread CPU time of each decision
+
+    interventions: tuple[Intervention, ...] = ()  # of a plant's supervisor, in order of time
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -202,4 +205,5 @@ def simulate(
         **motion.series(),
         command_time=command_time,
         **decisions.series(),
+        interventions=tuple(getattr(plant, "interventions", ())),
     )

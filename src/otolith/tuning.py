@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
@@ -82,7 +82,7 @@ def tune(
     search = _Search(platform, tuple(states), tuple(scenarios), price, tell)
     corner = np.full(len(states), math.log10(START))
     simplex = np.vstack([corner, corner + FIRST_STEP * np.eye(len(states))])
-    minimize(
+    scipy.optimize.minimize(
         search.objective,
         corner,
         method="Nelder-Mead",

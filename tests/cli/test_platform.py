@@ -12,6 +12,7 @@ from otolith.platforms import parse_platform
 from otolith.platforms.template import template
 from otolith.platforms.together import together
 from otolith.report.platform import file_share
+from otolith.sealed import read_run
 from otolith.simulate import Run
 
 
@@ -126,6 +127,14 @@ def test_the_supervisors_interventions_are_told(tmp_path: Path, capsys: pytest.C
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: supervisor, ")]
     assert 0 < len(told) <= 6  # the longest five, and how many besides
     assert len(told) < 6 or "shorter interventions besides" in told[5]
+    kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["supervisor"]
+    run = read_run(tmp_path / "run.h5")
+    assert sum(one["times"] for one in kept.values()) == len(run.interventions) > 0
+    seconds = sum(one["seconds"] for one in kept.values())
+    assert seconds == pytest.approx(sum(one.end - one.start for one in run.interventions))
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for limit, one in kept.items():
+        assert f"he supervisor acted for {limit}: {one['times']} times" in page
 
 
 @pytest.mark.parametrize(

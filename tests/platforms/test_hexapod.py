@@ -170,3 +170,15 @@ def test_a_pose_beyond_a_singular_one_is_not_reached_although_the_legs_have_its_
     pose[0, 5] = np.radians(120.0)
     assert wide.condition(pose[0]) < 20.0
     assert not wide.reaches(pose).any()
+
+
+def test_leans_turn_joints_as_scipy_rotates() -> None:
+    """Another author's rotation; the joints' axes at the platform are carried by it."""
+    poses = np.random.default_rng(3).uniform(-0.4, 0.4, (50, 6))
+    R = Rotation.from_euler("ZYX", poses[:, [5, 4, 3]]).as_matrix()  # (n, 3, 3)
+    legs = poses[:, None, :3] + np.einsum("nij,kj->nki", R, DAVSI.joints) - DAVSI.anchors
+    axes = DAVSI.joints - DAVSI.anchors
+    turned = np.einsum("nij,kj->nki", R, axes)
+    lengths = np.linalg.norm(axes, axis=1) * np.linalg.norm(legs, axis=2)
+    expected = [np.arccos(np.sum(a * legs, axis=2) / lengths) for a in (axes, turned)]
+    assert_allclose(DAVSI.leans(poses), np.stack(expected, axis=1), atol=1e-7)

@@ -14,7 +14,8 @@ import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from otolith import __version__  # noqa: E402
-from otolith.core.errors import InputError, OtolithError  # noqa: E402
+from otolith.cli.given import refuse_lost  # noqa: E402
+from otolith.core.errors import OtolithError  # noqa: E402
 
 # Where a command or a group of them is, and its line of help. A module is imported when its command is
 # called: none waits for what another needs.
@@ -123,7 +124,7 @@ def run_program(arguments: list[str] | None = None) -> None:
         return
     try:
         command = typer.main.get_command(program(_called(line)))
-        refuse_repeated(command, line)
+        refuse_lost(command, line)
         command(line, prog_name="otolith")
     except OtolithError as error:
         _refuse(str(error), debug)
@@ -140,23 +141,6 @@ def _called(line: list[str]) -> str:
         words = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""
         line = words.split()[1:]
     return next((word for word in line if not word.startswith("-")), "")
-
-
-def refuse_repeated(command: Any, line: list[str]) -> None:
-    """Refuse an option that is given twice and taken once: the first value would be lost without a word.
-
-    Raises
-    ------
-    InputError : there is one.
-    """
-    words = iter(line)
-    while hasattr(command, "commands") and (word := next(words, None)) is not None:
-        command = command.commands.get(word, command)
-    given = [word.partition("=")[0] for word in words if word.startswith("--")]
-    for option in command.params:
-        count = sum(given.count(name) for name in option.opts)
-        if count > 1 and not getattr(option, "multiple", False) and not getattr(option, "is_flag", False):
-            raise InputError(option.opts[0], "given twice", "given once")
 
 
 def _refuse(sentence: str, debug: bool) -> NoReturn:

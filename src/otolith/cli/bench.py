@@ -15,7 +15,6 @@ from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.mpc.design import Design
 from otolith.mpc.single_axis import SINGLE_AXES
 from otolith.platforms import load
-from otolith.report import save_figure, step_time_figure
 
 _SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
 _USUAL = [(("hybrid-all",), pairs, ()) for pairs in _SETS]
@@ -56,6 +55,8 @@ def bench_(
         "scenarios": list(names),
         "results": [figures for _, figures in found],
     }
+    from otolith.report import save_figure, step_time_figure
+
     figure = step_time_figure(
         [(f"{t.form} {t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found]
     )

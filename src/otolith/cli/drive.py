@@ -10,8 +10,6 @@ from otolith import files
 from otolith.cli.options import warn
 from otolith.cli.output import print_json, screen, working
 from otolith.core.errors import InputError
-from otolith.report.figures import save_figure
-from otolith.report.lap import lap_figure
 from otolith.vehicle import Driver, drive
 from otolith.vehicle.profile import Limits
 from otolith.vehicle.roughness import roughened
@@ -81,6 +79,9 @@ def drive_(
             standing=standing,
             rate_hz=rate,
         )
+    from otolith.report.figures import save_figure
+    from otolith.report.lap import lap_figure
+
     summary = lap.summary(limits)
     files.write_lap(lap, path)
     picture = path.with_name(f"{path.stem}-map.png")

@@ -32,8 +32,6 @@ from otolith.mpc.hint.stored import Kind, StoredHint, digest
 from otolith.mpc.implicit import ImplicitSettings
 from otolith.mpc.model import parse_braking_rows
 from otolith.platforms import Platform
-from otolith.report import save_figure
-from otolith.report.changes import changes_figure
 from otolith.scenarios import Scenario, log_scenario
 
 app = group("Hints for the implicit MPC: learn offline, verify.")
@@ -174,6 +172,9 @@ def _judge(
 
 def _draw(path: Path, tallies: dict[str, Tally]) -> None:
     """Every start but the cold one, which would need an axis of its own."""
+    from otolith.report import save_figure
+    from otolith.report.changes import changes_figure
+
     figure = changes_figure([(name, one.changes) for name, one in tallies.items() if name != COLD])
     for ending in ("pdf", "png"):
         files.write_figure(path.with_suffix(f".{ending}"), lambda place: save_figure(figure, place))

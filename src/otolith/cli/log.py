@@ -13,8 +13,6 @@ from rich.text import Text
 from otolith import files
 from otolith.cli.output import group, print_json, screen
 from otolith.cli.reading import Axes, Columns, Events, Header, MappingFile, Offsets, Units, log_settings
-from otolith.report.drive_log import log_figure, log_summary
-from otolith.report.figures import save_figure
 from otolith.scenarios.checks.orientation import AXES
 from otolith.scenarios.settings import settings_to_toml
 
@@ -68,6 +66,9 @@ def check(
     for place in (picture, save_mapping or picture):
         files.check_file(place)
     understood = files.understand_log(file, log_settings(chosen))
+    from otolith.report.drive_log import log_figure, log_summary
+    from otolith.report.figures import save_figure
+
     summary = log_summary(understood)
     files.write_figure(picture, functools.partial(save_figure, log_figure(understood)))
     if json:

@@ -2,19 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from rich.console import Console
 
 from otolith import __version__, files, registry
 from otolith.cli.options import Choices, warn
 from otolith.cli.output import progress_bar, progress_line, working
+from otolith.core.errors import InputError
 from otolith.mpc.design import Design
+from otolith.platforms.supervisor import Intervention
 from otolith.scenarios import Scenario
+from otolith.scenarios.catalog import has_literal
 from otolith.simulate import Run, simulate
-
-if TYPE_CHECKING:
-    from otolith.platforms.supervisor import Intervention
 
 _TOLD: Final = 5  # interventions of a supervisor that are told one by one
 
@@ -43,6 +43,7 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
     for plant in plants.values():
         registry.lookup(registry.PLANTS, "--plant", plant)
     registry.check_options(names, first.given)
+    _check_literal(each)
     design = first.design()
     for name in names:
         registry.check_cueing(name, design.singles)
@@ -57,6 +58,14 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
         plants=plants,
         preview=design.implicit.horizon if first.preview else 0,
     )
+
+
+def _check_literal(each: Sequence[Choices]) -> None:
+    """Refuse --literal where it would make no difference to any scenario."""
+    names = [choices.scenario for choices in each if choices.literal and choices.scenario is not None]
+    if names and not any(has_literal(name) for name in names):
+        bound = "left out, or used with a step whose end is left open"
+        raise InputError("--literal", f"given, but {' and '.join(names)} would ignore it", bound)
 
 
 def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
@@ -85,12 +94,12 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
                     preview=prepared.preview,
                     progress=progress,
                 )
-            _tell_interventions(getattr(moved, "interventions", ()), console)
+            _tell_interventions(run.interventions, console)
             done.append(run)
     return runs
 
 
-def _tell_interventions(found: Sequence["Intervention"], console: Console) -> None:
+def _tell_interventions(found: Sequence[Intervention], console: Console) -> None:
     """The longest ones, in their order, and how many there were besides."""
     longest = sorted(found, key=lambda one: one.start - one.end)[:_TOLD]
     for intervention in sorted(longest, key=lambda one: one.start):

@@ -13,8 +13,6 @@ from otolith.cli.reading import recorded_drive
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
 from otolith.metrics.false_cues import THRESHOLD, FalseCue, false_cues
-from otolith.report.figures import save_figure
-from otolith.report.lap import Marked, false_cue_map
 from otolith.scenarios import Log
 from otolith.simulate import Run
 
@@ -38,6 +36,9 @@ def map_(
     cues = sorted(false_cues(result, threshold=threshold), key=lambda cue: -cue.integral)
     picture = out or run.with_name("map.png")
     files.check_file(picture)
+    from otolith.report.figures import save_figure
+    from otolith.report.lap import Marked, false_cue_map
+
     marks = [Marked(cue.kind, cue.start, cue.end) for cue in cues]
     figure = false_cue_map(drive.t, _place(drive), marks, numbered=WORST)
     files.write_figure(picture, lambda temporary: save_figure(figure, temporary))

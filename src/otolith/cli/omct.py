@@ -22,8 +22,6 @@ from otolith.metrics.omct import (
     sinacori_point,
 )
 from otolith.mpc.design import Design
-from otolith.report import save_figure
-from otolith.report.omct import known, omct_figure, omct_json, omct_page
 from otolith.scenarios.omct import TESTS, Amplitudes
 
 
@@ -65,16 +63,18 @@ def omct_(
     with progress_bar(console, f"{cueing}, {procedure.seconds(system):.0f} s of motion") as progress:
         responses = motion_cueing_test(system, procedure, progress=progress)
         points = {axis: sinacori_point(system, axis, procedure) for axis in AXES if axis in system.axes}
+    from otolith.report import omct as report
+
     skipped = [test.name for test in TESTS if test not in applicable(system.axes)]
     summary = {
         **names,
         "version": __version__,
         "force_mps2": force,
         "at_1_radps": {
-            axis: {"gain": point.modulus, "phase_deg": known(point.phase_deg)}
+            axis: {"gain": point.modulus, "phase_deg": report.known(point.phase_deg)}
             for axis, point in points.items()
         },
-        "tests": omct_json(responses, bounds),
+        "tests": report.omct_json(responses, bounds),
         "not_cued": skipped,
         "status": dict(decisions(responses)),
     }
@@ -82,8 +82,8 @@ def omct_(
     facts |= {"failed": "; ".join(failures(summary))} if failures(summary) else {}
     with files.whole_folder(folder, command="omct", force=replace) as made:
         files.write_json(made / "omct.json", summary)
-        files.write_text(made / "report.html", omct_page(cueing, facts, responses, bounds))
-        _write_figures(made, functools.partial(omct_figure, responses, bounds))
+        files.write_text(made / "report.html", report.omct_page(cueing, facts, responses, bounds))
+        _write_figures(made, functools.partial(report.omct_figure, responses, bounds))
     if json:
         print_json(summary)
     for text in failures(summary):
@@ -111,5 +111,7 @@ def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[S
 
 
 def _write_figures(folder: Path, draw: Any) -> None:
+    from otolith.report import save_figure
+
     for ending in ("pdf", "png"):
         files.write_figure(folder / f"figure.{ending}", functools.partial(save_figure, draw()))

@@ -12,7 +12,6 @@ from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.reading import (
-    OPTIONS,
     Axes,
     Columns,
     Events,
@@ -186,17 +185,8 @@ class Choices:
         if isinstance(design.hint, Refused):
             warn(console, f"hint refused, running without it: {design.hint.reason}")
         if self.log is None and self.scenario is not None:
-            given = [name for name in ("lowpass", *OPTIONS) if getattr(self, name) not in (None, [])]
-            given += ["causal"] if self.causal else []
-            if given:
-                options = " and ".join(f"--{name}" for name in given)
-                raise InputError(options, "given", "used together with --log")
             along = [scenario(self.scenario, literal=self.literal, axis=_ALONG[dof]) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
-        if self.literal:
-            raise InputError(
-                "--literal", "given", "left out with --log: it is about the signals of Table 5.1"
-            )
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")

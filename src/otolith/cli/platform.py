@@ -11,8 +11,6 @@ from otolith.cli.output import Force, group, print_json, progress_bar, screen
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
 from otolith.platforms.template import template
-from otolith.report import save_figure
-from otolith.report.platform import platform_figure, platform_page, platform_summary, range_lines, sentences
 
 app = group("Begin a platform file, look at a platform, and fit legs to a data sheet.")
 
@@ -38,17 +36,23 @@ def show(
     console = screen()
     shown = files.read_platform(platform)
     recorded = files.read_run(run) if run is not None else None
+    if recorded is not None and (shown.hexapod is None or shown.hexapod.lent):
+        bound = f"left out, for {shown.name} has no legs of its own to be moved"
+        raise InputError("--run", "given", bound)
     folder = out or Path("out") / f"platform-{shown.name}"
     files.check_folder(folder, command="platform show", force=force)
-    summary, figure = platform_summary(shown), platform_figure(shown)
+    from otolith.report import platform as report
+    from otolith.report import save_figure
+
+    summary, figure = report.platform_summary(shown), report.platform_figure(shown)
     with files.whole_folder(folder, command="platform show", force=force) as made:
-        files.write_text(made / "platform.html", platform_page(shown, summary, figure, run=recorded))
+        files.write_text(made / "platform.html", report.platform_page(shown, summary, figure, run=recorded))
         files.write_json(made / "platform.json", summary)
         for ending in ("pdf", "png"):
             files.write_figure(made / f"platform.{ending}", functools.partial(save_figure, figure))
     if json:
         print_json(summary)
-    for line in [*range_lines(summary), *sentences(summary)]:
+    for line in [*report.range_lines(summary), *report.sentences(summary)]:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     console.print(f"written to {folder}: platform.html, .json, .pdf, .png", highlight=False, soft_wrap=True)
 

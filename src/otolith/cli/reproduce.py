@@ -14,8 +14,6 @@ from rich.table import Table as Grid
 from otolith import __version__, files
 from otolith.cli.output import Force, described_bar, print_json, screen
 from otolith.core.errors import InputError
-from otolith.report.thesis import page
-from otolith.report.thesis_print import save_pdf
 from otolith.reproduce import CHAPTERS, Outcome, chosen, reproduce
 
 
@@ -46,6 +44,9 @@ def reproduce_(
     edition = {"version": __version__, "date": datetime.now().astimezone().date().isoformat()}
     document = {**edition, "seconds": round(seconds, 1), "items": {o.name: o.as_json() for o in outcomes}}
     plain = _without_curves(document)
+    from otolith.report.thesis import page
+    from otolith.report.thesis_print import save_pdf
+
     with files.whole_folder(out, command="reproduce", force=force) as made:
         files.write_text(made / "report.html", page(document))
         files.write_figure(made / "report.pdf", lambda path: save_pdf(document, path))

@@ -9,7 +9,7 @@ from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_we
 from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
 from otolith.metrics.summary import compare, fidelity, summarise
 from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
-from otolith.metrics.verdict import between_nodes, breaches, failures
+from otolith.metrics.verdict import between_nodes, breaches, failures, held_back
 from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "failures",
     "false_cues",
     "fidelity",
+    "held_back",
     "illness_percent",
     "mean_absolute_difference",
     "mismatch_rating",

@@ -52,8 +52,23 @@ def summarise(run: Run) -> dict[str, Any]:
         "violations": sum(excess.violations for excess in over if not excess.soft),
         "soft_exceeded": sum(excess.violations for excess in over if excess.soft),
         "limits": {excess.quantity: excess.as_json() for excess in over},
+        "supervisor": supervised(run),
         "settings": run.settings,
     }
+
+
+def supervised(run: Run) -> dict[str, dict[str, float]]:
+    """What the supervisor of the legs did, by the limit that it kept; empty where it never had to act.
+
+    For each: how many times, for how long together [s], and how far a leg stayed behind at most [m].
+    """
+    told: dict[str, dict[str, float]] = {}
+    for one in run.interventions:
+        of_limit = told.setdefault(one.reason.limit, {"times": 0, "seconds": 0.0, "behind_m": 0.0})
+        of_limit["times"] += 1
+        of_limit["seconds"] += one.end - one.start
+        of_limit["behind_m"] = max(of_limit["behind_m"], one.behind)
+    return told
 
 
 def fidelity(run: Run) -> dict[str, Any]:

@@ -41,6 +41,15 @@ def breaches(summary: Summary) -> list[str]:
     ]
 
 
+def held_back(summary: Summary) -> list[str]:
+    """One sentence per limit for which the legs' supervisor gave less than was asked."""
+    return [
+        f"the supervisor acted for {limit}: {one['times']:,} times, {_short(one['seconds'])} s together, "
+        f"up to {_short(1e3 * one['behind_m'])} mm behind"
+        for limit, one in summary.get("supervisor", {}).items()
+    ]
+
+
 def between_nodes(summary: Summary) -> list[str]:
     """One sentence per limit that was kept at the nodes, where a controller imposes it, but not between."""
     return [

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp.enumerate import Report, enumerate_regions
@@ -44,8 +43,8 @@ def separate(problem: ParametricQp) -> list[Part]:
     if bare.any():  # constraints on parameters alone join whatever reads these parameters
         links = np.vstack([links, np.asarray(bare[bare.any(axis=1)].astype(int) @ _readers(problem).T) > 0])
     rows, columns = np.nonzero(links)
-    graph = coo_array((np.ones(len(rows)), (rows + n, columns)), shape=(n + len(links),) * 2)
-    count, label = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_array((np.ones(len(rows)), (rows + n, columns)), shape=(n + len(links),) * 2)
+    count, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     groups = [np.flatnonzero(label[:n] == c) for c in range(count)]
     ordered = sorted((g for g in groups if len(g)), key=lambda g: int(g[0]))
     return [_part(problem, group) for group in ordered]

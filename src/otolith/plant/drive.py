@@ -19,7 +19,7 @@ from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
 from otolith.plant.ideal import axis_dynamics, move_axes
 from otolith.platforms.hexapod import MOST, Hexapod, NoPose
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
-from otolith.platforms.supervisor import Supervisor, supervise
+from otolith.platforms.supervisor import Keeps, Supervisor, supervise
 
 PERIOD: Final = 1e-3  # [s] of the servos
 CLOSE: Final = 1e-12  # [m] on the legs, when a pose is found again from them
@@ -33,7 +33,7 @@ def _tick(
     of: Machine,
     legs: Mat,
     passed: tuple[Vec, Vec],
-    limits: tuple[float, float, float, float],
+    keeps: Keeps,
     dt: float,
     place: Vec,
     targets: Mat,
@@ -46,7 +46,7 @@ def _tick(
     """
     move_axes(motion, dynamics[0], dynamics[1], command)
     leg_motion(motion[0], motion[1], motion[2], of.joints, of.anchors, legs)
-    reason, leg = supervise(legs[0], legs[1], passed[0], passed[1], limits, dt)
+    reason, leg = supervise(legs[0], legs[1], passed[0], passed[1], keeps, dt)
     if reason == 0:
         place_of(motion[0], place)
         _aim(place, passed, of, targets)
@@ -111,7 +111,7 @@ class Drive:
             self.machine,
             self._legs,
             self._passed,
-            supervisor.limits,
+            supervisor.keeps,
             self.period,
             self._place,
             self.targets,

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, Final, Literal
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
@@ -125,7 +125,7 @@ class _Problem:
 
     def solve(self, rng: np.random.Generator, forward: Forward) -> Candidate | None:
         """Least squares from one random start; None where it ends in a machine that cannot stand."""
-        result = least_squares(
+        result = scipy.optimize.least_squares(
             partial(self._errors, forward=forward),
             self._start(rng, forward),
             bounds=(self._low, self._high),

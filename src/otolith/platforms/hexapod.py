@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from otolith.core.arrays import Bools, Mat, Vec, freeze
 from otolith.core.errors import OtolithError
@@ -115,7 +114,7 @@ class Hexapod:
         """Angles (n, 2, 6) [rad] of every leg from its joints' axes, at the base and at the platform."""
         poses = np.asarray(poses, dtype=np.float64)
         axes = np.tile([0.0, 0.0, 1.0], (6, 1)) if self.upright else self.joints - self.anchors
-        R = Rotation.from_euler("ZYX", poses[:, [5, 4, 3]]).as_matrix().transpose(0, 2, 1)  # (n, 3, 3)
+        R = _rotations(poses).transpose(0, 2, 1)  # (n, 3, 3)
         legs = poses[:, None, :3] + self.joints @ R - self.anchors  # (n, 6, 3)
         return np.stack([_between(np.broadcast_to(axes, legs.shape), legs), _between(axes @ R, legs)], axis=1)
 
@@ -230,6 +229,17 @@ class Hexapod:
         found = self.condition(pose)
         if not found < condition:
             raise Singular(found, condition)
+
+
+def _rotations(poses: Mat) -> Mat:
+    """Rotations (n, 3, 3) from the platform's frame to world of poses (n, 6): yaw, then pitch, then roll."""
+    (r, p, y), (R, P, Y) = np.cos(poses[:, 3:].T), np.sin(poses[:, 3:].T)
+    rows = [
+        [y * p, y * P * R - Y * r, y * P * r + Y * R],
+        [Y * p, Y * P * R + y * r, Y * P * r - y * R],
+        [-P, p * R, p * r],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def _between(axes: Mat, legs: Mat) -> Mat:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy import ndimage
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.frames import AXES
@@ -171,7 +171,7 @@ def cut(hexapod: Hexapod, axes: tuple[str, str], *, n: int = 81) -> Cut:
     poses[:, :, AXES.index(axes[0])] = first
     poses[:, :, AXES.index(axes[1])] = second[:, None]
     inside = hexapod.reaches(poses.reshape(-1, 6)).reshape(n, n)
-    pieces, _ = ndimage.label(inside)
+    pieces, _ = scipy.ndimage.label(inside)
     neutral = pieces[int(np.argmin(np.abs(second))), int(np.argmin(np.abs(first)))]
     inside &= pieces == neutral
     condition = np.full((n, n), np.nan)

@@ -1,4 +1,6 @@
-"""The last hand on the legs: whatever is commanded, lengths, speeds and accelerations stay within limits.
+"""The last hand on the legs: whatever is commanded, the machine stays within its limits.
+
+These are length, speed and acceleration of every leg, the angles of its joints, and poses that the legs hold.
 
 It stands between set-points and servos and knows no algorithm. Set-points are leg lengths and speeds; what
 it passes on is a path of its own, along which it slows *all* legs in proportion, so that the platform
@@ -8,32 +10,36 @@ Notation: ℓ, v lengths and speeds passed on; V, A limits of a leg; Δ the peri
 accelerations are constant: v⁺ = v + a Δ, ℓ⁺ = ℓ + Δ (v + v⁺)/2.
 
 Safe set. From v all legs together can stop in n = ⌈max|v|/(A Δ)⌉ periods by v⁺ = v (1 − 1/n), which
-takes them ℓ + v n Δ/2 and asks no leg for more than A. A state is safe when |v| ≤ V and both ends of that
-way lie within the stroke. One period of that braking leads from a safe state to a safe state, for
-n⁺ ≤ n − 1 (induction over n). So a period that is checked to end safely, or else brakes, keeps every
-limit for ever. Checked by test_no_command_whatever_breaks_a_limit.
+takes them ℓ + v n Δ/2 and asks no leg for more than A. A state is safe when |v| ≤ V, both ends of that
+way lie within the stroke, and every pose on it is proved to hold (`otolith.platforms.holding`). One period
+of that braking leads from a safe state to a safe state, for n⁺ ≤ n − 1 and what is left of the way is a part
+of it (induction over n). So a period that is checked to end safely, or else brakes, keeps every limit for
+ever. Checked by test_no_command_whatever_breaks_a_limit and test_no_command_whatever_reaches_a_singular_pose.
 """
 
 import math
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
+from otolith.core.motion import place_of
 from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.holding import FLOOR, Ball, Joints, place_ball, way_holds
 
 CATCH_UP: Final = 0.25  # of the lag that is made up for in one period, while the lag is small
 HALVINGS: Final = 20  # of the share of the way towards what is wanted
+POSE_HALVINGS: Final = 6  # the same where poses are proved, which costs a thousand times as much
 GUARD: Final = 1e-9  # [m] kept from the ends of the stroke, above all rounding
 SLACK: Final = 1e-6  # of a limit; less is rounding, not an intervention
 APART: Final = 0.25  # [s] between ticks of one intervention at most
 KEPT: Final = 1000  # interventions that are remembered
 
-_FREE, _SPEED, _ACCELERATION, _STROKE, _INVALID = range(5)
+_FREE, _SPEED, _ACCELERATION, _STROKE, _JOINT, _SINGULAR, _INVALID = range(7)
 
 
 class Reason(StrEnum):
@@ -42,10 +48,18 @@ class Reason(StrEnum):
     SPEED = "speed"
     ACCELERATION = "acceleration"
     STROKE = "stroke"
+    JOINT = "joint angle"
+    SINGULAR = "a singular pose"
     INVALID = "a set-point that is no number"
 
+    @property
+    def limit(self) -> str:
+        """What was kept, in words for a table."""
+        named = (Reason.SINGULAR, Reason.INVALID)
+        return str(self) if self in named else f"the {self} of a leg"
 
-_REASONS: Final = (None, Reason.SPEED, Reason.ACCELERATION, Reason.STROKE, Reason.INVALID)
+
+_REASONS: Final = (None, *Reason)  # in the order of the numbers above
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,17 +69,34 @@ class Intervention:
     start: float  # [s]
     end: float  # [s]
     reason: Reason
-    leg: int  # 1 … 6, the one that would have broken its limit first
+    leg: int  # 1 … 6, the one that would have broken its limit first; of a pose that is singular: 0
     behind: float  # [m] farthest that a leg stayed behind its set-point
 
     def __str__(self) -> str:
         """One sentence."""
-        return (
-            f"{self.start:.3f} to {self.end:.3f} s: slowed for the {self.reason} of leg {self.leg}, "
-            f"up to {1e3 * self.behind:.2f} mm behind"
-            if self.reason is not Reason.INVALID
-            else f"{self.start:.3f} to {self.end:.3f} s: braked, for {self.reason}"
-        )
+        when, late = f"{self.start:.3f} to {self.end:.3f} s", f"up to {1e3 * self.behind:.2f} mm behind"
+        match self.reason:
+            case Reason.INVALID:
+                return f"{when}: braked, for {self.reason}"
+            case Reason.SINGULAR:
+                return f"{when}: slowed before {self.reason}, {late}"
+            case _:
+                return f"{when}: slowed for the {self.reason} of leg {self.leg}, {late}"
+
+
+class Keeps(NamedTuple):
+    """What is kept, in a form that kernels take."""
+
+    stroke: tuple[float, float]  # [m] shortest and longest leg
+    speed: float  # V [m/s]
+    acceleration: float  # A [m/s²]
+    joints: Joints
+    ball: Ball  # about the lengths that are passed on; goes with them
+
+    @classmethod
+    def of(cls, hexapod: Hexapod) -> "Keeps":
+        """The limits of one hexapod."""
+        return cls(hexapod.stroke, hexapod.speed, hexapod.acceleration, Joints.of(hexapod), Ball.empty())
 
 
 @kernel
@@ -125,15 +156,22 @@ def _shrink(values: Vec, bound: float) -> int:
 
 
 @kernel
+def _braking(speeds: Vec, A: float, dt: float, braked: Vec) -> None:
+    """Write the speeds (6,) after a period of braking."""
+    n = _periods_to_stop(speeds, A, dt)
+    for i in range(6):
+        braked[i] = speeds[i] * (1.0 - 1.0 / n) if n > 0 else 0.0
+
+
+@kernel
 def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float], A: float, dt: float) -> int:
     """Bring `aim`, in place, as near to braking as a safe end of the period needs; the leg that needs it."""
-    n = _periods_to_stop(before, A, dt)
-    braked = before * (1.0 - 1.0 / n) if n > 0 else np.zeros(6)
-    moved = np.empty(6)
+    moved, braked = np.empty(6), np.empty(6)
     _move(lengths, before, aim, dt, moved)
     leg = _first_outside(moved, aim, stroke, A, dt)
     if leg < 0:
         return leg
+    _braking(before, A, dt, braked)
     further, safe, unsafe = aim - braked, 0.0, 1.0
     for _ in range(HALVINGS):
         share = 0.5 * (safe + unsafe)
@@ -148,25 +186,68 @@ def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float]
 
 
 @kernel
-def supervise(
-    to_length: Vec,
-    to_speed: Vec,
-    lengths: Vec,
-    speeds: Vec,
-    limits: tuple[float, float, float, float],
-    dt: float,
-) -> tuple[int, int]:
-    """Advance lengths and speeds (6,) in place by dt towards set-points at its end.
-
-    Parameters
-    ----------
-    limits : shortest, longest, V, A.
+def _holds(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> tuple[bool, int]:
+    """Whether the period to the speeds `aim`, and the braking that could follow it, hold all the way.
 
     Returns
     -------
-    Why it gave less than was asked, an index of `_REASONS`, and the leg (0 … 5).
+    With it, what ends the way: see `otolith.platforms.holding.place_ball`.
     """
-    stroke, V, A = (limits[0], limits[1]), limits[2], limits[3]
+    moved, rest = np.empty(6), np.empty(6)
+    _move(lengths, before, aim, dt, moved)
+    ahead = 0.5 * dt * _periods_to_stop(aim, keeps.acceleration, dt)
+    for i in range(6):
+        rest[i] = moved[i] + ahead * aim[i]
+    ball = Ball(keeps.ball.centre.copy(), keeps.ball.place.copy(), keeps.ball.radius.copy())
+    held, why = way_holds(lengths, moved, keeps.joints, ball)
+    if held:
+        held, why = way_holds(moved, rest, keeps.joints, ball)
+    return held, why
+
+
+@kernel
+def _stay_held(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> tuple[bool, int]:
+    """Bring `aim`, in place, as near to braking as the poses ahead need; whether it was brought, and why."""
+    held, why = _holds(lengths, before, aim, keeps, dt)
+    if held:
+        return False, -1
+    A, moved, braked = keeps.acceleration, np.empty(6), np.empty(6)
+    _braking(before, A, dt, braked)
+    further, safe, unsafe = aim - braked, 0.0, 1.0
+    for _ in range(POSE_HALVINGS):
+        share = 0.5 * (safe + unsafe)
+        aim[:] = braked + share * further
+        _move(lengths, before, aim, dt, moved)
+        inside = _first_outside(moved, aim, keeps.stroke, A, dt) < 0
+        if inside and _holds(lengths, before, aim, keeps, dt)[0]:
+            safe = share
+        else:
+            unsafe = share
+    aim[:] = braked + safe * further
+    return True, why
+
+
+@kernel
+def _follow_ball(lengths: Vec, keeps: Keeps) -> None:
+    """Take the ball along when the lengths (6,) have left the middle of it."""
+    off = 0.0
+    for i in range(6):
+        off += (lengths[i] - keeps.ball.centre[i]) ** 2
+    if math.sqrt(off) > 0.5 * keeps.ball.radius[0]:
+        place_ball(lengths, keeps.joints, keeps.ball)
+
+
+@kernel
+def supervise(
+    to_length: Vec, to_speed: Vec, lengths: Vec, speeds: Vec, keeps: Keeps, dt: float
+) -> tuple[int, int]:
+    """Advance lengths and speeds (6,) in place by dt towards set-points at its end.
+
+    Returns
+    -------
+    Why it gave less than was asked, an index of `_REASONS`, and the leg (0 … 5; −1 for none).
+    """
+    V, A = keeps.speed, keeps.acceleration
     aim, reason, leg = speeds.copy(), _FREE, -1
     _wanted_speeds(lengths, to_length, to_speed, A, dt, aim)
     if not np.all(np.isfinite(aim)):
@@ -176,9 +257,12 @@ def supervise(
     aim -= speeds
     leg_of_acceleration = _shrink(aim, A * dt)
     aim += speeds
-    leg_of_stroke = _stop_short(lengths, speeds, aim, stroke, A, dt)
+    leg_of_stroke = _stop_short(lengths, speeds, aim, keeps.stroke, A, dt)
+    changed, leg_of_joint = _stay_held(lengths, speeds, aim, keeps, dt)
     if reason == _FREE:  # the last hand that changed something goes first
-        if leg_of_stroke >= 0:
+        if changed:
+            reason, leg = (_JOINT if leg_of_joint >= 0 else _SINGULAR), leg_of_joint
+        elif leg_of_stroke >= 0:
             reason, leg = _STROKE, leg_of_stroke
         elif leg_of_speed >= 0:
             reason, leg = _SPEED, leg_of_speed
@@ -186,17 +270,18 @@ def supervise(
             reason, leg = _ACCELERATION, leg_of_acceleration
     _move(lengths, speeds, aim, dt, lengths)
     speeds[:] = aim
+    _follow_ball(lengths, keeps)
     return reason, leg
 
 
 class Supervisor:
-    """Keeps one hexapod's legs within their limits, period by period, and remembers what it did."""
+    """Keeps one hexapod within its limits, period by period, and remembers what it did."""
 
     def __init__(self, hexapod: Hexapod, *, period: float = 1e-3) -> None:
         self.period = period  # [s]
         self.lengths, self.speeds = np.empty(6), np.zeros(6)  # passed on: [m], [m/s]
         self._hexapod = hexapod
-        self.limits = (*hexapod.stroke, hexapod.speed, hexapod.acceleration)  # as `supervise` takes them
+        self.keeps = Keeps.of(hexapod)  # as `supervise` takes it
         self._ticks = 0
         self._kept: list[Intervention] = []
         self.reset(np.zeros(6), np.zeros(6))
@@ -207,23 +292,36 @@ class Supervisor:
         Raises
         ------
         LegOutsideStroke, LeansTooFar, Singular : the legs cannot make the pose.
-        InputError : so fast that the legs cannot stop within their strokes.
+        InputError : so fast, or so near to a singular pose or the end of a joint, that the legs cannot stop
+            within their limits.
         """
         self._hexapod.check(pose)
-        motion = self._hexapod.leg_motion(pose, twist, np.zeros(6))
-        V, A = self.limits[2:]
-        fast = np.abs(motion.speed).max()
-        if not fast <= V or _first_outside(motion.length, motion.speed, self.limits[:2], A, self.period) >= 0:
+        motion, keeps = self._hexapod.leg_motion(pose, twist, np.zeros(6)), self.keeps
+        self.lengths[:], self.speeds[:] = motion.length, motion.speed
+        place_of(np.asarray(pose, dtype=np.float64), keeps.ball.place)
+        place_ball(self.lengths, keeps.joints, keeps.ball)
+        fast, A = float(np.abs(motion.speed).max()), keeps.acceleration
+        within = _first_outside(motion.length, motion.speed, keeps.stroke, A, self.period) < 0
+        if not (fast <= keeps.speed and within):
             raise InputError(
                 "leg speed to start with", f"{fast:.3g} m/s", "one that can stop within the stroke"
             )
-        self.lengths[:], self.speeds[:] = motion.length, motion.speed
+        braked = np.empty(6)
+        _braking(motion.speed, A, self.period, braked)
+        if not (
+            keeps.ball.radius[0] >= FLOOR and _holds(self.lengths, self.speeds, braked, keeps, self.period)[0]
+        ):
+            raise InputError(
+                "pose to start with",
+                "too near to a singular pose or to the end of a joint",
+                "one from which the legs can stop before either",
+            )
         self._ticks = 0
         self._kept.clear()
 
     def follow(self, lengths: Vec, speeds: Vec) -> bool:
         """Go one period towards set-points (6,) at its end; whether it gave less than was asked."""
-        code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self.limits, self.period)
+        code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self.keeps, self.period)
         return self.account(code, leg, lengths)
 
     def account(self, code: int, leg: int, wanted: Vec) -> bool:

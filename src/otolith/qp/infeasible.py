@@ -7,7 +7,7 @@ at hand.
 """
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Vec
 from otolith.qp.equilibrate import equilibrate
@@ -60,7 +60,7 @@ def _ray(qp: Qp) -> Vec | None:
     R = np.vstack([np.eye(b, n), qp.A])
     columns = np.hstack([R[above].T, -R[below].T])
     sides = np.concatenate([qp.upper[above], -qp.lower[below]])
-    found = linprog(
+    found = scipy.optimize.linprog(
         sides,
         A_ub=np.ones((1, len(sides))),
         b_ub=np.ones(1),

@@ -16,8 +16,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
 from otolith.core.lti import condense as predict
@@ -86,7 +86,7 @@ class StageProblem:
         """
         moved, held = (self.B != 0.0).astype(np.float64), (self.C != 0.0).astype(np.float64)
         linked = np.abs(self.A) + moved @ moved.T + held.T @ held
-        number, of_state = connected_components(linked, directed=False)
+        number, of_state = scipy.sparse.csgraph.connected_components(linked, directed=False)
         of_inputs = of_state[np.argmax(moved, axis=0)]
         of_rows = of_state[np.argmax(held, axis=1)] if len(self.C) else of_state[:0]
         return np.concatenate([of_rows, number + np.arange(len(self.varying)), of_inputs])

@@ -6,7 +6,7 @@ from dataclasses import replace
 from html import escape
 from typing import Final
 
-from otolith.metrics import between_nodes, breaches, failures
+from otolith.metrics import between_nodes, breaches, failures, held_back
 from otolith.report import tables, texts
 from otolith.report.gauges import gauges_html
 from otolith.report.motion import motion_panels
@@ -131,8 +131,9 @@ def verdict(run: Run, summary: Summary, name: str = "") -> str:
     made = "are optimal" if run.residual.any() else "were made"
     said = failed or [f"all {len(run.status):,} decisions {made}"]
     said += passed or (["all limits were kept at every node"] if "limits" in summary else [])
-    text = escape("; ".join([*said, *between_nodes(summary)]))
-    mood = "warn" if failed or summary.get("violations") else "mild" if passed else "good"
+    held = held_back(summary)
+    text = escape("; ".join([*said, *between_nodes(summary), *held]))
+    mood = "warn" if failed or summary.get("violations") else "mild" if passed or held else "good"
     return f'<p class="{mood}">{who}{text[0].upper()}{text[1:]}.</p>'
 
 

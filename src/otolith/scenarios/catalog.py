@@ -100,17 +100,28 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
     ------
     InputError : unknown name, family or parameter, or a value that is no number or beyond its bound.
     """
+    entry, given = _found(name)
+    options: dict[str, Any] = {"axis": axis}
+    printed = literal and has_literal(name)
+    if printed:
+        options["end"] = STEP_END_LITERAL
+    origin = entry.source + (", step until 4 s as printed" if printed else "")
+    built: Scenario = entry.build(**options | given)
+    return replace(built, name=name.strip(), origin=origin)
+
+
+def has_literal(name: str) -> bool:
+    """Whether `literal` makes a difference to this scenario: it has a step whose end is left open."""
+    entry, given = _found(name)
+    return "end" in inspect.signature(entry.build).parameters and "end" not in given
+
+
+def _found(name: str) -> tuple[Entry, dict[str, Any]]:
+    """The entry of a scenario's name or text, and the parameters that its text gives."""
     family, colon, text = name.strip().partition(":")
     parametric = colon or (family in FAMILIES and family not in SCENARIOS)
     entry = _entry(family, FAMILIES if parametric else SCENARIOS)
-    options: dict[str, Any] = {"axis": axis}
-    stepped = "end" in inspect.signature(entry.build).parameters
-    if literal and stepped:
-        options["end"] = STEP_END_LITERAL
-    options |= arguments(text, family, entry.build)
-    origin = entry.source + (", step until 4 s as printed" if literal and stepped else "")
-    built: Scenario = entry.build(**options)
-    return replace(built, name=name.strip(), origin=origin)
+    return entry, arguments(text, family, entry.build)
 
 
 def family_parameters(family: str) -> dict[str, Any]:
