@@ -474,3 +474,89 @@ def test_a_derivation_without_its_source_is_refused_also_where_nothing_else_is_f
     rows = table((drive.t, 2), (drive.data["vx"], 3))
     with pytest.raises(InputError, match=r"ax=from-speed in export.csv is without vx"):
         read(f"t_s,rpm\n{rows}", ax="from-speed")
+
+
+def test_trackaddicts_telephone_axes_are_refused_with_the_mapping_that_is_right(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    """In g without saying so, its x to the right and its y forward: three changes at once."""
+    d, (lat, lon) = drive.data, place_deg(drive)
+    rows = table((drive.t, 3), (lat, 7), (lon, 7), (d["vx"] / 0.44704, 1), (-d["ay"] / G, 3), (d["ax"] / G, 3),
+                 (d["az"] / G, 3))  # fmt: skip
+    text = (
+        f'"Time","Latitude","Longitude","Speed (MPH)","Accel X","Accel Y","Accel Z"\n{rows}\n# Session End\n'
+    )
+    with pytest.raises(InputError, match=r"map ax=Accel Y:g and ay=-Accel X:g and az alike"):
+        read(text)
+    assert_read(read(text, ax="Accel Y:g", ay="-Accel X:g", az="Accel Z:g"), drive, "ax", "ay", "az")
+
+
+def test_accelerations_along_a_devices_x_and_y_are_told_where_no_speed_judges_them(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    d = drive.data
+    rows = table((drive.t, 4), (d["ax"], 5), (d["ay"], 5), (d["az"] + G, 5))
+    log = read(f"Time (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2)\n{rows}")
+    assert_read(log, drive, "ax", "ay", "az")
+    assert any("may be a device's own axes: nothing in the file tells" in note for note in log.notes)
+
+
+def test_a_games_whole_record_with_y_up_is_judged_by_its_speed_and_not_its_sideways_velocity(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    d, n = drive.data, len(drive.t)
+    header = "TimestampMS,AccelerationX,AccelerationY,AccelerationZ,VelocityX,VelocityY,VelocityZ,Speed"
+    zero = ["0.0"] * n
+    rows = table(
+        (1000 * drive.t, 0), (-d["ay"], 4), (d["az"], 4), (d["ax"], 4), zero, zero, (d["vx"], 4), (d["vx"], 4)
+    )
+    with pytest.raises(InputError, match=r"axes of a game, y up\? map ax=AccelerationZ"):
+        read(f"{header}\n{rows}")
+
+
+def test_a_lone_rate_about_a_games_y_is_no_pitch_rate(drive: Truth, read: Callable[..., Log]) -> None:
+    d = drive.data
+    rows = table(
+        (drive.t, 3), (3.6 * d["vx"], 3), (d["ay"] / G, 4), (d["ax"] / G, 4), (DEG * d["yaw_rate"], 3)
+    )
+    log = read(f"time,SPEED,G_LAT,G_LON,ROTY\ns,km/h,G,G,deg/s\n{rows}")
+    assert_read(log, drive, "ax", "ay")
+
+
+def test_durations_as_pandas_writes_them_are_clock_times(drive: Truth, read: Callable[..., Log]) -> None:
+    d, start = drive.data, 86395.0
+    times = [f"{int((start + t) // 86400)} days 00:00:{t - 5.0:09.6f}" if t >= 5.0 else f"0 days 23:59:{55.0 + t:09.6f}"
+             for t in drive.t]  # fmt: skip
+    log = read("time,ax_mps2,ay_mps2\n" + table(times, (d["ax"], 4), (d["ay"], 4)))
+    assert_read(log, drive, "ax", "ay")
+
+
+@pytest.mark.parametrize("footer", ["End of file,,", "\nNumber of rows: 440", "Total,n/a text,ok", ",,\n,,"])
+def test_text_below_the_table_is_left_out_and_said(
+    footer: str, drive: Truth, read: Callable[..., Log]
+) -> None:
+    d = drive.data
+    log = read("t_s,ax_mps2,ay_mps2\n" + table((drive.t, 3), (d["ax"], 4), (d["ay"], 4)) + f"\n{footer}\n")
+    assert_read(log, drive, "ax", "ay")
+    assert any("of text below the table left out" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("spelling", ["1.#QNAN", "-nan(ind)", "#N/A", "NULL", "?", "<NA>", "NaT", "---"])
+def test_each_spelling_of_no_value_is_blank(spelling: str, drive: Truth, read: Callable[..., Log]) -> None:
+    d = drive.data
+    ax = [spelling if i == 50 else f"{v:.4f}" for i, v in enumerate(d["ax"])]
+    log = read("t_s,ax_mps2,ay_mps2\n" + table((drive.t, 3), ax, (d["ay"], 4)))
+    assert len(log.channels["ax"].t) == len(drive.t) - 1
+    assert_read(log, drive, "ax", "ay", digits=0.05)
+
+
+def test_sentences_of_a_receiver_are_named_for_what_they_are(read: Callable[..., Log]) -> None:
+    line = "$GPRMC,100000.40,A,5000.00000,N,00800.00000,E,40.00,12.0,050526,,,A*00"
+    with pytest.raises(InputError, match=r"x\.nmea is NMEA 0183, places of a receiver without forces"):
+        read("\n".join([line] * 5), "x.nmea")
+
+
+def test_g_forces_of_three_letters_are_read(drive: Truth, read: Callable[..., Log]) -> None:
+    d = drive.data
+    rows = table((drive.t, 4), (d["ax"] / G, 4), (d["ay"] / G, 4), (d["az"] / G + 1, 4), mark=";")
+    assert_read(read(f"time;gFx;gFy;gFz\n{rows}"), drive, "ax", "ay", "az")

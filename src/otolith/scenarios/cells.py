@@ -12,7 +12,11 @@ from otolith.scenarios import clocks
 from otolith.scenarios.columns import Column
 from otolith.scenarios.recorded import Cells, Recorded
 
-BLANK: Final = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "--", "nil", "#n/a"})  # of no value
+BLANK: Final = frozenset(  # cells of no value; "1.#QNAN" and the like are what Windows prints for NaN
+    {"", "nan", "na", "n/a", "null", "none", "-", "--", "nil", "#n/a", "#na", "#null!", "#value!", "?", "*"}
+    | {"-nan", "+nan", "nan(ind)", "-nan(ind)", "nan(snan)", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind"}
+    | {"1.#qnb", "-1.#inb", "missing", "undefined", "nodata", "no data", "---", "<na>", "nat"}
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -112,7 +112,26 @@ def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Col
             continue  # a voltage, say: no quantity of this kind
         column = _column(told.key, index, header, told.unit)
         ranked.setdefault(told.key, []).append(replace(column, rank=_rank(told, column, header)))
+    _leave_lone_letters(ranked, header)
     return found | {key: sorted(some, key=lambda column: column.rank) for key, some in ranked.items()}
+
+
+def _leave_lone_letters(ranked: dict[str, list[Column]], header: Header) -> None:
+    """Leave out rates about x or y that only a letter names where nothing turns about z.
+
+    Beside accelerations that words of direction name, such as ``G_LAT``, a lone ``ROTY`` is a game's, whose y
+    points up.
+    """
+    worded = any(one.rank[0] == 0 for key in ("ax", "ay") for one in ranked.get(key, []))
+    if "yaw_rate" in ranked or not worded:
+        return
+    for key in ("roll_rate", "pitch_rate"):
+        told = ((one, tells(one.name, header.units[one.index])) for one in ranked.get(key, []))
+        kept = [one for one, said in told if said is not None and not said.letter]
+        if kept:
+            ranked[key] = kept
+        else:
+            ranked.pop(key, None)
 
 
 def missing(key: str, header: Header) -> InputError:
@@ -141,7 +160,7 @@ def missing(key: str, header: Header) -> InputError:
 def _rank(told: Told, column: Column, header: Header) -> tuple[int, ...]:
     origin = (header.origins[column.index] if header.origins else "").lower()
     derived = told.derived or "gps" in origin or "calc" in origin
-    direction = told.letter and told.key in ("ax", "ay", "az")
+    direction = told.letter and told.key in ("ax", "ay", "az", "vx")
     late = told.key == "t" and not _is_plain_time(column.name)
     return (int(direction), int(derived), int(told.filtered), int(late), int(column.assumed), column.index)
 

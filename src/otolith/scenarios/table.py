@@ -1,6 +1,7 @@
 """Numbers out of delimited text, fast where all is well, and with the line named where it is not."""
 
 import csv
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from operator import methodcaller
@@ -14,10 +15,12 @@ from otolith.core.errors import InputError
 from otolith.scenarios import vbox
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import Column
-from otolith.scenarios.header import MARKS, Place, find, is_number
+from otolith.scenarios.header import MARKS, Place, cells, find, is_number
 from otolith.scenarios.recorded import Cells
 
 LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
+FOOTER: Final = 20  # lines below the table that are looked at
+_NMEA: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
 
@@ -137,8 +140,11 @@ def split(
     """
     lines = text.removeprefix("\ufeff").splitlines()
     check_lines(lines, source, most=LONGEST_LINE)
+    _refuse_nmea(lines, source)
     place = find(lines, source, header, units)
     kept = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
+    footer = _footer([lines[i] for i in kept[-FOOTER:]], place.delimiter)
+    kept = kept[: len(kept) - footer]
     body = [lines[i] for i in kept]
     if place.delimiter != "," and any("," in line for line in body):
         body = "\n".join(body).replace(",", ".").split("\n")
@@ -158,7 +164,7 @@ def split(
         units=stated,
         body=body,
         lines=np.array(kept, dtype=np.int64) + 1,
-        notes=notes + _said(place, lines, kept, source) + said,
+        notes=notes + _said(place, lines, kept, source) + _below(footer, source) + said,
         origins=place.origins,
         layout=Layout(
             form=f"text, columns parted by {_WORDS[place.delimiter]}",
@@ -170,6 +176,27 @@ def split(
     )
     _check_widths(table)
     return table
+
+
+def _footer(last: Sequence[str], delimiter: str | None) -> int:
+    """How many of the last lines are text below the table: not one of their cells is a number."""
+    numeric = [any(is_number(cell, comma=delimiter != ",") for cell in cells(x, delimiter)) for x in last]
+    return numeric[::-1].index(True) if any(numeric) else 0
+
+
+def _below(count: int, source: str) -> tuple[str, ...]:
+    return (
+        (f"{source}: {count} line{'s' if count > 1 else ''} of text below the table left out",)
+        if count
+        else ()
+    )
+
+
+def _refuse_nmea(lines: Sequence[str], source: str) -> None:
+    """Refuse what a receiver of satellites sends: it tells places and no forces."""
+    if lines and _NMEA.match(lines[0]):
+        bound = "a drive with accelerations (a logger writes such sentences beside those of its sensors)"
+        raise InputError(source, "NMEA 0183, places of a receiver without forces", bound)
 
 
 def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:

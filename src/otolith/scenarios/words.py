@@ -21,7 +21,8 @@ def _set(text: str) -> frozenset[str]:
 QUALIFIERS: Final = _set(
     "car vhcl vehicle ego imu cg cog body chassis sensor linear lin can signal data value in ins ecu obd adl "
     "main raw measured meas telemetry physics motion driver axis of the com local frame device user sample "
-    "log message msg location indicated values m canbus field calibrated bodyframe orientation state real"
+    "log message msg location indicated values m canbus field calibrated bodyframe orientation state real "
+    "dynamics"
 )
 DERIVED: Final = _set("gps gnss calc calculated derived est estimated estimate computed obd2")
 FILTERED: Final = _set("filtered filt smooth smoothed lp lowpass avg mean comp corr corrected")
@@ -195,6 +196,8 @@ def _acceleration(bag: frozenset[str], unit: str) -> tuple[str, str, bool] | Non
         if not pointing:
             continue
         mere = not bag & directions
+        if rest == {"g", "f"} and not unit:  # gFx
+            return key, "g", mere
         if rest and rest <= (ACCELERATION | G_FORCE):
             if rest & ACCELERATION:
                 return key, "g" if rest & {"g", "gs", "gforce"} and not unit else "", mere
@@ -215,7 +218,7 @@ def _speed(bag: frozenset[str], unit: str) -> tuple[str, str, bool] | None:
     said = bag - {"kmh", "kph", "mph"}
     in_words = next(iter(bag & {"kmh", "kph", "mph"}), "")
     if said & SPEED and said <= SPEED | SPEED_EXTRA and not (unit and factor("speed", unit) is None):
-        return "vx", in_words, False
+        return "vx", in_words, "x" in said
     return None
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import FELT, RATE, Recording
-from otolith.scenarios.checks.courses import refuse_contradicting
+from otolith.scenarios.checks.courses import lettered, refuse_contradicting, refuse_sideways
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.offsets import Offset, find_offsets, refuse_removal
 from otolith.scenarios.checks.orientation import negated, oriented
@@ -58,7 +58,7 @@ def checked(
 
     Raises
     ------
-    InputError : what `refuse_contradicting`, `oriented`, `check`, `events.refuse` and
+    InputError : what `refuse_contradicting`, `refuse_sideways`, `oriented`, `check`, `events.refuse` and
         `offsets.refuse_removal` refuse.
     """
     source, found = recording.source, find_events(recording)
@@ -68,6 +68,8 @@ def checked(
         refuse_contradicting(calm.channels, source)
     driving = oriented(calm, axes)
     notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
+    if axes is None:
+        refuse_sideways(driving.drive, source)
     _check_magnitudes(cut(recording, found))
     if events == "refuse":
         refuse(found, source)
@@ -82,7 +84,7 @@ def checked(
     return Checked(
         recording=played,
         duration=shortened(duration, found) if events == "cut" else duration,
-        notes=(*notes, *more, *gravity, *energy_notes(felt)),
+        notes=(*notes, *lettered(driving.drive), *more, *gravity, *energy_notes(felt)),
         events=found,
         offsets=tuple(constants),
         relations=all_relations(driving.drive),
