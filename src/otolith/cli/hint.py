@@ -38,7 +38,7 @@ app = group("Hints for the implicit MPC: learn offline, verify.")
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
-Braking = Annotated[str, typer.Option(help="Braking rows: position, printed or none.")]
+Braking = Annotated[str, typer.Option(help="Braking rows: stopping, position, printed or none.")]
 SAME: float = 1e-6  # largest difference between first inputs that counts as the same answer
 _HELD_OUT_SEED = 99  # of what goes beside what along the second axis
 _COLUMNS = ("changes", "", "", "saved %", "", "", "hits", "solves", "guess us", "step us", "", "worst 1 %")

@@ -6,7 +6,7 @@ import typer
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.output import print_json, screen, working
+from otolith.cli.output import described_bar, print_json, screen
 from otolith.scenarios import scenario
 from otolith.tuning import TRAVEL_PRICE, Tuned, tune
 
@@ -37,14 +37,16 @@ def tune_(
     console = screen()
     described = files.read_platform(platform)
     chosen = [scenario(name) for name in scenarios or TABLE_5_3]
-    with working(console, "preparing") as tell:
+    with described_bar(console, "preparing") as tell:
         found = tune(
             described,
             [state.strip() for state in on.split(",")],
             chosen,
             evaluations=evaluations,
             price=price,
-            tell=lambda count, J: tell(f"{count} of at most {evaluations}: J = {J:.4f}"),
+            tell=lambda count, J: tell(
+                f"{count} of at most {evaluations}: J = {J:.4f}", min(count / evaluations, 1.0)
+            ),
         )
     if json:
         print_json(found.as_json())

@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
+from otolith.core.disk import write_text
 from otolith.qp.structured.blocks import preparation
 from otolith.qp.structured.emit import recursions
 from otolith.qp.structured.layout import LANES, Structure, offsets
@@ -96,16 +97,15 @@ def _temporary_folder() -> Path:
 
 
 def write(text: str, folder: Path) -> Path:
-    """Put a module's text where its hash says, unless it is there.
+    """Put a module's text where its hash says, unless it is there; several processes may do so at once.
 
-    Several processes may do so at once: each writes its own file and renames it into place.
+    Raises
+    ------
+    NotWritten : the folder is not writable, or the disk is full.
     """
     path = folder / f"otolith_stage_{hashlib.sha256(text.encode()).hexdigest()[:16]}.py"
     if not path.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as own:
-            own.write(text.encode())
-        Path(own.name).replace(path)
+        write_text(path, text)
         sweep(folder)
     return path
 
