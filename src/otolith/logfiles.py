@@ -63,6 +63,9 @@ def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
         with damage_told(verdict):
             channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
         return channels
+    if path.is_dir() and any(path.rglob("*.npy")) and not (path / "metadata.yaml").exists():
+        bound = "one table (write time and values side by side as CSV, with a line of names)"
+        raise InputError(f"log {path.name}", "a folder of numpy's arrays", bound)
     if ending in (".bag", ".mcap", ".db3") or path.is_dir():
         read = registry.LOG_FORMATS["rosbag"].load()
         with damage_told(verdict):

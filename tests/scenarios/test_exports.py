@@ -560,3 +560,29 @@ def test_g_forces_of_three_letters_are_read(drive: Truth, read: Callable[..., Lo
     d = drive.data
     rows = table((drive.t, 4), (d["ax"] / G, 4), (d["ay"] / G, 4), (d["az"] / G + 1, 4), mark=";")
     assert_read(read(f"time;gFx;gFy;gFz\n{rows}"), drive, "ax", "ay", "az")
+
+
+def test_a_games_rates_with_y_up_beside_forces_named_in_words_are_refused(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    """As the F1 games send them: speed in km/h, lateral force to the right, angular velocity about y up."""
+    d = drive.data
+    header = "m_sessionTime,m_speed,m_gForceLateral,m_gForceLongitudinal,m_angularVelocityX,m_angularVelocityY,m_angularVelocityZ"
+    rows = table((drive.t, 3), (3.6 * d["vx"], 1), (-d["ay"] / G, 4), (d["ax"] / G, 4), (-d["pitch_rate"], 5),
+                 (-d["yaw_rate"], 5), (d["roll_rate"], 5))  # fmt: skip
+    with pytest.raises(InputError, match=r"or yaw_rate=-m_angularVelocityY where y points right"):
+        read(f"{header}\n{rows}", vx="m_speed:km/h")
+    mapping = {"vx": "m_speed:km/h", "ay": "-m_gForceLateral", "yaw_rate": "-m_angularVelocityY",
+               "pitch_rate": "-m_angularVelocityX", "roll_rate": "m_angularVelocityZ"}  # fmt: skip
+    log = read(f"{header}\n{rows}", **mapping)
+    assert_read(log, drive, "ax", "ay", "roll_rate", "pitch_rate", "yaw_rate")
+
+
+def test_a_folder_of_arrays_is_named_for_what_it_is(drive: Truth, tmp_path: Path) -> None:
+    folder = tmp_path / "accelerometer"
+    folder.mkdir()
+    np.save(folder / "t.npy", drive.t)
+    with pytest.raises(
+        InputError, match=r"log accelerometer is a folder of numpy's arrays, must be one table"
+    ):
+        files.read_log(folder, {})

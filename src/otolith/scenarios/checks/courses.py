@@ -7,7 +7,7 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import Channel
-from otolith.scenarios.checks.kinematics import CHANGE, Kinematics
+from otolith.scenarios.checks.kinematics import CHANGE, TURNING, Kinematics
 from otolith.scenarios.checks.relations import Relation, relation, window_changes, window_means
 from otolith.scenarios.checks.remedies import spelled
 from otolith.scenarios.checks.witnesses import witnesses
@@ -74,6 +74,29 @@ def refuse_sideways(drive: Kinematics, source: str) -> None:
         f"the axis of ay in {source}",
         f"that along which the speed changes (correlation {ahead.correlation:.2f})",
         f"the lateral one (a device's axes and not the vehicle's? map {' and '.join(ways)} and az alike)",
+    )
+
+
+def refuse_turning_in_pitch(drive: Kinematics, source: str) -> None:
+    """Refuse a drive that turns as its pitch rate says and not as its yaw rate does: y points up.
+
+    So games write their rates, also beside forces that words of direction name.
+    """
+    straight = drive.of("ay", TURNING)
+    if straight is None or abs(straight.correlation) > WEAK or drive.speed is None:
+        return
+    if not {"pitch_rate", "yaw_rate"} <= set(drive.channels):
+        return
+    pitch, speed = (window_means(one, straight.start) for one in (drive.channels["pitch_rate"], drive.speed))
+    found = relation("ay", TURNING, straight.start, straight.measured, speed * pitch, {})
+    if not found.told or abs(found.correlation) < SURE:
+        return
+    as_read, turned = (spelled(drive.channels["pitch_rate"].column, sign) for sign in (1.0, -1.0))
+    raise InputError(
+        f"pitch rate in {source}",
+        f"what the drive turns by (correlation {found.correlation:.2f} with ay), and the yaw rate is not",
+        f"about the lateral axis (axes of a game, y up? map yaw_rate={as_read}, or yaw_rate={turned} where y "
+        "points right, and roll_rate and pitch_rate alike, or none)",
     )
 
 

@@ -8,7 +8,12 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import FELT, RATE, Recording
-from otolith.scenarios.checks.courses import lettered, refuse_contradicting, refuse_sideways
+from otolith.scenarios.checks.courses import (
+    lettered,
+    refuse_contradicting,
+    refuse_sideways,
+    refuse_turning_in_pitch,
+)
 from otolith.scenarios.checks.kinematics import Kinematics
 from otolith.scenarios.checks.offsets import Offset, find_offsets, refuse_removal
 from otolith.scenarios.checks.orientation import negated, oriented
@@ -58,7 +63,7 @@ def checked(
 
     Raises
     ------
-    InputError : what `refuse_contradicting`, `refuse_sideways`, `oriented`, `check`, `events.refuse` and
+    InputError : what `courses`, `oriented`, `check`, `events.refuse` and
         `offsets.refuse_removal` refuse.
     """
     source, found = recording.source, find_events(recording)
@@ -70,6 +75,7 @@ def checked(
     notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
     if axes is None:
         refuse_sideways(driving.drive, source)
+        refuse_turning_in_pitch(driving.drive, source)
     _check_magnitudes(cut(recording, found))
     if events == "refuse":
         refuse(found, source)
