@@ -586,3 +586,40 @@ def test_a_folder_of_arrays_is_named_for_what_it_is(drive: Truth, tmp_path: Path
         InputError, match=r"log accelerometer is a folder of numpy's arrays, must be one table"
     ):
         files.read_log(folder, {})
+
+
+@pytest.mark.parametrize(
+    ("name", "full", "start", "unit"),
+    [("time_ms", 2**16, 60000, 1e3), ("time_us", 2**32, 2**32 - 9e6, 1e6), ("time_s", 86400, 86390, 1.0),
+     ("tow_s", 604800, 604790, 1.0)],
+)  # fmt: skip
+def test_counters_go_on_where_they_are_full(
+    name: str, full: float, start: float, unit: float, drive: Truth, read: Callable[..., Log]
+) -> None:
+    d = drive.data
+    counted = np.mod(start + np.round(unit * drive.t, 3), full)
+    log = read(f"{name},ax_mps2,ay_mps2\n" + table((counted, 3), (d["ax"], 4), (d["ay"], 4)), t=name)
+    assert_read(log, drive, "ax", "ay")
+    assert any(f"begins anew at {full}" in note for note in log.notes)
+
+
+def test_names_that_stand_again_among_the_rows_are_left_out(drive: Truth, read: Callable[..., Log]) -> None:
+    """Believed for the beginning of the table, they would take away all that was before."""
+    d, names = drive.data, "t_s,ax_mps2,ay_mps2"
+    rows = table((drive.t, 3), (d["ax"], 4), (d["ay"], 4)).split("\n")
+    log = read("\n".join([names, *rows[:150], names, *rows[150:]]))
+    assert_read(log, drive, "ax", "ay")
+    assert "export.csv: the names stand again in line 152: left out" in log.notes
+
+
+def test_decimal_commas_in_quotes_and_typographic_minus_signs_are_numbers(
+    drive: Truth, read: Callable[..., Log]
+) -> None:
+    d = drive.data
+    rows = table((drive.t, 2), (d["ax"], 4), (d["ay"], 4), mark=";").replace(".", ",").split("\n")
+    quoted = "\n".join(",".join(f'"{cell}"' for cell in row.split(";")) for row in rows)
+    assert_read(read(f'"t [s]","ax [m/s2]","ay [m/s2]"\n{quoted}'), drive, "ax", "ay")
+    plain = table((drive.t, 2), (d["ax"], 4), (d["ay"], 4)).replace("-", "\u2212")
+    assert_read(read(f"t_s,ax_mps2,ay_mps2\n{plain}"), drive, "ax", "ay")
+    with pytest.raises(InputError, match="'1,234', must be a finite number"):
+        read('t_s,ax_mps2,ay_mps2\n0.0,"1,234",1\n0.1,"1,235",1\n0.2,"1,236",1\n')

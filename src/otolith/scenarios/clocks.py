@@ -114,14 +114,31 @@ def _numeric(values: Vec, column: Column) -> Stamps:
     if packed is not None and (column.assumed or column.unit in ("s", "hhmmss")):
         return Stamps(*packed)
     unit, scale = _epoch(known) if column.assumed else (column.unit, column.factor)
+    values, wrapped = _unwrapped(values, scale)
+    known = values[np.isfinite(values)]
     t = (values - known[0]) * scale  # subtracted first: stamps may be huge
     step = float(np.median(np.abs(np.diff(known)))) * scale
     if 0.0 < step < FASTEST:
         where = f"usual step of {column.name!r}, read in {unit},"
         bound = f"at least {FASTEST:g} s (map t={column.name}:UNIT, UNIT one of {READABLE['time']})"
         raise InputError(where, f"{step:.3g} s", bound)
-    note = () if unit == column.unit else (f"t: numbers of this size are {unit} since 1970, taken as that",)
-    return Stamps(t, f"in {unit}", note, zero=float(known[0]) * scale)
+    notes = [] if unit == column.unit else [f"t: numbers of this size are {unit} since 1970, taken as that"]
+    notes += [] if wrapped is None else [f"t: {column.name!r} begins anew at {wrapped:.10g}, taken to go on"]
+    return Stamps(t, f"in {unit}", tuple(notes), zero=float(known[0]) * scale)
+
+
+def _unwrapped(values: Vec, scale: float) -> tuple[Vec, float | None]:
+    """Stamps (n,) that go on where a counter of 16 or 32 bits, a day or a week is full; and that number."""
+    at = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[at])
+    back, usual = steps < 0.0, float(np.median(np.abs(steps)))
+    for full in (2.0**16, 2.0**32, DAY / scale, 7.0 * DAY / scale):
+        late = steps[back] + full  # the true steps, if that is where it is full
+        if back.any() and usual < 0.01 * full and (late > 0.0).all() and (late < 10.0 * usual).all():
+            out = values.copy()
+            out[at] += full * np.r_[0.0, np.cumsum(back)]
+            return out, full
+    return values, None
 
 
 def _epoch(values: Vec) -> tuple[str, float]:

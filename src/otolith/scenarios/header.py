@@ -173,7 +173,10 @@ def _names(
             own = 0.5 * (len(cells(text.lstrip(MARKS + " "), delimiter)) == width)
             found.append(((_says(row) + own, line), line, row))
     if found:
-        return max(found)[1:]
+        _, at, names = max(found)
+        return _first_of_repeated(
+            at, [line for _, line, row in found if row == names], preamble, delimiter
+        ), names
     texts = [i for i in range(start) if preamble[i].strip() and not _SECTION.fullmatch(preamble[i])]
     if not texts:
         raise InputError(f"line {start + 1} of {source}", "numbers", "the names of the columns")
@@ -183,6 +186,14 @@ def _names(
         f"{width}, as in the rows from line {start + 1} on (state the line of the names with --header LINE)"
     )
     raise InputError(f"number of names in line {nearest + 1} of {source}", count, bound)
+
+
+def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], delimiter: str | None) -> int:
+    """The first of equal lines of names, if rows of data lie between it and the last one."""
+    width = len(_split(preamble[at], delimiter, 0))
+    between = [cells(line, delimiter) for line in preamble[same[0] + 1 : at] if _holds(line)]
+    numeric = [row for row in between if len(row) == width and any(map(is_number, row))]
+    return same[0] if numeric and 2 * len(numeric) > len(between) else at
 
 
 def _says(row: Sequence[str]) -> float:

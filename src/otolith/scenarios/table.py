@@ -20,6 +20,7 @@ from otolith.scenarios.recorded import Cells
 
 LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
 FOOTER: Final = 20  # lines below the table that are looked at
+_QUOTED: Final = re.compile(r'"[+-]?\d+,(\d+)"(?=,|$|\r|\n)', re.MULTILINE)  # parted by commas
 _NMEA: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
@@ -138,11 +139,13 @@ def split(
     ------
     InputError : the file is empty, has no table, no names, or rows of another width.
     """
-    lines = text.removeprefix("\ufeff").splitlines()
+    lines = _plain_numbers(text.removeprefix("\ufeff")).splitlines()
     check_lines(lines, source, most=LONGEST_LINE)
     _refuse_nmea(lines, source)
     place = find(lines, source, header, units)
     kept = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
+    again = [i for i in kept if lines[i].strip() == lines[place.header].strip()]
+    kept = [i for i in kept if i not in set(again)] if again else kept
     footer = _footer([lines[i] for i in kept[-FOOTER:]], place.delimiter)
     kept = kept[: len(kept) - footer]
     body = [lines[i] for i in kept]
@@ -164,7 +167,11 @@ def split(
         units=stated,
         body=body,
         lines=np.array(kept, dtype=np.int64) + 1,
-        notes=notes + _said(place, lines, kept, source) + _below(footer, source) + said,
+        notes=notes
+        + _said(place, lines, kept, source)
+        + _repeated(again, source)
+        + _below(footer, source)
+        + said,
         origins=place.origins,
         layout=Layout(
             form=f"text, columns parted by {_WORDS[place.delimiter]}",
@@ -182,6 +189,21 @@ def _footer(last: Sequence[str], delimiter: str | None) -> int:
     """How many of the last lines are text below the table: not one of their cells is a number."""
     numeric = [any(is_number(cell, comma=delimiter != ",") for cell in cells(x, delimiter)) for x in last]
     return numeric[::-1].index(True) if any(numeric) else 0
+
+
+def _repeated(again: Sequence[int], source: str) -> tuple[str, ...]:
+    places = ", ".join(str(i + 1) for i in again[:3])
+    return (f"{source}: the names stand again in line {places}: left out",) if again else ()
+
+
+def _plain_numbers(text: str) -> str:
+    """The text with plain minus signs, and without decimal commas in quotes between commas: "0,25".
+
+    Where all such numbers have three digits behind the comma, they may be thousands and stay.
+    """
+    text = text.replace("\u2212", "-")
+    behind = {len(digits) for digits in _QUOTED.findall(text[:100_000])}
+    return _QUOTED.sub(lambda m: m.group().strip('"').replace(",", "."), text) if behind - {3} else text
 
 
 def _below(count: int, source: str) -> tuple[str, ...]:
