@@ -23,7 +23,7 @@ MOVING = (
     "Drag the picture to turn it. Legs turn from blue, short, over green to red, long; the dot is the head."
 )
 DRAWN: Final = ("plotly/plotly-basic.min.js", "page.js")  # scripts of a page with diagrams
-LEAST: Final = 300  # points of a curve: the lowest and the highest of 150 stretches
+LEAST: Final = 100  # points of a curve: the lowest and the highest of 50 stretches
 BUDGET: Final = 45_000  # points of a page, some 0.5 MB beside the 1.2 MB of plotly
 
 
