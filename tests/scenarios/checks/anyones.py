@@ -24,6 +24,7 @@ BARE |= {"yaw_rate": "yaw_rate", "vx": "speed"}
 TOLERANCE = 0.01
 FAINT = 0.2  # [m/s²]
 WAYS = 3  # refusals in a row that are followed
+HILLS = "{} goes with the change of speed, which proves its sign unless the road climbs"
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ def judged(case: Case, log: Log) -> str:
     mirror = {key: -values if key in case.turned else values for key, values in case.truth.items()}
     if max(_errors(replace(case, truth=mirror), log).values()) <= TOLERANCE and said:
         return "mirrored, and told"
-    doubts = ("doubtful: {}", "the sign of {} is not proven", "{} hardly goes with")
+    doubts = ("doubtful: {}", "the sign of {} is not proven", "{} hardly goes with", HILLS)
     doubted = {k for k in wrong if any(n.startswith(d.format(k)) for n in log.notes for d in doubts)}
     if set(wrong) <= doubted | ({"pitch_rate"} if said else set()):
         return "right but for what is said to be doubtful"

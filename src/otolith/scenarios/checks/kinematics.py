@@ -26,6 +26,7 @@ SHARES: Final = (0.85, 1.2)  # slopes of gravity's share, which knows no suspens
 LAG: Final = 2  # windows, one a second, between two angles
 GUESSED_SPEED: Final = 15.0  # [m/s] only to bring a yaw rate to the size of a force
 SLOW: Final = 2.0  # [m/s] below which a course tells nothing
+MOVING: Final = 1e-3  # [rad/s] of a gyro's standard deviation: less is a channel that nobody filled
 
 
 class Kinematics:
@@ -49,6 +50,10 @@ class Kinematics:
         self.relations: Sequence[Relation] = tuple(r for r in self._relations() if len(r.start))
         self.rolling = self._gravity_share("ay", "roll_rate", 1.0)
         self.pitching = self._gravity_share("ax", "pitch_rate", -1.0)
+        self._opposed = {
+            "ay": self._gravity_share("ay", "roll_rate", 1.0, turned=True),
+            "ax": self._gravity_share("ax", "pitch_rate", -1.0, turned=True),
+        }
 
     def of(self, key: str, by: str) -> Relation | None:
         """The relation of a quantity with `CHANGE`, `TURNING` or what a witness of this name tells."""
@@ -65,8 +70,24 @@ class Kinematics:
         turned and roll is not; with 0 in either.
         """
         share = self.share_of_gravity(key)
-        signs = (1.0, -1.0) if sign == 0.0 else (sign,)
-        return share is not None and share.strong and any(share.fits(one, SHARES) for one in signs)
+        return share is not None and share.strong and _is_gravity(share, sign)
+
+    def attitude_opposes(self, key: str) -> bool:
+        """Whether gravity explains a force only if its sign, or that of what it is compared with, is turned."""
+        opposed = self._opposed[key]
+        turned = opposed is not None and opposed.strong and _is_gravity(opposed)
+        return turned and not self.attitude_explains(key)
+
+    def attitude_shows(self, key: str) -> bool:
+        """Whether a gyro moves that would show the slope or bank which explains a force otherwise."""
+        share = self.share_of_gravity(key)
+        gyro = self.channels.get({"ax": "pitch_rate", "ay": "roll_rate"}[key])
+        return share is not None and gyro is not None and float(np.std(gyro.values)) > MOVING
+
+    def side_of_gravity(self, key: str) -> float:
+        """The sign with which a force that `attitude_opposes` goes with the angle of the gyro."""
+        opposed = self._opposed[key]
+        return 0.0 if opposed is None else float(np.sign(opposed.correlation))
 
     def crossed(self) -> tuple[Relation, Relation] | None:
         """The relations of a_x and a_y as if they were exchanged, where all four channels are there."""
@@ -134,8 +155,11 @@ class Kinematics:
             found.append(replace(told, by=witness.name))
         return found
 
-    def _gravity_share(self, key: str, gyro: str, sign: float) -> Relation | None:
+    def _gravity_share(self, key: str, gyro: str, sign: float, *, turned: bool = False) -> Relation | None:
         """Changes of a force that a level road does not explain, against gravity times the angle turned.
+
+        With `turned`, what a level road makes of the force is taken with the other sign: either it or the force
+        is then turned.
 
         On a bank or slope, and in a vehicle that leans or whose body rolls, f_y = v r + g sin(roll) and
         f_x = dv/dt - g sin(pitch). Changes over two seconds leave the gyro's bias and the unknown first
@@ -144,10 +168,8 @@ class Kinematics:
         level = self.of(key, CHANGE if key == "ax" else TURNING)
         if level is None or gyro not in self.channels or len(level.start) < LEAST + LAG:
             return None
-        turned = self.channels[gyro]
-        area = np.r_[0.0, np.cumsum(0.5 * (turned.values[1:] + turned.values[:-1]) * np.diff(turned.t))]
-        angle = window_means(replace(turned, values=area), level.start)
-        left = level.measured - level.expected
+        angle = window_means(_integral(self.channels[gyro]), level.start)
+        left = level.measured - (-level.expected if turned else level.expected)
         apart = np.isclose(level.start[LAG:] - level.start[:-LAG], LAG)
         words = f"gravity in the {gyro.removesuffix('_rate')} that the gyro tells"
         turning = sign * STANDARD_GRAVITY * (angle[LAG:] - angle[:-LAG])
@@ -162,3 +184,14 @@ class Kinematics:
         product = replace(turning, values=turning.values * self.speed.on(turning.t))
         speed = window_means(self.speed, self.start)  # only to know where there is one
         return np.where(np.isfinite(speed), window_means(product, self.start), np.nan)
+
+
+def _is_gravity(share: Relation, sign: float = 0.0) -> bool:
+    """Whether a share has the size of gravity with this sign, or with either where it is 0."""
+    return any(share.fits(one, SHARES) for one in ((1.0, -1.0) if sign == 0.0 else (sign,)))
+
+
+def _integral(channel: Channel) -> Channel:
+    """The angle that a rate turns by since its first sample."""
+    area = np.cumsum(0.5 * (channel.values[1:] + channel.values[:-1]) * np.diff(channel.t))
+    return replace(channel, values=np.r_[0.0, area])

@@ -78,7 +78,7 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
         notes += _unless(cued, lambda: _refuse_half(verdict, recording))
     notes += _unless(cued, lambda: verdict.refuse_contradiction(up))
     if cued:
-        notes += _about_proof(verdict, upright)
+        notes += _about_proof(verdict, upright, up)
     return Oriented(upright, drive, verdict.proof, tuple(turned), tuple(notes))
 
 
@@ -117,7 +117,7 @@ def _unless(cued: bool, refuse: Callable[[], None]) -> list[str]:
     return []
 
 
-def _about_proof(verdict: Verdict, recording: Recording) -> list[str]:
+def _about_proof(verdict: Verdict, recording: Recording, up: float) -> list[str]:
     if verdict.proof:
         notes = [f"left and right are proven by {verdict.proof}"]
         hidden = verdict.lateral == 0 or verdict.faint
@@ -125,10 +125,15 @@ def _about_proof(verdict: Verdict, recording: Recording) -> list[str]:
             notes.append(
                 "the sign of ay is not proven: it goes too little with the turning, as on a bank or in a lean"
             )
+        elif verdict.yaw > 0 and verdict.bank:
+            notes.append(
+                "the sign of ay is not proven: on a road that is banked by "
+                f"{np.degrees(verdict.bank):.0f} deg the same would show with ay turned"
+            )
         return notes
     if verdict.condition:
         return [f"left and right agree with {verdict.condition}; --axes iso or --axes sae states it"]
-    if not alive(recording.channels, TURNED):
+    if not alive(recording.channels, TURNED if up else (*TURNED, "az")):
         return []
     return [
         "left and right are not proven: nothing in the file knows the ground, and lateral force and yaw rate "

@@ -14,7 +14,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import FORCE, RATE, Channel, Recording
-from otolith.scenarios.checks.kinematics import TURNING, Kinematics
+from otolith.scenarios.checks.kinematics import CHANGE, TURNING, Kinematics
 from otolith.scenarios.checks.relations import AGREE, SLOPES, Relation, window_means
 from otolith.scenarios.checks.remedies import (
     SURE,
@@ -83,6 +83,9 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
     """Refuse relations that a remedy mends, all of them with one if there is one; notes about the others."""
     notes: list[str] = []
     faults: list[Relation] = []
+    for key in ("ax", "ay"):
+        if recording.needed(key) and not told.axes:
+            _refuse_opposed(drive, key, recording.source)
     for one in drive.relations:
         if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
             continue  # a yaw rate against a witness is left to `orientation`
@@ -91,6 +94,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
                 notes.append(_gravitys_share(drive, one))
             else:
                 faults.append(one)
+    notes += _only_on_the_level(drive, told)
     strong = [one for one in faults if one.strong and recording.needed(one.key)]
     together = _tried(drive, strong, told) if len(strong) > 1 else []
     alone = any(_road_may_explain(one, drive, together) for one in strong)  # then not all need be mended
@@ -104,6 +108,32 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
                 raise
             notes.append(f"not cued, so only said: {error}")
     return notes
+
+
+def _refuse_opposed(drive: Kinematics, key: str, source: str) -> None:
+    """Refuse a sign that agrees with a level road by chance, while the gyro and gravity show that it is turned."""
+    if not drive.attitude_opposes(key):
+        return
+    turned = "ax" if key == "ax" else "ay" if drive.side_of_gravity(key) < 0.0 else "yaw_rate"
+    way = f"map {turned}={spelled(drive.channels[turned].column, -1.0)}, which makes this file agree"
+    gyro = "pitch" if key == "ax" else "roll"
+    value = f"against gravity's share in the {gyro} that the gyro tells"
+    raise InputError(f"{turned} in {source}", value, f"of the same sign ({way})")
+
+
+def _only_on_the_level(drive: Kinematics, told: Told) -> list[str]:
+    """A note about a_x that goes with the change of speed, as it also does turned on hills."""
+    one = drive.of("ax", CHANGE)
+    if one is None or not one.agrees or told.axes or drive.attitude_shows("ax"):
+        return []
+    share = float(np.quantile(np.abs(one.measured + one.expected), 0.9)) / STANDARD_GRAVITY
+    if share > STEEP:
+        return []
+    slope = 100.0 * np.tan(np.arcsin(share))
+    return [
+        "ax goes with the change of speed, which proves its sign unless the road climbs and falls by "
+        f"{slope:.0f} %: there a turned ax would show the same; --axes states it"
+    ]
 
 
 def _tried(drive: Kinematics, faults: Sequence[Relation], told: Told, sure: float = SURE) -> list[Remedy]:

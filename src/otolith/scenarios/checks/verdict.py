@@ -16,8 +16,10 @@ from otolith.scenarios.columns import STANDARD_GRAVITY
 ROLLING: Final = "roll rate and gravity"
 PITCHING: Final = "pitch rate and gravity"
 FAINT: Final = 0.15  # of v r: a lateral force that is less does not tell its sign
-BANK: Final = 0.7  # sin(45 deg): no road is banked more
-ALIVE: Final = {"ay": 0.2, "pitch_rate": 0.01, "yaw_rate": 0.01}  # [m/s², rad/s] less is as good as zero
+BANK: Final = 0.7  # sin(45 deg): no oval is banked more …
+CANT: Final = 0.15  # … and no road that turns both ways, nor a railway (AASHTO: 12 %; 180 mm on 1,500 mm)
+ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval, at most
+ALIVE: Final = {"ay": 0.2, "az": 0.05, "pitch_rate": 0.01, "yaw_rate": 0.01}  # [m/s², rad/s] less is as good as zero
 
 
 class Verdict:
@@ -62,6 +64,19 @@ class Verdict:
         return f"{self._by_lateral}, unless the road is banked by {np.degrees(np.arcsin(share)):.0f} deg"
 
     @property
+    def bank(self) -> float:
+        """Angle [rad] of the bank that would explain all with only one of lateral force and yaw rate turned.
+
+        On an oval that is driven slowly, gravity outweighs v r: there the two have opposite signs, and the same
+        sign in a file may be a fault in one of them. Zero where no bank does so.
+        """
+        one = self.drive.of("ay", TURNING)
+        if one is None or not one.agrees or self.drive.attitude_shows("ay"):
+            return 0.0
+        share = self._share(one.measured + one.expected)
+        return float(np.arcsin(share)) if share < (BANK if _one_way(one.expected) else CANT) else 0.0
+
+    @property
     def condition(self) -> str:
         """On which condition what is not absolute proves left and right; empty where nothing agrees."""
         if self.relative <= 0:
@@ -77,8 +92,11 @@ class Verdict:
     def turned(self, up: float) -> bool:
         """Whether lateral force and yaw rate are turned together, for sure."""
         channels = self.drive.channels
+        if self.yaw < 0 and self.bank and up >= 0.0:
+            return False
         if self.yaw < 0:
-            return self.lateral < 0 or (self.lateral == 0 and (up < 0.0 or not alive(channels, ["ay"])))
+            others = ["ay"] if up > 0.0 else ["ay", "pitch_rate", "az"]
+            return self.lateral < 0 or (self.lateral == 0 and (up < 0.0 or not alive(channels, others)))
         if "yaw_rate" not in channels and self.lateral < 0:
             return up < 0.0 or (up == 0.0 and not {"az", "pitch_rate"} & set(channels))
         return up < 0.0 and not self.yaw and self.relative < 0 and self.together >= 0
@@ -89,9 +107,11 @@ class Verdict:
         `up` tells by gravity whether z points up, +1, down, -1, or nothing.
         """
         channels = self.drive.channels
-        single = self.together <= 0 or (self._map == ROLLING and not self._level())
-        alone = [f"map {_remap(channels, ['yaw_rate'])}"] if "yaw_rate" in channels and single else []
+        banked = f" if the road is banked by {np.degrees(self.bank):.0f} deg" if self.bank else ""
+        single = self.together <= 0 or banked or (self._map == ROLLING and not self._level())
+        alone = [f"map {_remap(channels, ['yaw_rate'])}{banked}"] if "yaw_rate" in channels and single else []
         whole = ["--axes sae, which turns ay, pitch and yaw rate"] if up <= 0.0 and self.together >= 0 else []
+        whole += [f"map {_remap(channels, ['ay', 'yaw_rate'])}"] if up > 0.0 and banked else []
         if self.yaw < 0:
             found = f"against {self._by_yaw}{self._how('yaw_rate')}"
             raise InputError(f"yaw rate in {self.source}", found, _same(alone + whole))
@@ -154,7 +174,9 @@ class Verdict:
         """Whether lateral force and yaw rate have the same sign, +1, or surely not, -1."""
         one = self.drive.of("ay", TURNING)
         if self.drive.attitude_explains("ay"):
-            return 1
+            return 0 if self.faint else 1
+        if self.drive.attitude_opposes("ay"):
+            return -1
         if one is None or not one.strong:
             return 0
         return 1 if one.agrees else -1 if one.fits(-1.0, SLOPES) and self._beyond_banks(one) else 0
@@ -175,6 +197,12 @@ class Verdict:
 def alive(channels: Mapping[str, Channel], keys: Iterable[str]) -> bool:
     """Whether any of these quantities says anything."""
     return any(key in channels and float(np.std(channels[key].values)) > ALIVE[key] for key in keys)
+
+
+def _one_way(turning: Vec) -> bool:
+    """Whether nearly all turning goes one way, as on an oval."""
+    left, right = float(turning[turning > 0.0].sum()), float(-turning[turning < 0.0].sum())
+    return min(left, right) <= ONE_WAY * (left + right)
 
 
 def _remap(channels: Mapping[str, Channel], keys: Iterable[str]) -> str:

@@ -21,6 +21,8 @@ JITTER: Final = 5.0  # [s] before and after a halt in which a sensor's noise is 
 SENSOR: Final = (
     1.0  # … and by which the speed must change while a sensor of forces is frozen, for so many seconds
 )
+AROUND: Final = 0.25  # [s] before and after for which positions tell the speed where no channel does …
+HARDEST: Final = 10.0  # [m/s²] … and what no braking exceeds, so that a vehicle may stand there
 REPLAY: Final = 1.0  # [s] of rows that were there before, to the last digit
 LEAP: Final = 10.0  # usual steps between rows: a replay begins with a leap of so many
 _MIX: Final = np.random.default_rng(0).integers(1, 2**63, 64, dtype=np.uint64) | np.uint64(1)
@@ -63,7 +65,7 @@ class _Judge:
 
     def __init__(self, channels: Mapping[str, Channel], t: Vec, table: Mat) -> None:
         self._channels, self._t, self._table = channels, t, table
-        self._place = place_of(channels) if "vx" in channels else None
+        self._place = place_of(channels)
         if self._place is not None:
             at, xy = self._place
             self._updates = held((np.diff(xy, axis=0) == 0.0).all(axis=1), at)  # of the position [s]
@@ -87,13 +89,21 @@ class _Judge:
         standing = self._standing_at(start, end)
         if standing > 1.0:
             return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
-        if float(np.abs(self._table[run[0]]).max()) < STILL:
-            return None
+        speed = abs(float(self._channels["vx"].on(np.array([start]))[0])) if "vx" in self._channels else None
+        if speed is not None and speed < STILL:
+            return None  # it stands
+        held_still = Event("held", start, after, length, sure=False, bridge=row)
+        return self._uncontradicted(held_still, run, moving=speed is not None)
+
+    def _uncontradicted(self, event: Event, run: tuple[int, int], *, moving: bool) -> Event | None:
+        """What a stretch is where neither speed nor positions contradict the forces that stand still."""
+        calm = float(np.abs(self._table[run[0]]).max()) < STILL
         if self._jitters(run):
-            return Event("pause", start, after, f"{length}, of a sensor that jitters otherwise", bridge=row)
-        if end - start < STEADY:
-            return None
-        return Event("held", start, after, length, sure=False, bridge=row)
+            size = f"{event.size}, of a sensor that jitters otherwise"
+            if calm and not moving:
+                return replace(event, size=f"{size}; or it stands there")
+            return replace(event, kind="pause", size=size, sure=True)
+        return None if calm or self._t[run[1]] - event.start < STEADY else event
 
     def _jitters(self, run: tuple[int, int]) -> bool:
         """Whether a force goes up and down from row to row about a stretch, as a real sensor's does."""
@@ -116,7 +126,17 @@ class _Judge:
         still = xy[np.searchsorted(t, start) : np.searchsorted(t, end, side="right")]
         if len(still) < 2 or float(np.ptp(still, axis=0).max()) > 0.0:
             return 0.0
-        return abs(float(self._channels["vx"].on(np.array([start]))[0]))
+        if "vx" in self._channels:
+            return abs(float(self._channels["vx"].on(np.array([start]))[0]))
+        around, after = max(AROUND, 4.0 * self._updates), end + self._updates
+        pace = min(_pace(t, xy, start - around, start), _pace(t, xy, after, after + around))
+        return pace if pace > HARDEST * around else 0.0
+
+
+def _pace(t: Vec, xy: Mat, start: float, end: float) -> float:
+    """Speed [m/s] from the first to the last of the positions (n, 2) between two times; zero without."""
+    first, last = int(np.searchsorted(t, start)), int(np.searchsorted(t, end, side="right")) - 1
+    return float(np.hypot(*(xy[last] - xy[first])) / (t[last] - t[first])) if last > first else 0.0
 
 
 def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:
