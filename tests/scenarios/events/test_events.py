@@ -303,3 +303,49 @@ def test_a_stamp_that_goes_astray_is_no_clock_that_starts_anew() -> None:
     data = drive()
     with pytest.raises(InputError, match=r"time in line 502 of .* must be after the row before"):
         read(data | {"t": np.where(np.arange(2000) == 500, 0.0, data["t"])}, CUT)
+
+
+def calm(keys: tuple[str, ...], speed: float) -> Data:
+    """Straight ahead at one speed: the noise of a sensor and nothing else."""
+    noise, one = np.random.default_rng(5), vehicles.ride(lambda t: np.full_like(t, speed), np.zeros_like)
+    data = {key: values[:2000] for key, values in written(one, keys).items()}
+    return data | {k: data[k] + noise.normal(0.0, 0.02, 2000) for k in ("ax", "ay")}
+
+
+@pytest.mark.parametrize("seen", [("lat", "lon"), ("x", "y"), ("vx",)])
+def test_a_pause_on_a_straight_is_sure_where_speed_or_positions_tell_that_it_moved(
+    seen: tuple[str, ...],
+) -> None:
+    data = calm(("ax", "ay", *seen), 12.0)
+    assert kinds(read(data)) == []
+    held = paused(data, 750, 150)
+    with pytest.raises(InputError, match=r"pause from 14\.98 s to 18 s \(all forces unchanged for 3 s"):
+        read(held)
+    assert_allclose(read(held, CUT).channels["ay"].on(data["t"]), data["ay"], atol=1e-6)
+
+
+def test_a_pause_of_a_calm_sensor_that_nothing_shows_to_have_moved_is_told_and_played() -> None:
+    log = read(paused(calm(("ax", "ay"), 12.0), 750, 150))
+    assert kinds(log) == ["held"]
+    assert "of a sensor that jitters otherwise; or it stands there" in named(log, "held")[0]
+
+
+@pytest.mark.parametrize("seen", [("x", "y"), ("vx",)])
+def test_a_vehicle_that_stands_still_to_the_last_digit_is_not_paused(seen: tuple[str, ...]) -> None:
+    """A game's car that brakes to a stop as hard as it can, stands for ten seconds and starts again."""
+    t = 0.02 * np.arange(2000)
+    ax = np.where((t > 5.0) & (t <= 7.0), -9.0, np.where((t > 17.0) & (t <= 19.0), 9.0, 0.0))
+    vx = 18.0 + 0.02 * np.cumsum(ax)
+    vx[(t > 7.0) & (t <= 17.0)] = 0.0
+    noise = np.where(vx > 0.0, np.random.default_rng(6).normal(0.0, 0.02, len(t)), 0.0)
+    data = {
+        "t": t,
+        "ax": ax + noise,
+        "ay": noise[::-1] * (vx > 0.0),
+        "vx": vx,
+        "x": 0.02 * np.cumsum(vx),
+        "y": 0.0 * t,
+    }
+    log = read({key: data[key] for key in ("t", "ax", "ay", *seen)})
+    assert "pause" not in kinds(log)
+    assert log.duration == pytest.approx(t[-1])

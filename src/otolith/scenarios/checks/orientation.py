@@ -64,7 +64,7 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
     notes += more
     drive = Kinematics(upright.channels)
     verdict = Verdict(drive, recording.source)
-    cued = any(recording.needed(key) for key in TURNED if key in recording.channels)
+    cued = any(recording.needed(key) for key in (*TURNED, "az") if key in recording.channels)
     if axes is not None:
         notes += _unless(cued, lambda: verdict.refuse_statement(axes))
         return Oriented(upright, drive, f"your word, --axes {axes}", tuple(turned), tuple(notes))

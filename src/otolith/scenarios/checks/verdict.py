@@ -19,7 +19,12 @@ FAINT: Final = 0.15  # of v r: a lateral force that is less does not tell its si
 BANK: Final = 0.7  # sin(45 deg): no oval is banked more …
 CANT: Final = 0.15  # … and no road that turns both ways, nor a railway (AASHTO: 12 %; 180 mm on 1,500 mm)
 ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval, at most
-ALIVE: Final = {"ay": 0.2, "az": 0.05, "pitch_rate": 0.01, "yaw_rate": 0.01}  # [m/s², rad/s] less is as good as zero
+ALIVE: Final = {
+    "ay": 0.2,
+    "az": 0.05,
+    "pitch_rate": 0.01,
+    "yaw_rate": 0.01,
+}  # [m/s², rad/s] less is as good as zero
 
 
 class Verdict:
