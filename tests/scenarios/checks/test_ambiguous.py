@@ -78,7 +78,7 @@ def test_a_motorcycle_whose_lateral_force_is_faint_does_not_tell_whether_pitch_i
     keys = ("ax", "ay", "roll_rate", "pitch_rate", "yaw_rate", "vx", "lat", "lon")
     data = written(one, keys, ("yaw_rate",))
     with pytest.raises(
-        InputError, match="more than one thing makes this file agree: map yaw_rate=-.* --axes sae"
+        InputError, match=r"more than one thing makes this file agree: map yaw_rate=-.* --axes sae"
     ):
         read(data)
     log = read(data, yaw_rate="-yaw_rate_radps")

@@ -73,7 +73,7 @@ class Kinematics:
         return share is not None and share.strong and _is_gravity(share, sign)
 
     def attitude_opposes(self, key: str) -> bool:
-        """Whether gravity explains a force only if its sign, or that of what it is compared with, is turned."""
+        """Whether gravity explains a force only if its sign, or that of its comparison, is turned."""
         opposed = self._opposed[key]
         turned = opposed is not None and opposed.strong and _is_gravity(opposed)
         return turned and not self.attitude_explains(key)
@@ -158,8 +158,8 @@ class Kinematics:
     def _gravity_share(self, key: str, gyro: str, sign: float, *, turned: bool = False) -> Relation | None:
         """Changes of a force that a level road does not explain, against gravity times the angle turned.
 
-        With `turned`, what a level road makes of the force is taken with the other sign: either it or the force
-        is then turned.
+        With `turned`, what a level road makes of the force is taken with the other sign: either it or the
+        force is then turned.
 
         On a bank or slope, and in a vehicle that leans or whose body rolls, f_y = v r + g sin(roll) and
         f_x = dv/dt - g sin(pitch). Changes over two seconds leave the gyro's bias and the unknown first

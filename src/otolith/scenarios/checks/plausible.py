@@ -111,7 +111,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
 
 
 def _refuse_opposed(drive: Kinematics, key: str, source: str) -> None:
-    """Refuse a sign that agrees with a level road by chance, while the gyro and gravity show that it is turned."""
+    """Refuse a sign that only a level road agrees with, while the gyro and gravity show it turned."""
     if not drive.attitude_opposes(key):
         return
     turned = "ax" if key == "ax" else "ay" if drive.side_of_gravity(key) < 0.0 else "yaw_rate"

@@ -72,8 +72,8 @@ class Verdict:
     def bank(self) -> float:
         """Angle [rad] of the bank that would explain all with only one of lateral force and yaw rate turned.
 
-        On an oval that is driven slowly, gravity outweighs v r: there the two have opposite signs, and the same
-        sign in a file may be a fault in one of them. Zero where no bank does so.
+        On an oval that is driven slowly, gravity outweighs v r: there the two have opposite signs, and the
+        same sign in a file may be a fault in one of them. Zero where no bank does so.
         """
         one = self.drive.of("ay", TURNING)
         if one is None or not one.agrees or self.drive.attitude_shows("ay"):
