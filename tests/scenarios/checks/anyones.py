@@ -143,13 +143,15 @@ def judged(case: Case, log: Log) -> str:
         wrong.pop("ay", None)
     if not wrong:
         return "right"
-    words = ("not proven", "proves them only if", "unless the road is banked", "hardly goes with")
+    words = ("left and right are not proven", "proves them only if", "unless the road is banked", "hardly goes with")
     said = [note for note in log.notes if any(word in note for word in words)]
     mirror = {key: -values if key in case.turned else values for key, values in case.truth.items()}
     if max(_errors(replace(case, truth=mirror), log).values()) <= TOLERANCE and said:
         return "mirrored, and told"
-    doubts = ("doubtful: {}", "the sign of {} is not proven", "{} hardly goes with", HILLS)
+    doubts = ("doubtful: {}", "not cued, so only said: {} in", "the sign of {} is not proven", "{} hardly goes with", HILLS)
     doubted = {k for k in wrong if any(n.startswith(d.format(k)) for n in log.notes for d in doubts)}
+    signs = [n.split(" is not proven")[0] for n in log.notes if re.match("the sign of .* is not proven", n)]
+    doubted |= {key for key in wrong if any(re.search(rf"\b{key}\b", words) for words in signs)}
     if set(wrong) <= doubted | ({"pitch_rate"} if said else set()):
         return "right but for what is said to be doubtful"
     return "wrong: " + ", ".join(f"{key} by {100.0 * error:.0f} %" for key, error in wrong.items())
@@ -160,9 +162,12 @@ def _errors(case: Case, log: Log) -> dict[str, float]:
     if not case.events:
         return differs(log, case.truth)
     t = np.arange(len(case.truth["ax"])) * float(case.data["t"][1] - case.data["t"][0])
+    assert log.found is not None
+    played = [event for event in log.found.events if event.kind == "held"]  # told, and in the drive
+    at = t + sum((t > event.start) * (event.end - event.start - event.bridge) for event in played)
     errors = {}
     for key, values in case.truth.items():
-        got = log.channels[key].on(t)
+        got = log.channels[key].on(at)
         size = max(float(np.sqrt(np.mean(values**2))), 0.1)
         errors[key] = 0.2 * float(np.sqrt(np.mean((got - values) ** 2))) / size
     return errors

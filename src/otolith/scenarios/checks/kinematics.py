@@ -10,6 +10,7 @@ from otolith.core.arrays import Vec
 from otolith.scenarios.channels import Channel
 from otolith.scenarios.checks.relations import (
     LEAST,
+    QUIET,
     Relation,
     relation,
     window_changes,
@@ -79,10 +80,12 @@ class Kinematics:
         return turned and not self.attitude_explains(key)
 
     def attitude_shows(self, key: str) -> bool:
-        """Whether a gyro moves that would show the slope or bank which explains a force otherwise."""
-        share = self.share_of_gravity(key)
-        gyro = self.channels.get({"ax": "pitch_rate", "ay": "roll_rate"}[key])
-        return share is not None and gyro is not None and float(np.std(gyro.values)) > MOVING
+        """Whether a gyro moves that would show the slope or bank with which a turned force would agree."""
+        needed = self._opposed[key]
+        if needed is None or float(np.std(needed.measured)) < 2.0 * QUIET[key]:
+            return False
+        gyro = self.channels[{"ax": "pitch_rate", "ay": "roll_rate"}[key]]
+        return float(np.std(gyro.values)) > MOVING
 
     def side_of_gravity(self, key: str) -> float:
         """The sign with which a force that `attitude_opposes` goes with the angle of the gyro."""

@@ -77,8 +77,11 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
     elif up < 0.0:
         notes += _unless(cued, lambda: _refuse_half(verdict, recording))
     notes += _unless(cued, lambda: verdict.refuse_contradiction(up))
+    gyro = any(recording.needed(key) for key in ("roll_rate", "pitch_rate") if key in recording.channels)
+    notes += _unless(gyro, verdict.refuse_gyro)
     if cued:
         notes += _about_proof(verdict, upright, up)
+        notes += _about_the_rest(verdict, upright, up)
     return Oriented(upright, drive, verdict.proof, tuple(turned), tuple(notes))
 
 
@@ -139,6 +142,17 @@ def _about_proof(verdict: Verdict, recording: Recording, up: float) -> list[str]
         "left and right are not proven: nothing in the file knows the ground, and lateral force and yaw rate "
         "agree just as well with y right and z down (SAE J670, as most loggers of motor sport write); "
         "--axes sae or --axes iso states it"
+    ]
+
+
+def _about_the_rest(verdict: Verdict, recording: Recording, up: float) -> list[str]:
+    """A note about signs that nothing shows, where left and right are proven or agree with something."""
+    keys = [key for key in verdict.unproven(up) if not recording.needs or recording.needed(key)]
+    if not keys or not (verdict.proof or verdict.condition):
+        return []
+    return [
+        f"the sign of {listed(keys)} is not proven: nothing in the file is comparable; "
+        "taken in the axes of the rest"
     ]
 
 

@@ -90,7 +90,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
         if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
             continue  # a yaw rate against a witness is left to `orientation`
         if one.key not in {fault.key for fault in faults}:
-            if drive.attitude_explains(one.key, 1.0):
+            if drive.attitude_explains(one.key):
                 notes.append(_gravitys_share(drive, one))
             else:
                 faults.append(one)

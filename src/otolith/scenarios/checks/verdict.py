@@ -22,7 +22,8 @@ ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval,
 ALIVE: Final = {
     "ay": 0.2,
     "az": 0.05,
-    "pitch_rate": 0.01,
+    "roll_rate": 0.002,
+    "pitch_rate": 0.002,
     "yaw_rate": 0.01,
 }  # [m/s², rad/s] less is as good as zero
 
@@ -127,6 +128,21 @@ class Verdict:
             raise InputError(
                 f"turning in {self.source}", f"against {self._map}", _same(whole + alone + self._other_maps())
             )
+
+    def refuse_gyro(self) -> None:
+        """Refuse a roll or pitch rate against gravity where the ground proves the axes of all the rest."""
+        for key, gyro in (("ay", "roll_rate"), ("ax", "pitch_rate")):
+            if self.proof and self.drive.attitude_explains(key) and not self.drive.attitude_explains(key, 1.0):
+                way = f"map {_remap(self.drive.channels, [gyro])}"
+                found = f"against gravity's share of {key}"
+                raise InputError(f"{gyro} in {self.source}", found, _same([way]))
+
+    def unproven(self, up: float) -> list[str]:
+        """Quantities of which ground and turning say nothing, and gravity does not show the sign either."""
+        shown = {"ay": "roll_rate", "ax": "pitch_rate"}
+        judged = {gyro for key, gyro in shown.items() if self.drive.attitude_explains(key)}
+        others = {"roll_rate", "pitch_rate", *(() if up else ("az",))} - judged
+        return [key for key in self.drive.channels if key in others and alive(self.drive.channels, [key])]
 
     @property
     def faint(self) -> bool:
