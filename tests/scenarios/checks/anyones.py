@@ -143,12 +143,23 @@ def judged(case: Case, log: Log) -> str:
         wrong.pop("ay", None)
     if not wrong:
         return "right"
-    words = ("left and right are not proven", "proves them only if", "unless the road is banked", "hardly goes with")
+    words = (
+        "left and right are not proven",
+        "proves them only if",
+        "unless the road is banked",
+        "hardly goes with",
+    )
     said = [note for note in log.notes if any(word in note for word in words)]
     mirror = {key: -values if key in case.turned else values for key, values in case.truth.items()}
     if max(_errors(replace(case, truth=mirror), log).values()) <= TOLERANCE and said:
         return "mirrored, and told"
-    doubts = ("doubtful: {}", "not cued, so only said: {} in", "the sign of {} is not proven", "{} hardly goes with", HILLS)
+    doubts = (
+        "doubtful: {}",
+        "not cued, so only said: {} in",
+        "the sign of {} is not proven",
+        "{} hardly goes with",
+        HILLS,
+    )
     doubted = {k for k in wrong if any(n.startswith(d.format(k)) for n in log.notes for d in doubts)}
     signs = [n.split(" is not proven")[0] for n in log.notes if re.match("the sign of .* is not proven", n)]
     doubted |= {key for key in wrong if any(re.search(rf"\b{key}\b", words) for words in signs)}

@@ -49,8 +49,8 @@ def without(*names: str, drive: Drive | None = None) -> Drive:
 
 def test_a_good_drive_is_taken_as_it_is() -> None:
     log = read(good())
-    # the summary, columns but speed, what is not there, left and right, and the road that a_x is judged by
-    assert len(log.notes) == 1 + 6 - 1 + 3
+    # the summary, columns but speed, what is not there, left and right, the sign of a_z, the road of a_x
+    assert len(log.notes) == 1 + 6 - 1 + 4
     assert_allclose(log.force[:, 1], good()["ay"], atol=1e-4)
 
 

@@ -81,7 +81,7 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
     notes += _unless(gyro, verdict.refuse_gyro)
     if cued:
         notes += _about_proof(verdict, upright, up)
-        notes += _about_the_rest(verdict, upright, up)
+    notes += _about_the_rest(verdict, upright, up)
     return Oriented(upright, drive, verdict.proof, tuple(turned), tuple(notes))
 
 
@@ -146,14 +146,12 @@ def _about_proof(verdict: Verdict, recording: Recording, up: float) -> list[str]
 
 
 def _about_the_rest(verdict: Verdict, recording: Recording, up: float) -> list[str]:
-    """A note about signs that nothing shows, where left and right are proven or agree with something."""
+    """A note about signs that nothing in the file shows, whatever it shows of left and right."""
     keys = [key for key in verdict.unproven(up) if not recording.needs or recording.needed(key)]
-    if not keys or not (verdict.proof or verdict.condition):
+    if not keys:
         return []
-    return [
-        f"the sign of {listed(keys)} is not proven: nothing in the file is comparable; "
-        "taken in the axes of the rest"
-    ]
+    why = "nothing in the file can be compared with it; it is taken in the axes of the rest"
+    return [f"the sign of {listed(keys)} is not proven: {why}"]
 
 
 def _upright(recording: Recording, axes: str | None) -> tuple[Recording, float, list[str]]:

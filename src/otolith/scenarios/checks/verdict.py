@@ -8,7 +8,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.scenarios.channels import Channel
-from otolith.scenarios.checks.kinematics import TURNING, Kinematics
+from otolith.scenarios.checks.kinematics import CHANGE, TURNING, Kinematics
 from otolith.scenarios.checks.relations import SLOPES, Relation
 from otolith.scenarios.checks.remedies import spelled
 from otolith.scenarios.columns import STANDARD_GRAVITY
@@ -20,6 +20,7 @@ BANK: Final = 0.7  # sin(45 deg): no oval is banked more …
 CANT: Final = 0.15  # … and no road that turns both ways, nor a railway (AASHTO: 12 %; 180 mm on 1,500 mm)
 ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval, at most
 ALIVE: Final = {
+    "ax": 0.05,
     "ay": 0.2,
     "az": 0.05,
     "roll_rate": 0.002,
@@ -132,7 +133,11 @@ class Verdict:
     def refuse_gyro(self) -> None:
         """Refuse a roll or pitch rate against gravity where the ground proves the axes of all the rest."""
         for key, gyro in (("ay", "roll_rate"), ("ax", "pitch_rate")):
-            if self.proof and self.drive.attitude_explains(key) and not self.drive.attitude_explains(key, 1.0):
+            if (
+                self.proof
+                and self.drive.attitude_explains(key)
+                and not self.drive.attitude_explains(key, 1.0)
+            ):
                 way = f"map {_remap(self.drive.channels, [gyro])}"
                 found = f"against gravity's share of {key}"
                 raise InputError(f"{gyro} in {self.source}", found, _same([way]))
@@ -142,6 +147,9 @@ class Verdict:
         shown = {"ay": "roll_rate", "ax": "pitch_rate"}
         judged = {gyro for key, gyro in shown.items() if self.drive.attitude_explains(key)}
         others = {"roll_rate", "pitch_rate", *(() if up else ("az",))} - judged
+        ahead = self.drive.of("ax", CHANGE)
+        if (ahead is None or not ahead.told) and not self.drive.attitude_explains("ax"):
+            others.add("ax")
         return [key for key in self.drive.channels if key in others and alive(self.drive.channels, [key])]
 
     @property
