@@ -93,6 +93,8 @@ def test_notes_say_what_was_read_and_assumed() -> None:
         "t: column 't_s' in s",
         "ax: column 'ax' in m/s2, no unit stated, taken as SI",
         "not in the log, taken as zero: ay, az, roll_rate, pitch_rate, yaw_rate",
+        "the sign of ax is not proven: nothing in the file can be compared with it; "
+        "it is taken in the axes of the rest",
     )
 
 
