@@ -143,11 +143,7 @@ def split(
     check_lines(lines, source, most=LONGEST_LINE)
     _refuse_nmea(lines, source)
     place = find(lines, source, header, units)
-    kept = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
-    again = [i for i in kept if lines[i].strip() == lines[place.header].strip()]
-    kept = [i for i in kept if i not in set(again)] if again else kept
-    footer = _footer([lines[i] for i in kept[-FOOTER:]], place.delimiter)
-    kept = kept[: len(kept) - footer]
+    kept, left = _kept(place, lines, source)
     body = [lines[i] for i in kept]
     if place.delimiter != "," and any("," in line for line in body):
         body = "\n".join(body).replace(",", ".").split("\n")
@@ -191,9 +187,20 @@ def _footer(last: Sequence[str], delimiter: str | None) -> int:
     return numeric[::-1].index(True) if any(numeric) else 0
 
 
-def _repeated(again: Sequence[int], source: str) -> tuple[str, ...]:
-    places = ", ".join(str(i + 1) for i in again[:3])
-    return (f"{source}: the names stand again in line {places}: left out",) if again else ()
+def _kept(place: Place, lines: Sequence[str], source: str) -> tuple[list[int], tuple[str, ...]]:
+    """Which lines are rows, and notes about names that stand again and text below, which are not."""
+    names = lines[place.header].strip()
+    rows = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
+    again = [i for i in rows if lines[i].strip() == names]
+    rows = [i for i in rows if lines[i].strip() != names] if again else rows
+    below = _footer([lines[i] for i in rows[-FOOTER:]], place.delimiter)
+    notes = []
+    if again:
+        places = ", ".join(str(i + 1) for i in again[:3])
+        notes.append(f"{source}: the names stand again in line {places}: left out")
+    if below:
+        notes.append(f"{source}: {below} line{'s' if below > 1 else ''} of text below the table left out")
+    return rows[: len(rows) - below], tuple(notes)
 
 
 def _plain_numbers(text: str) -> str:
@@ -204,14 +211,6 @@ def _plain_numbers(text: str) -> str:
     text = text.replace("\u2212", "-")
     behind = {len(digits) for digits in _QUOTED.findall(text[:100_000])}
     return _QUOTED.sub(lambda m: m.group().strip('"').replace(",", "."), text) if behind - {3} else text
-
-
-def _below(count: int, source: str) -> tuple[str, ...]:
-    return (
-        (f"{source}: {count} line{'s' if count > 1 else ''} of text below the table left out",)
-        if count
-        else ()
-    )
 
 
 def _refuse_nmea(lines: Sequence[str], source: str) -> None:
