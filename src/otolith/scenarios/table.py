@@ -163,11 +163,7 @@ def split(
         units=stated,
         body=body,
         lines=np.array(kept, dtype=np.int64) + 1,
-        notes=notes
-        + _said(place, lines, kept, source)
-        + _repeated(again, source)
-        + _below(footer, source)
-        + said,
+        notes=notes + _said(place, lines, kept, source) + left + said,
         origins=place.origins,
         layout=Layout(
             form=f"text, columns parted by {_WORDS[place.delimiter]}",
