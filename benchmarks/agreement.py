@@ -10,7 +10,7 @@ import numpy as np
 
 from otolith.bench import SCENARIOS, record, replay
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
-from otolith.mpc.implicit import ImplicitSettings
+from otolith.cueing.mpc.settings import MpcSettings
 from otolith.platforms import load
 from otolith.qp.dense import DenseSolver
 from otolith.qp.engines import CondensedEngine, StructuredEngine
@@ -21,7 +21,7 @@ FORMS = {"hard": {}, "soft": SOFT}
 if __name__ == "__main__":
     for pairs in ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL)):
         for form, soft in FORMS.items():
-            cueing, steps = record(load("thesis"), pairs, SCENARIOS, ImplicitSettings(soft=soft))
+            cueing, steps = record(load("thesis"), pairs, SCENARIOS, MpcSettings(soft=soft))
             steps = steps[::2]
             ours = replay("structured", StructuredEngine, cueing, steps, passes=1)
             exact = partial(CondensedEngine, dense=partial(DenseSolver, primal_tolerance=1e-11))

@@ -16,8 +16,10 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import SURGE_PITCH
-from otolith.mpc.implicit import ImplicitSettings
-from otolith.platforms import PairLimits, Platform
+from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.rows import Limits
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.platforms import Platform
 from otolith.qp import Status
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
@@ -57,12 +59,14 @@ def any_platform(rng: np.random.Generator) -> Platform:
     return Platform.model_validate(fields)
 
 
-def any_state(rng: np.random.Generator, limits: PairLimits) -> Vec:
+def any_state(rng: np.random.Generator, limits: Limits) -> Vec:
+    travel, tilt = limits
     ends = [
-        rng.choice(end) * rng.random() * rng.choice([1.0, 0.1, 0.0]) for end in (limits.tilt, limits.position)
+        rng.choice(end) * rng.random() * rng.choice([1.0, 0.1, 0.0])
+        for end in (tilt.position, travel.position)
     ]
     rest = rng.uniform(-1.0, 1.0, 4) * (rng.random(4) < 0.6)
-    bounds = [limits.tilt_rate, limits.velocity, limits.acceleration, min(limits.tilt_acceleration, 10.0)]
+    bounds = [tilt.velocity, travel.velocity, travel.acceleration, min(tilt.acceleration, 10.0)]
     rate, speed, acceleration, turning = rest * bounds
     return np.array([rate, ends[0], speed, ends[1], acceleration, turning])
 
@@ -73,15 +77,15 @@ class Contest:
     def __init__(self, rng: np.random.Generator) -> None:
         platform = any_platform(rng)
         self.weight = between(rng, 1e-6, 1.0) if rng.random() < 0.5 else 1e-3
-        self.limits = platform.pair_limits(SURGE_PITCH)
-        self.formulation = ImplicitSettings(control_weight=self.weight).formulation(platform, (SURGE_PITCH,))
-        problem = self.formulation.problem
+        self.limits = platform.limits(SURGE_PITCH)
+        self.mpc = Problem(platform, (SURGE_PITCH,), MpcSettings(control_weight=self.weight))
+        problem = self.mpc.structure
         self.ours = StructuredEngine(problem, tolerance=TOLERANCE)
         self.theirs = CondensedSolver(problem, DenseSolver(tolerance=TOLERANCE, primal_tolerance=1e-11))
-        self.formulation.begin(self.ours.memory)
+        self.mpc.begin(self.ours.memory)
 
     def solve(self, x: Vec, plan: Mat, wanted: Mat) -> StageSolution:
-        self.formulation.write(self.ours.memory, x, plan, wanted, None)
+        self.mpc.write(self.ours.memory, x, plan, wanted, None)
         return self.ours.run()
 
     def edge(self, x: Vec, plan: Mat, wanted: Mat) -> Vec:
@@ -117,7 +121,7 @@ def main(seconds: float, seed: int) -> None:
             if rng.random() < 0.3:
                 x = contest.edge(any_state(rng, contest.limits), plan, wanted) * (1.0 - rng.choice(EDGE))
             ours = contest.solve(x, plan, wanted)
-            qp = expand(contest.formulation.problem, contest.ours.memory)
+            qp = expand(contest.mpc.structure, contest.ours.memory)
             theirs = contest.theirs.solve(qp, np.zeros(ours.y.shape, dtype=np.int64))
             counts[f"{ours.status} and {theirs.status}"] += 1
             if ours.status is not Status.OPTIMAL:
@@ -129,7 +133,7 @@ def main(seconds: float, seed: int) -> None:
             if gap > WORTH_TELLING:
                 print(f"{gap:.1e}: ours {worth(qp, ours, contest.weight)}", flush=True)
                 print(f"         daqp {worth(qp, theirs, contest.weight)}", flush=True)
-            plan, x = ours.U, contest.formulation.A @ x + contest.formulation.B @ ours.U[0]
+            plan, x = ours.U, contest.mpc.predicted(x, ours.U[:1])[0]
     print(f"{counts.total()} problems; first inputs differ by {largest:.1e} at most; ours and daqp's status:")
     print(", ".join(f"{what} {count}" for what, count in counts.most_common()))
 

@@ -14,9 +14,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from otolith import metrics, registry
-from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, AxisPair
-from otolith.interfaces import Plant
-from otolith.mpc.design import Design
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.cueing.design import Design
+from otolith.interfaces import Plant, Status
 from otolith.plant.actuator import Actuator
 from otolith.platforms import Platform, load
 from otolith.scenarios import SCENARIOS, scenario
@@ -39,20 +39,20 @@ def plants(platform: Platform) -> Iterator[tuple[str, float | None, list[Plant]]
     yield "actuator ±50 %", told.dead_time_s, off
 
 
-def drive(algorithm: str, platform: Platform, pairs: tuple[AxisPair, ...], told: float | None, plant: Plant):  # type: ignore[no-untyped-def]
+def drive(algorithm: str, platform: Platform, pairs: tuple[Dof, ...], told: float | None, plant: Plant):  # type: ignore[no-untyped-def]
     """Runs over all scenarios."""
     cueing = registry.make_cueing(algorithm, Design(platform=platform, pairs=pairs), dead_time=told)
     for name in SCENARIOS:
         wanted = scenario(name)
         if len(pairs) == 2:
             wanted = wanted.beside(scenario(name, axis="lateral"))
-        yield simulate(cueing, plant, wanted, platform=platform, pairs=tuple(pair.name for pair in pairs))
+        yield simulate(cueing, plant, wanted, platform=platform, dofs=tuple(pair.name for pair in pairs))
 
 
 def judged(runs: list[Run]) -> tuple[int, int, int, float]:
     """Decisions, those not optimal, nodes beyond a hard limit, largest excess of the tilt rate [deg/s]."""
     decisions = sum(len(run.status) for run in runs)
-    failed = sum(status != "optimal" for run in runs for status in run.status)
+    failed = sum(status != Status.DECIDED for run in runs for status in run.status)
     excesses = [excess for run in runs for excess in metrics.excesses(run)]
     rate = max((excess.at_nodes for excess in excesses if "tilt_rate" in excess.quantity), default=0.0)
     hard = sum(excess.violations for excess in excesses if "tilt_rate" not in excess.quantity)

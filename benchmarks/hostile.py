@@ -10,7 +10,8 @@ import time
 import numpy as np
 
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
-from otolith.mpc.implicit import ImplicitSettings
+from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.settings import MpcSettings
 from otolith.platforms import load
 from otolith.qp import Status
 from otolith.qp.engines import StructuredEngine, expand
@@ -22,9 +23,9 @@ TOLERANCE = 1e-6
 def hostile(pairs, problems: int, seed: int, platform: str = "thesis") -> dict[str, float]:  # type: ignore[no-untyped-def]
     """Counts over `problems` random problems of one set of pairs."""
     rng = np.random.default_rng(seed)
-    settings = ImplicitSettings()
-    formulation = settings.formulation(load(platform), pairs)
-    engine = StructuredEngine(formulation.problem, tolerance=TOLERANCE)
+    settings = MpcSettings()
+    formulation = Problem(load(platform), pairs, settings)
+    engine = StructuredEngine(formulation.structure, tolerance=TOLERANCE)
     formulation.begin(engine.memory)
     P, N = len(pairs), settings.horizon
     scale = np.tile([0.05, 0.5, 1.0, 0.5, 3.0, 3.0], P)
@@ -43,7 +44,7 @@ def hostile(pairs, problems: int, seed: int, platform: str = "thesis") -> dict[s
         counts[solution.status.value] += 1
         counts["not finite"] += not np.isfinite(solution.U).all()
         if solution.status is Status.OPTIMAL:
-            residual = stage_residual(expand(formulation.problem, engine.memory), solution.U, solution.y)
+            residual = stage_residual(expand(formulation.structure, engine.memory), solution.U, solution.y)
             counts["wrongly called solved"] += not residual < 2 * TOLERANCE
     return {**counts, "handed to daqp": engine.undecided, "slowest_ms": round(1e3 * slowest, 2)}
 

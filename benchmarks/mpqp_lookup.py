@@ -14,13 +14,13 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from otolith.cueing.mpc.joint import problems
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.lti import zero_order_hold
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import explicit_dynamics
 from otolith.files import read_platform
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.joint import problems
-from otolith.mpc.model import explicit_dynamics
 from otolith.mpqp import Law, enumerate_regions
 
 PERIOD = 0.1

@@ -20,8 +20,7 @@ from functools import partial
 import numpy as np
 
 from otolith.core.frames import SURGE_PITCH
-from otolith.mpc.design import explicit_limits
-from otolith.mpc.explicit import ExplicitSettings, explicit_problem
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
 from otolith.mpqp import ParametricQp, enumerate_regions
 from otolith.platforms import load
 
@@ -30,8 +29,8 @@ ALGORITHMS = ("graph", "combinatorial", "geometric")
 
 def blocked(horizon: int) -> ParametricQp:
     platform = load("thesis")
-    (limits,) = explicit_limits(platform, (SURGE_PITCH,))
-    return explicit_problem(limits, platform.braking, ExplicitSettings(horizon=horizon))
+    settings = ExplicitSettings(horizon=horizon)
+    return explicit_problem(SURGE_PITCH, platform.limits(SURGE_PITCH), platform.braking, settings)
 
 
 def by_ppopt(problem: ParametricQp, algorithm: str) -> Sized:

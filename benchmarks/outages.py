@@ -17,9 +17,9 @@ import numpy as np
 
 from otolith import metrics, registry
 from otolith.core.errors import InputError
+from otolith.cueing.design import Design
 from otolith.interfaces import Command, Cueing, PlatformState, Reference
 from otolith.interrupted import Interrupted, Outage
-from otolith.mpc.design import Design
 from otolith.platforms import load
 from otolith.scenarios import scenario
 from otolith.simulate import Run, simulate
@@ -62,7 +62,7 @@ def drive(cueing: Cueing, platform: str, plant: str) -> Run:
     wanted = scenario(f"sine:amplitude=1,frequency=0.2,duration={DURATION:g}")
     moved = registry.PLANTS[plant].load()(of)
     step = 1e-3 if plant == "hexapod" else 0.01
-    return simulate(cueing, moved, wanted, platform=of, pairs=("surge-pitch",), plant_period=step)
+    return simulate(cueing, moved, wanted, platform=of, dofs=("surge-pitch",), plant_period=step)
 
 
 def last_error(run: Run) -> float:

@@ -1,7 +1,7 @@
 """Describe a platform, and see what its reach costs: the same step on two of them."""
 
 from otolith import metrics
-from otolith.mpc.design import Design, implicit
+from otolith.cueing.design import Design, implicit
 from otolith.plant import Ideal
 from otolith.platforms import load, parse_platform
 from otolith.scenarios import scenario
@@ -26,6 +26,6 @@ pitch_degps = 3.0
 
 for platform in (load("davsi"), parse_platform(HOME_RIG, "home-rig.toml")):
     design = Design(platform=platform)
-    run = simulate(implicit(design), Ideal(), scenario("step-1"), platform=platform, pairs=("surge-pitch",))
+    run = simulate(implicit(design), Ideal(), scenario("step-1"), platform=platform, dofs=("surge-pitch",))
     summary = metrics.summarise(run)
     print(f"{platform.name}: RMSE {summary['rmse']:.3f} m/s², {summary['violations']} limit violations")

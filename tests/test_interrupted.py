@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.interrupted import Interrupted, Outage
-from otolith.qp import Status
 
 
 class Listener:
@@ -18,7 +17,7 @@ class Listener:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         self.heard.append(float(reference.specific_force[0]))
-        zero, outcome = np.zeros(6), Outcome(status=Status.OPTIMAL)
+        zero, outcome = np.zeros(6), Outcome(status=Status.DECIDED)
         return Command(acceleration=zero, pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome)
 
 

@@ -12,7 +12,7 @@ from otolith import files, sealed
 from otolith.core.errors import CorruptFile
 from otolith.core.frames import SURGE_PITCH
 from otolith.core.hdf5 import read_sealed, write_sealed
-from otolith.mpc.explicit import ExplicitSettings, explicit_problem
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
 from otolith.mpqp import Law, enumerate_regions
 from otolith.platforms import load
 from otolith.simulate import Run
@@ -27,7 +27,7 @@ def law() -> Law:
     """A small law: horizon 2, so that this file stays fast."""
     thesis = load("thesis")
     problem = explicit_problem(
-        thesis.pair_limits(SURGE_PITCH), thesis.braking, ExplicitSettings(horizon=2, block_from=None)
+        SURGE_PITCH, thesis.limits(SURGE_PITCH), thesis.braking, ExplicitSettings(horizon=2, block_from=None)
     )
     return enumerate_regions(problem)
 
@@ -112,9 +112,9 @@ def test_every_series_must_have_the_shape_and_kind_that_the_clocks_give_it(
         ({"settings": "[1]"}, "its settings are not a table"),
         ({"settings": None}, "it lacks"),
         ({"platform": "{}"}, "name"),
-        ({"pairs": json.dumps(["surge-yaw"])}, "surge-yaw"),
-        ({"pairs": "[]"}, "degrees of freedom"),
-        ({"singles": json.dumps(["roll"])}, "roll"),
+        ({"dofs": json.dumps(["surge-yaw"])}, "surge-yaw"),
+        ({"dofs": "[]"}, "degrees of freedom"),
+        ({"dofs": json.dumps(["roll"])}, "roll"),
         ({"period": 0.0}, "do not belong to"),
         ({"period": float("nan")}, "do not belong to"),
         ({"plant_period": -0.01}, "do not belong to"),

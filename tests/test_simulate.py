@@ -31,7 +31,7 @@ class Echo:
         acceleration = np.zeros(6)
         acceleration[:3] = reference.specific_force
         zero = np.zeros(6)
-        outcome = Outcome(status=Status.OPTIMAL, changes=len(self.seen))
+        outcome = Outcome(status=Status.DECIDED, changes=len(self.seen))
         return Command(
             acceleration=acceleration, pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome
         )
@@ -53,7 +53,7 @@ def close(cueing: Echo, plant_period: float = 1e-3, **options):  # type: ignore[
         without_lag(),
         PULSE,
         platform=load("thesis"),
-        pairs=("surge-pitch",),
+        dofs=("surge-pitch",),
         plant_period=plant_period,
         **options,
     )
@@ -96,7 +96,7 @@ def test_periods_that_do_not_divide_are_refused() -> None:
 
 def test_what_a_plant_senses_is_what_was_felt() -> None:
     """With a head given, the run's force is the plant's; without one, the planar model's, as ever."""
-    options: dict[str, Any] = {"platform": load("thesis"), "pairs": ("surge-pitch",)}
+    options: dict[str, Any] = {"platform": load("thesis"), "dofs": ("surge-pitch",)}
     planar = simulate(Echo(), Ideal(lag=0.0), PULSE, **options)
     sensed = simulate(Echo(), Ideal(lag=0.0, head=(0.0, 0.0, 0.9)), PULSE, **options)
     np.testing.assert_array_equal(planar.pose, sensed.pose)

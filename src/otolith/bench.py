@@ -18,10 +18,10 @@ from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.errors import MissingExtra
-from otolith.core.frames import AxisPair
-from otolith.mpc.design import Design, implicit
-from otolith.mpc.formulation import Formulation
-from otolith.mpc.implicit import BLOCKS, Implicit, ImplicitSettings
+from otolith.core.frames import Dof
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.qp import Status
@@ -32,7 +32,6 @@ from otolith.simulate import simulate
 
 SCENARIOS: Final = (*TABLE_5_1, "multisine:seed=7,amplitude=1.5,duration=20")
 SPARSE: Final = 40
-_AXES: Final = {0: "longitudinal", 1: "lateral"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,45 +90,43 @@ ENGINES: Final[Engines] = {
     "dense": CondensedEngine,
 }
 FORMS: Final = {
-    "full": ImplicitSettings(),
-    "blocked": ImplicitSettings(horizon=sum(BLOCKS), blocks=BLOCKS),
+    "full": MpcSettings(),
+    "blocked": MpcSettings(horizon=sum(BLOCKS), blocks=BLOCKS),
 }
 
 
 class _Recorder:
-    """A formulation that remembers what it was asked to write."""
+    """A problem that remembers what it was asked to write."""
 
-    def __init__(self, formulation: Formulation) -> None:
-        self._formulation, self.steps = formulation, list[Step]()
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self.steps = problem, list[Step]()
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._formulation, name)
+        return getattr(self._problem, name)
 
     def write(self, memory: Any, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
-        """Write as the formulation does, and keep a copy of the question."""
+        """Write as the problem does, and keep a copy of the question."""
         self.steps.append(Step(x.copy(), plan.copy(), wanted.copy()))
-        self._formulation.write(memory, x, plan, wanted, u_ref)
+        self._problem.write(memory, x, plan, wanted, u_ref)
 
 
 def record(
-    platform: Platform, pairs: Sequence[AxisPair], names: Sequence[str], settings: ImplicitSettings
-) -> tuple[Implicit, list[Step]]:
+    platform: Platform, pairs: Sequence[Dof], names: Sequence[str], settings: MpcSettings
+) -> tuple[Problem, list[Step]]:
     """Close the loop over the scenarios along all axes and keep every decision's question."""
-    cueing = implicit(Design(platform=platform, pairs=tuple(pairs), implicit=settings))
-    formulation = cueing.formulation
-    recorder = _Recorder(formulation)
-    cueing.formulation = recorder  # type: ignore[assignment]
+    cueing = Mpc(platform, pairs, settings)
+    problem = cueing.problem
+    recorder = _Recorder(problem)
+    cueing.problem = recorder  # type: ignore[assignment]
     for name in names:
-        simulate(cueing, Ideal(), _along(name, pairs), platform=platform, pairs=tuple(p.name for p in pairs))
-    cueing.formulation = formulation
-    return cueing, recorder.steps
+        simulate(cueing, Ideal(), _along(name, pairs), platform=platform, dofs=tuple(p.name for p in pairs))
+    return problem, recorder.steps
 
 
-def _along(name: str, pairs: Sequence[AxisPair]) -> Scenario:
+def _along(name: str, pairs: Sequence[Dof]) -> Scenario:
     """A scenario along every axis; seeds differ from axis to axis."""
     first, *others = (
-        scenario(name.replace("seed=7", f"seed={7 + i}"), axis=_AXES[pair.translation])
-        for i, pair in enumerate(pairs)
+        scenario(name.replace("seed=7", f"seed={7 + i}"), axis=pair.along) for i, pair in enumerate(pairs)
     )
     for other in others:
         first = first.beside(other)
@@ -137,32 +134,32 @@ def _along(name: str, pairs: Sequence[AxisPair]) -> Scenario:
 
 
 def replay(
-    name: str, make: Callable[..., StageEngine], cueing: Implicit, steps: Sequence[Step], *, passes: int
+    name: str, make: Callable[..., StageEngine], problem: Problem, steps: Sequence[Step], *, passes: int
 ) -> Timing:
     """Let an engine answer a recording `passes` times."""
-    engine = make(cueing.problem, tolerance=cueing.settings.tolerance, blocks=cueing.settings.blocks)
-    formulation = cueing.formulation
-    formulation.begin(engine.memory)
+    settings = problem.settings
+    engine = make(problem.structure, tolerance=settings.tolerance, blocks=settings.blocks)
+    problem.begin(engine.memory)
     clock = time.thread_time
     times = np.full(len(steps), np.inf)
     certified = np.zeros(len(steps), dtype=np.bool_)
     changes, residual = np.zeros(len(steps)), np.zeros(len(steps))
-    first = np.zeros((len(steps), cueing.problem.inputs))
+    first = np.zeros((len(steps), problem.structure.inputs))
     with threadpool_limits(limits=1):
         engine.run()  # whatever is compiled or allocated on first use
         for _ in range(passes):
             engine.reset()
             for i, step in enumerate(steps):
                 started = clock()
-                formulation.write(engine.memory, step.x, step.plan, step.wanted, None)
+                problem.write(engine.memory, step.x, step.plan, step.wanted, None)
                 solution = engine.run()
                 times[i] = min(times[i], clock() - started)
                 certified[i] = solution.status is Status.OPTIMAL
                 changes[i], first[i] = solution.changes, solution.U[0]
                 residual[i] = solution.residual if certified[i] else 0.0
     return Timing(
-        dofs=",".join(pair.name for pair in formulation.pairs),
-        form="blocked" if cueing.settings.blocks else "full",
+        dofs=",".join(pair.name for pair in problem.dofs),
+        form="blocked" if settings.blocks else "full",
         engine=name,
         times=times,
         certified=certified,
@@ -174,7 +171,7 @@ def replay(
 
 def bench(
     platform: Platform,
-    pair_sets: Sequence[Sequence[AxisPair]],
+    pair_sets: Sequence[Sequence[Dof]],
     *,
     names: Sequence[str] = SCENARIOS,
     passes: int = 3,
@@ -194,17 +191,17 @@ def bench(
     for pairs, (form, settings) in product(pair_sets, FORMS.items()):
         what = f"{form} form, {','.join(pair.name for pair in pairs)}"
         tell(f"recording, {what}")
-        cueing, steps = record(platform, pairs, names, settings)
+        problem, steps = record(platform, pairs, names, settings)
         timings = []
         for name, make in engines.items():
             tell(f"{name} on {len(steps)} problems, {what}")
-            timings.append(replay(name, make, cueing, steps, passes=passes))
+            timings.append(replay(name, make, problem, steps, passes=passes))
         reference = next(timing for timing in timings if timing.engine == "dense")
         done += [(timing, timing.account(reference)) for timing in timings]
         sparse = reference.every(SPARSE)
         for name, make in (peers or {}).items() if form == "full" else ():
             tell(f"{name} on {len(sparse.times)} problems, {what}")
-            timing = replay(name, make, cueing, steps[::SPARSE], passes=1)
+            timing = replay(name, make, problem, steps[::SPARSE], passes=1)
             done.append((timing, timing.account(sparse)))
     return done
 

@@ -6,12 +6,12 @@ Six-vectors are ordered surge, sway, heave [m], roll, pitch, yaw [rad]; see `oto
 """
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec, freeze
-from otolith.qp import Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,11 +41,21 @@ class Reference:
         freeze(self, specific_force=(3,), angular_rate=(3,))
 
 
+class Status(StrEnum):
+    """Whose command it is: the algorithm's own, or that of the fallback, which brakes to rest, and why."""
+
+    DECIDED = "decided"  # the algorithm's own; certified where the algorithm solves a problem
+    FALLBACK = "fallback"  # the algorithm found no answer that it can certify
+    REFUSED = "refused"  # its answer leads to where the platform could not stop inside its limits
+    INVALID = "invalid"  # the state or the reference is not a number of this world
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
     """How a command came about, as a value that says whether to trust it."""
 
     status: Status
+    solver: str = ""  # what the solver said, e.g. "infeasible"; empty where none was asked
     changes: int = 0  # working-set changes of the active-set solver
     residual: float = 0.0  # largest violation of the optimality conditions (the certificate)
     guess_missed: bool = False  # a guess was asked for and could not be had

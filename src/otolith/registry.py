@@ -7,15 +7,13 @@ read from here. Entries are imported on use, so that an optional dependency cost
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from otolith.core.errors import InputError, MissingExtra, one_of
 
 if TYPE_CHECKING:
+    from otolith.cueing.design import Design
     from otolith.interfaces import Cueing
-    from otolith.mpc.design import Design
-
-Singles = Literal["itself", "beside", "never"]  # beside: `otolith.mpc.beside`
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +26,6 @@ class Entry:
     needs: tuple[str, ...] = ()  # modules of that group
     plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
     limited: bool = True  # of a cueing algorithm: whether it knows the platform's limits and keeps them
-    singles: Singles = "never"  # of a cueing algorithm: who cues heave and yaw
     reads: frozenset[str] = frozenset()  # of a cueing algorithm: which of the options below it reads
 
     def load(self) -> Any:
@@ -64,97 +61,83 @@ _WASHOUT: Final = frozenset({"tuning"})
 # Cueing algorithms: callables Design -> Cueing.
 CUEING: Final = {
     "explicit": Entry(
-        "otolith.mpc.design:explicit",
+        "otolith.cueing.design:explicit",
         "the explicit law alone, 10 Hz (section 5.2.1)",
         plant="ideal-no-lag",
         reads=_LAW,
     ),
     "implicit": Entry(
-        "otolith.mpc.design:implicit",
+        "otolith.cueing.design:implicit",
         "implicit MPC without a guess (model 1)",
-        singles="beside",
         reads=_IMPLICIT,
     ),
     "implicit-trajectory": Entry(
-        "otolith.mpc.design:implicit_trajectory",
+        "otolith.cueing.design:implicit_trajectory",
         "guess: first control of the previous plan (model 2)",
-        singles="beside",
         reads=_GUESSING,
     ),
     "hybrid-first": Entry(
-        "otolith.mpc.design:hybrid_first",
+        "otolith.cueing.design:hybrid_first",
         "guess: first input of the explicit law (model 3)",
-        singles="beside",
         reads=_HYBRID,
     ),
     "hybrid-all": Entry(
-        "otolith.mpc.design:hybrid_all",
+        "otolith.cueing.design:hybrid_all",
         "guess: all inputs of the explicit law (model 4)",
-        singles="beside",
         reads=_HYBRID,
     ),
     "hybrid-learned": Entry(
-        "otolith.mpc.design:hybrid_learned",
+        "otolith.cueing.design:hybrid_learned",
         "as implicit, sooner: a network names the active limits",
-        singles="beside",
         reads=_HINTED,
     ),
     "hybrid-law": Entry(
-        "otolith.mpc.design:hybrid_law",
+        "otolith.cueing.design:hybrid_law",
         "as implicit: a coarse explicit law of the same limits names them",
-        singles="beside",
         reads=_HINTED,
     ),
     "hybrid-table": Entry(
-        "otolith.mpc.design:hybrid_table",
+        "otolith.cueing.design:hybrid_table",
         "as implicit: what was active near by in training",
-        singles="beside",
         reads=_HINTED,
     ),
     "implicit-sensed": Entry(
-        "otolith.mpc.linear:implicit_sensed",
+        "otolith.cueing.design:implicit_sensed",
         "implicit MPC of sensed force and rate (thesis, chapter 8)",
-        singles="itself",
         reads=_SENSED,
     ),
     "linear-mpc": Entry(
-        "otolith.mpc.linear:linear_mpc",
+        "otolith.cueing.design:linear_mpc",
         "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
-        singles="itself",
         reads=_LINEAR,
     ),
     "classical": Entry(
-        "otolith.washout.classical:classical",
+        "otolith.cueing.washout.classical:classical",
         "washout: high-pass travel, low-pass tilt (section 2.2.1)",
         limited=False,
-        singles="itself",
         reads=_WASHOUT,
     ),
     "optimal": Entry(
-        "otolith.washout.optimal:optimal",
+        "otolith.cueing.washout.optimal:optimal",
         "washout: LQ filter with a vestibular model (section 2.2.2)",
         limited=False,
-        singles="itself",
         reads=_WASHOUT,
     ),
     "optimal-nonlinear": Entry(
-        "otolith.washout.optimal:optimal_nonlinear",
+        "otolith.cueing.washout.optimal:optimal_nonlinear",
         "the same, faster the farther the platform is (Telban & Cardullo)",
         limited=False,
-        singles="itself",
         reads=_WASHOUT,
     ),
     "adaptive": Entry(
-        "otolith.washout.adaptive:adaptive",
+        "otolith.cueing.washout.adaptive:adaptive",
         "washout: gains that descend a cost (section 2.2.3)",
         limited=False,
-        singles="itself",
         reads=_WASHOUT,
     ),
 }
 
-_AHEAD: Final = Entry("otolith.mpc.ahead:Ahead", "decides for the moment at which a command takes effect")
-_BESIDE: Final = Entry("otolith.mpc.beside:with_singles", "heave and yaw by linear MPC, decoupled")
+_AHEAD: Final = Entry("otolith.cueing.ahead:Ahead", "decides for the moment at which a command takes effect")
 
 # The thesis's four, which differ in their guess alone (section 3.1).
 FOUR_MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")
@@ -223,21 +206,6 @@ LOG_FORMATS: Final = {
 }
 
 
-def check_cueing(name: str, singles: Sequence[str]) -> Entry:
-    """The cueing algorithm `name`, which shall cue these axes on their own.
-
-    Raises
-    ------
-    InputError : there is no such algorithm, or it cues no axis on its own.
-    """
-    entry = lookup(CUEING, "--cueing", name)
-    if singles and entry.singles == "never":
-        raise InputError(
-            "--dofs", repr(",".join(singles)), f"axis pairs: {name} does not cue {' and '.join(singles)}"
-        )
-    return entry
-
-
 def check_options(names: Sequence[str], given: Iterable[str]) -> None:
     """Refuse an option that was given and that none of the cueing algorithms `names` reads.
 
@@ -260,19 +228,18 @@ def unread(name: str) -> frozenset[str]:
 
 
 def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) -> "Cueing":
-    """The algorithm `name` for a design, with heave and yaw where it has them; errors as `check_cueing`.
+    """The algorithm `name` for a design; errors as `lookup`, and those of the algorithm itself.
 
     Parameters
     ----------
     dead_time : [s] as `otolith.interfaces.Plant.dead_time` says of what will be moved. None: it moves exactly
         as the algorithm's model; else what is measured passes an observer and a predictor, see
-        `otolith.mpc.ahead`.
+        `otolith.cueing.ahead`.
     """
-    entry = check_cueing(name, design.singles)
-    beside = entry.singles == "beside"
-    cueing: Cueing = _BESIDE.load()(entry.load(), design) if beside else entry.load()(design)
+    entry = lookup(CUEING, "--cueing", name)
+    cueing: Cueing = entry.load()(design)
     if dead_time is not None and entry.limited:
-        cueing = _AHEAD.load()(cueing, lag=design.implicit.lag_on(design.platform), dead_time=dead_time)
+        cueing = _AHEAD.load()(cueing, lag=design.mpc.lag_on(design.platform), dead_time=dead_time)
     return cueing
 
 

@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 
 from otolith.core.arrays import frozen_array
 from otolith.core.errors import damage_told
-from otolith.core.frames import PAIRS
+from otolith.core.frames import DOFS
 from otolith.core.hdf5 import Content, read_sealed, write_sealed
-from otolith.mpc.hint.stored import StoredHint
+from otolith.cueing.hints.stored import StoredHint
 from otolith.mpqp import Law
 from otolith.platforms import Platform
 from otolith.platforms.supervisor import Intervention, Reason
 from otolith.simulate import Run
 
-RUN_KIND, RUN_VERSION = "otolith-run", 3
+RUN_KIND, RUN_VERSION = "otolith-run", 4
 LAW_KIND, LAW_VERSION = "otolith-law", 2
-HINT_KIND, HINT_VERSION = "otolith-hint", 3
-SINGLES: Final = ("heave", "yaw")
+HINT_KIND, HINT_VERSION = "otolith-hint", 4
 # Shapes of a run's series: n plant samples, m decisions.
 _SERIES: Final[dict[str, tuple[Any, ...]]] = {
     "time": ("n",),
@@ -35,12 +34,19 @@ _SERIES: Final[dict[str, tuple[Any, ...]]] = {
     "command_time": ("m",),
     "command": ("m", 6),
     "status": ("m",),
+    "solver": ("m",),
     "changes": ("m",),
     "residual": ("m",),
     "guess_missed": ("m",),
     "step_time": ("m",),
 }
-_KINDS: Final = {"status": "S", "changes": "i", "guess_missed": "b"}  # kinds of numbers; all others: "f"
+_KINDS: Final = {
+    "status": "S",
+    "solver": "S",
+    "changes": "i",
+    "guess_missed": "b",
+}  # kinds of numbers; all others: "f"
+_WORDS: Final = ("status", "solver")
 _TEXTS: Final = ("scenario", "cueing", "plant")
 _PERIODS: Final = ("period", "plant_period")
 
@@ -49,10 +55,10 @@ def write_run(run: Run, path: Path) -> None:
     """Store a run: one data set per series, attributes for the rest."""
     attributes = {name: getattr(run, name) for name in (*_TEXTS, *_PERIODS)}
     attributes["platform"] = run.platform.model_dump_json()
-    attributes |= {name: json.dumps(getattr(run, name)) for name in ("pairs", "singles", "soft", "settings")}
+    attributes |= {name: json.dumps(getattr(run, name)) for name in ("dofs", "soft", "settings")}
     attributes["interventions"] = json.dumps([asdict(one) for one in run.interventions])
-    arrays = {name: np.asarray(getattr(run, name)) for name in _SERIES if name != "status"}
-    arrays["status"] = np.array(run.status, dtype="S16")
+    arrays = {name: np.asarray(getattr(run, name)) for name in _SERIES if name not in _WORDS}
+    arrays |= {name: np.array(getattr(run, name), dtype="S16") for name in _WORDS}
     write_sealed(path, attributes, arrays, kind=RUN_KIND, version=RUN_VERSION)
 
 
@@ -75,22 +81,20 @@ def _run(content: Content) -> Run:
     plain |= {name: float(told[name]) for name in _PERIODS}
     _check_series(arrays, period=plain["period"], plant_period=plain["plant_period"])
     series: dict[str, Any] = {name: frozen_array(arrays[name], dtype=None) for name in _SERIES}
-    status = tuple(value.decode() for value in series.pop("status"))
+    series |= {name: tuple(value.decode() for value in series[name]) for name in _WORDS}
     run = Run(
         **plain,
         **series,
         platform=Platform.model_validate_json(told["platform"]),
-        pairs=tuple(json.loads(told["pairs"])),
-        singles=tuple(json.loads(told["singles"])),
+        dofs=tuple(json.loads(told["dofs"])),
         soft=tuple(map(str, json.loads(told["soft"]))),
         settings=json.loads(told["settings"]),
-        status=status,
         interventions=tuple(
             Intervention(**{**one, "reason": Reason(one["reason"])})
-            for one in json.loads(told.get("interventions", "[]"))  # earlier versions kept none
+            for one in json.loads(told["interventions"])
         ),
     )
-    if not (set(run.pairs) <= set(PAIRS) and set(run.singles) <= set(SINGLES) and run.dofs):
+    if not (set(run.dofs) <= set(DOFS) and run.dofs):
         raise ValueError(f"it names the degrees of freedom {run.dofs}")
     if not isinstance(run.settings, dict):
         raise ValueError("its settings are not a table of names and values")

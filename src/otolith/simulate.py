@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from otolith.core.arrays import Bools, Ints, Vec
 from otolith.core.frames import specific_force
 from otolith.core.motion import rate_along
-from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
+from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference, Status
 from otolith.platforms import Platform
 from otolith.platforms.supervisor import Intervention
 from otolith.scenarios import Scenario
@@ -33,9 +33,8 @@ class Run:
     cueing: str
     plant: str
     platform: Platform
-    pairs: tuple[str, ...]  # names of the axis pairs that were cued, see otolith.core.frames.PAIRS
+    dofs: tuple[str, ...]  # names of what was cued, see otolith.core.frames.DOFS
     settings: dict[str, Any]  # what the user chose, for the record: plain JSON values
-    singles: tuple[str, ...] = ()  # axes that were cued on their own: "heave", "yaw"
     soft: tuple[str, ...] = ()  # limits that the algorithm may pass at a price, e.g. "surge-pitch tilt_rate"
     period: float  # [s] of the controller
     plant_period: float  # [s]
@@ -51,6 +50,7 @@ class Run:
     command_time: Vec  # (m,) [s]
     command: Vec  # (m, 6) commanded accelerations
     status: tuple[str, ...]  # (m,) values of otolith.interfaces.Status
+    solver: tuple[str, ...]  # (m,) what the solver said of each decision; "" where none was asked
     changes: Ints  # (m,) working-set changes
     residual: Vec  # (m,) certificate of each solution
     guess_missed: Bools  # (m,)
@@ -59,9 +59,12 @@ class Run:
     interventions: tuple[Intervention, ...] = ()  # of a plant's supervisor, in order of time
 
     @property
-    def dofs(self) -> tuple[str, ...]:
-        """Names of all that was cued: the axis pairs, then the axes on their own."""
-        return self.pairs + self.singles
+    def outcomes(self) -> tuple[str, ...]:
+        """(m,) status of each decision, and of a fallback what the solver said: "fallback (infeasible)"."""
+        return tuple(
+            f"{status} ({solver})" if status == Status.FALLBACK and solver else status
+            for status, solver in zip(self.status, self.solver, strict=True)
+        )
 
     @property
     def felt_rate(self) -> Vec:
@@ -108,7 +111,7 @@ class _Decisions:
     """Control-rate series of a run, as they are made."""
 
     def __init__(self, m: int) -> None:
-        self.command, self.status = np.empty((m, 6)), [""] * m
+        self.command, self.status, self.solver = np.empty((m, 6)), [""] * m, [""] * m
         self.changes, self.guess_missed = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.bool_)
         self.residual, self.step_time = np.zeros(m), np.zeros(m)
 
@@ -116,12 +119,13 @@ class _Decisions:
         """Keep decision i, which took so many seconds."""
         outcome = command.outcome
         self.command[i], self.step_time[i] = command.acceleration, seconds
-        self.status[i], self.changes[i] = outcome.status.value, outcome.changes
+        self.status[i], self.solver[i] = outcome.status.value, outcome.solver
+        self.changes[i] = outcome.changes
         self.residual[i], self.guess_missed[i] = outcome.residual, outcome.guess_missed
 
     def series(self) -> dict[str, Any]:
         """Fields of `Run` by name."""
-        return {**vars(self), "status": tuple(self.status)}
+        return {**vars(self), "status": tuple(self.status), "solver": tuple(self.solver)}
 
 
 def simulate(
@@ -130,8 +134,7 @@ def simulate(
     scenario: Scenario,
     *,
     platform: Platform,
-    pairs: tuple[str, ...],
-    singles: tuple[str, ...] = (),
+    dofs: tuple[str, ...],
     names: tuple[str, str] = ("", ""),
     settings: dict[str, Any] | None = None,
     plant_period: float = 1e-3,
@@ -143,6 +146,7 @@ def simulate(
 
     Parameters
     ----------
+    dofs : names of what is cued, see `otolith.core.frames.DOFS`.
     names : of the cueing algorithm and of the plant, for the record.
     plant_period : [s]; the controller's own period must be a whole multiple of it.
     preview : how many of the next periods' forces the controller is told; 0: only what is wanted now.
@@ -193,8 +197,7 @@ def simulate(
         cueing=names[0],
         plant=names[1],
         platform=platform,
-        pairs=pairs,
-        singles=singles,
+        dofs=dofs,
         soft=tuple(sorted(getattr(cueing, "soft", ()))),
         settings=settings or {},
         period=cueing.period,

@@ -21,10 +21,10 @@ import scipy  # its modules are imported on first use: none waits for one that i
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH
+from otolith.cueing.design import Design, implicit
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.mpc.washout_weights import constant
 from otolith.metrics import tracking_rmse, travel_rms
-from otolith.mpc.design import Design, implicit
-from otolith.mpc.implicit import ImplicitSettings
-from otolith.mpc.washout import constant
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
@@ -112,7 +112,7 @@ class _Search:
         self._count += 1
         weights = dict(zip(self._states, (10.0**logarithms).tolist(), strict=True))
         found = self._cued(weights)
-        low, high = self._platform.pair_limits(SURGE_PITCH).position
+        low, high = self._platform.limits(SURGE_PITCH)[0].position
         parts = [
             math.log(rmse / _size(scenario)) + self._price * 2.0 * travel / (high - low)
             for scenario, (rmse, travel) in zip(self._scenarios, found.values(), strict=True)
@@ -124,11 +124,11 @@ class _Search:
         return J
 
     def _cued(self, weights: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-        settings = ImplicitSettings(washout=constant(weights))
-        cueing = implicit(Design(platform=self._platform, pairs=(SURGE_PITCH,), implicit=settings))
+        settings = MpcSettings(washout=constant(weights))
+        cueing = implicit(Design(platform=self._platform, dofs=(SURGE_PITCH,), mpc=settings))
         found = {}
         for scenario in self._scenarios:
-            run = simulate(cueing, Ideal(), scenario, platform=self._platform, pairs=(SURGE_PITCH.name,))
+            run = simulate(cueing, Ideal(), scenario, platform=self._platform, dofs=(SURGE_PITCH.name,))
             axis = SURGE_PITCH.translation
             found[scenario.name] = (float(tracking_rmse(run)[axis]), float(travel_rms(run)[axis]))
         return found

@@ -11,7 +11,7 @@ from otolith.cli import main
 from otolith.core.errors import CorruptFile
 from otolith.core.hdf5 import read_sealed, write_sealed
 from otolith.sealed import HINT_KIND, HINT_VERSION
-from tests.hints.tiny import tiny_hint
+from tests.cueing.hints.training.tiny import tiny_hint
 from tests.mutilation import flipped
 
 

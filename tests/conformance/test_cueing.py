@@ -8,13 +8,13 @@ import pytest
 
 from otolith import metrics, registry
 from otolith.core.frames import SURGE_PITCH
-from otolith.interfaces import Cueing, PlatformState, Reference
-from otolith.mpc.design import Design
+from otolith.cueing.design import Design
+from otolith.interfaces import Cueing, PlatformState, Reference, Status
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.scenarios import SCENARIOS, Scenario, scenario
 from otolith.simulate import Run, simulate
-from tests.hints.tiny import tiny_hint
+from tests.cueing.hints.training.tiny import tiny_hint
 
 THESIS = load("thesis")
 EVERY = pytest.mark.parametrize("name", registry.CUEING)
@@ -42,7 +42,7 @@ def close_the_loop(name: str, wanted: Scenario) -> Run:
         plant,
         wanted,
         platform=THESIS,
-        pairs=("surge-pitch",),
+        dofs=("surge-pitch",),
         plant_period=0.01,
     )
 
@@ -56,7 +56,7 @@ def test_after_reset_the_same_run_comes_out_bit_for_bit(name: str) -> None:
             Ideal(),
             scenario("sine:frequency=0.5,duration=2"),
             platform=THESIS,
-            pairs=("surge-pitch",),
+            dofs=("surge-pitch",),
         )
         for _ in range(2)
     ]
@@ -101,7 +101,7 @@ def test_a_washout_keeps_the_tilt_threshold_and_comes_home_after_every_scenario(
         specific_force=lambda t: drive.specific_force(t) * (t < drive.duration)[:, None],
     )
     result = close_the_loop(name, then_still)
-    assert set(result.status) == {"optimal"}
+    assert set(result.status) == {Status.DECIDED}
     for excess in metrics.excesses(result):
         if "tilt" in excess.quantity:
             assert excess.between_nodes < 1e-6, excess
@@ -113,7 +113,7 @@ def test_a_washout_keeps_the_tilt_threshold_and_comes_home_after_every_scenario(
 @pytest.mark.parametrize("scenario_name", SCENARIOS)
 def test_every_limit_holds_at_every_node_of_every_scenario(name: str, scenario_name: str) -> None:
     result = close_the_loop(name, scenario(scenario_name))
-    assert set(result.status) == {"optimal"}
+    assert set(result.status) == {Status.DECIDED}
     assert not result.guess_missed.any() or name.startswith("hybrid")
     for excess in metrics.excesses(result):
         assert excess.at_nodes < 1e-6, excess

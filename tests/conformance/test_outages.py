@@ -9,15 +9,15 @@ import pytest
 
 from otolith import metrics, registry
 from otolith.core.arrays import Vec
-from otolith.core.frames import AXES, PAIRS
+from otolith.core.frames import DOFS
 from otolith.core.frames import SURGE_PITCH as PAIR
+from otolith.cueing.design import Design
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.interrupted import Interrupted, Outage
-from otolith.mpc.design import Design
 from otolith.platforms import Platform, load
 from otolith.scenarios import scenario
 from otolith.simulate import Run, simulate
-from tests.hints.tiny import tiny_hint
+from tests.cueing.hints.training.tiny import tiny_hint
 
 EVERY = pytest.mark.parametrize("name", registry.CUEING)
 BAD = (np.nan, np.inf, -np.inf, 1e7)
@@ -38,7 +38,7 @@ def moved(name: str, platform: str, plant: str) -> tuple[Cueing, Plant]:
 def drive(cueing: Cueing, plant: Plant, duration: float, platform: str, period: float = 0.01) -> Run:
     wanted = scenario(f"sine:amplitude=1,frequency=0.2,duration={duration:g}")
     return simulate(
-        cueing, plant, wanted, platform=load(platform), pairs=("surge-pitch",), plant_period=period
+        cueing, plant, wanted, platform=load(platform), dofs=("surge-pitch",), plant_period=period
     )
 
 
@@ -98,7 +98,7 @@ def test_any_order_of_good_and_bad_references_and_measurements_stays_inside(name
     """Jumps up to absurd forces, outages from one decision on, measurements that are no numbers."""
     rng = np.random.default_rng(seed)
     cueing, plant = moved(name, "thesis", "ideal")
-    limits, state = load("thesis").pair_limits(PAIR), PlatformState()
+    (travel, tilt), state = load("thesis").limits(PAIR), PlatformState()
     cueing.reset(state)
     plant.reset(state)
     force, left = np.zeros(3), 0
@@ -112,10 +112,10 @@ def test_any_order_of_good_and_bad_references_and_measurements_stays_inside(name
         if measured is not state or not np.abs(force).max() <= 1e6:
             assert command.outcome.status == "invalid"
         state = plant.step(command, cueing.period)
-        assert limits.position[0] - 1e-6 <= state.pose[0] <= limits.position[1] + 1e-6
-        assert limits.tilt[0] - 1e-6 <= -state.pose[4] <= limits.tilt[1] + 1e-6
-        assert abs(state.twist[0]) <= limits.velocity + 1e-6
-        assert abs(state.twist[4]) <= limits.tilt_rate + 1e-6
+        assert travel.position[0] - 1e-6 <= state.pose[0] <= travel.position[1] + 1e-6
+        assert tilt.position[0] - 1e-6 <= -state.pose[4] <= tilt.position[1] + 1e-6
+        assert abs(state.twist[0]) <= travel.velocity + 1e-6
+        assert abs(state.twist[4]) <= tilt.velocity + 1e-6
 
 
 @EVERY
@@ -151,16 +151,15 @@ STARTS = [
 
 @cache
 def implicit_on(platform: str, dofs: tuple[str, ...]) -> Cueing:
-    pairs, singles = tuple(PAIRS[d] for d in dofs if d in PAIRS), tuple(d for d in dofs if d not in PAIRS)
-    return registry.make_cueing("implicit", Design(platform=load(platform), pairs=pairs, singles=singles))
+    cued = tuple(DOFS[name] for name in dofs)
+    return registry.make_cueing("implicit", Design(platform=load(platform), dofs=cued))
 
 
 def limits_of(platform: str, dofs: tuple[str, ...]) -> Iterator[tuple[int, int, float, float, float]]:
     """Axis, derivative (0 place, 1 speed, 2 acceleration), side, bound, and what a share of it is of."""
     of = load(platform)
     for dof in dofs:
-        axes = [PAIRS[dof].translation, PAIRS[dof].rotation] if dof in PAIRS else [AXES.index(dof)]
-        for axis in axes:
+        for axis in DOFS[dof].axes:
             low, high, speed, acceleration = bounds(of, dof, axis)
             if axis < 2 and len(dofs) > 1 and of.circle is not None:
                 low, high = max(low, -of.circle), min(high, of.circle)
@@ -172,14 +171,10 @@ def limits_of(platform: str, dofs: tuple[str, ...]) -> Iterator[tuple[int, int, 
 
 
 def bounds(of: Platform, dof: str, axis: int) -> tuple[float, float, float, float]:
-    if dof not in PAIRS:
-        alone = of.axis_limits(dof)
-        return *alone.position, alone.velocity, alone.acceleration
-    limits, pair = of.pair_limits(PAIRS[dof]), PAIRS[dof]
-    if axis == pair.translation:
-        return *limits.position, limits.velocity, limits.acceleration
-    low, high = sorted(pair.sign * bound for bound in limits.tilt)
-    return low, high, limits.tilt_rate, limits.tilt_acceleration
+    which = DOFS[dof].axes.index(axis)
+    limits, sign = of.limits(DOFS[dof])[which], DOFS[dof].signs[which]
+    low, high = sorted(sign * bound for bound in limits.position)
+    return low, high, limits.velocity, limits.acceleration
 
 
 @pytest.mark.parametrize("share", [0.001, 0.05])

@@ -5,9 +5,8 @@ import pytest
 
 from otolith import metrics, registry
 from otolith.core.errors import MissingExtra
-from otolith.interfaces import Command, Outcome, Plant, PlatformState
+from otolith.interfaces import Command, Outcome, Plant, PlatformState, Status
 from otolith.platforms import load
-from otolith.qp import Status
 
 EVERY = pytest.mark.parametrize("name", registry.PLANTS)
 DAVSI = load("davsi")
@@ -23,7 +22,7 @@ def made(name: str) -> Plant:
 
 def commanding(acceleration: np.ndarray) -> Command:
     zero = np.zeros(6)
-    outcome = Outcome(status=Status.OPTIMAL)
+    outcome = Outcome(status=Status.DECIDED)
     return Command(acceleration=acceleration, pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome)
 
 

@@ -58,7 +58,7 @@ def test_short_stretches_and_uncued_axes_are_left_out(handmade: Run) -> None:
     assert false_cues(with_forces(handmade, 0.0 * blip, blip)) == []
     assert len(false_cues(with_forces(handmade, 0.0 * blip, blip), shortest=0.03)) == 1
     assert false_cues(with_forces(handmade, 0.0 * blip, blip + 1.0, axis=1)) == []
-    both = replace(with_forces(handmade, 0.0 * blip, blip + 1.0, axis=1), pairs=("surge-pitch", "sway-roll"))
+    both = replace(with_forces(handmade, 0.0 * blip, blip + 1.0, axis=1), dofs=("surge-pitch", "sway-roll"))
     assert [cue.dof for cue in false_cues(both)] == ["sway-roll"]
 
 

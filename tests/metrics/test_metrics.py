@@ -23,7 +23,7 @@ def test_effort_gives_the_distribution_and_counts_what_failed(handmade: Run) -> 
     effort = metrics.effort(handmade)
     assert effort["changes"] == {"mean": 1.0, "median": 0.0, "p99": pytest.approx(7.46), "max": 8.0}
     assert effort["step_time_us"]["max"] == pytest.approx(10.0)
-    assert effort["status"] == {"optimal": 9, "infeasible": 1}
+    assert effort["status"] == {"decided": 9, "fallback (infeasible)": 1}
     assert effort["residual_max"] == 1e-12
     assert effort["guesses_missed"] == 1
 
@@ -124,7 +124,7 @@ def test_the_summary_says_beyond_rmse_how_the_motion_feels(handmade: Run) -> Non
 @pytest.fixture
 def six(handmade: Run) -> Run:
     """The run by hand on a platform that heaves and yaws, which it was asked to do as well."""
-    return replace(handmade, platform=load("davsi"), singles=("heave", "yaw"))
+    return replace(handmade, platform=load("davsi"), dofs=("surge-pitch", "heave", "yaw"))
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,7 @@ def test_a_rate_is_judged_where_yaw_is_cued_and_only_there(handmade: Run, six: R
 
 
 def test_yaw_alone_has_no_error_of_force(six: Run) -> None:
-    summary = metrics.summarise(replace(six, pairs=(), singles=("yaw",)))
+    summary = metrics.summarise(replace(six, dofs=("yaw",)))
     assert summary["rmse"] is None
     assert summary["rmse_per_pair"] == {}
     assert summary["mismatch_rating"] == {"mean": 0.0, "max": 0.0}

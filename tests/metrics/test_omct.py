@@ -10,7 +10,7 @@ from otolith.core.arrays import Vec
 from otolith.core.filter import Filter
 from otolith.core.frames import GRAVITY
 from otolith.core.lti import StateSpace, diagonal
-from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.metrics.omct import (
     Procedure,
     System,
@@ -23,7 +23,6 @@ from otolith.metrics.omct import (
 )
 from otolith.plant import Ideal
 from otolith.platforms import load
-from otolith.qp import Status
 from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes, Sweep, sinusoid
 
 T, LAG = 0.01, 0.01  # [s] period of the algorithm, lag of the plant
@@ -48,7 +47,7 @@ class Linear:
         surge, tilt, turn = self.filter.step(np.array([force, force / GRAVITY, rate]))
         acceleration = np.array([surge, 0.0, 0.0, 0.0, turn - tilt, 0.0])
         still = np.zeros(6)
-        outcome = Outcome(status=Status.OPTIMAL)
+        outcome = Outcome(status=Status.DECIDED)
         return Command(acceleration=acceleration, pose=still, twist=still, plan=still[None], outcome=outcome)
 
 
@@ -139,7 +138,7 @@ def test_decisions_that_failed_are_counted_once_per_drive_however_many_tests_rea
 
         def step(self, state: PlatformState, reference: Reference) -> Command:
             self.count += 1
-            failed = Outcome(status=Status.INFEASIBLE if self.count % 3 == 0 else Status.OPTIMAL)
+            failed = Outcome(status=Status.FALLBACK if self.count % 3 == 0 else Status.DECIDED)
             return replace(super().step(state, reference), outcome=failed)
 
     cueing = Failing()
@@ -148,7 +147,7 @@ def test_decisions_that_failed_are_counted_once_per_drive_however_many_tests_rea
     )
     assert len(found) == 4
     assert sum(decisions(found).values()) == cueing.count
-    assert decisions(found)["infeasible"] == cueing.count // 3
+    assert decisions(found)["fallback"] == cueing.count // 3
 
 
 def test_frequencies_and_amplitudes_are_those_of_the_table() -> None:

@@ -47,7 +47,7 @@ def test_the_dose_of_a_sine_is_its_weighted_rms_times_the_root_of_time() -> None
 def test_a_constant_mismatch_is_rated_as_a_lag_approaches_it(handmade: Run) -> None:
     lateral = replace(
         handmade,
-        pairs=("surge-pitch", "sway-roll"),
+        dofs=("surge-pitch", "sway-roll"),
         reference_force=np.tile([0.2, -1.0, 0.0], (100, 1)),
         felt_force=np.zeros((100, 3)),
     )
@@ -78,7 +78,7 @@ def test_workspace_use_is_a_share_of_the_reach_on_the_side_of_travel(handmade: R
 def test_the_circle_is_used_by_surge_and_sway_together(handmade: Run) -> None:
     pose = handmade.pose.copy()
     pose[:, :2] = [0.3, -0.4]
-    both = replace(handmade, pose=pose, pairs=("surge-pitch", "sway-roll"))
+    both = replace(handmade, pose=pose, dofs=("surge-pitch", "sway-roll"))
     circle = metrics.workspace_use(both)["circle"]
     assert both.platform.circle is not None
     assert circle.largest == pytest.approx(0.5 / both.platform.circle)

@@ -49,7 +49,9 @@ def test_hard_and_soft_are_counted_apart(handmade: Run) -> None:
 
 
 def test_a_soft_limit_of_a_pair_says_nothing_about_heave(handmade: Run) -> None:
-    run = replace(handmade, platform=load("davsi"), singles=("heave",), soft=("surge-pitch velocity",))
+    run = replace(
+        handmade, platform=load("davsi"), dofs=("surge-pitch", "heave"), soft=("surge-pitch velocity",)
+    )
     soft = {one.quantity for one in metrics.excesses(run) if one.soft}
     assert soft == {"surge-pitch velocity"}
 
@@ -90,20 +92,22 @@ def test_motion_that_is_no_number_is_a_violation_and_still_json(handmade: Run) -
 
 
 def test_every_decision_that_failed_is_counted_with_its_kind(handmade: Run) -> None:
-    status = ("optimal",) * 4 + ("infeasible",) * 3 + ("limit", "uncertified", "invalid")
-    assert metrics.failures(metrics.summarise(replace(handmade, status=status))) == [
+    solver = ("optimal",) * 3 + ("infeasible",) * 3 + ("limit", "uncertified", "optimal", "")
+    status = ("decided",) * 3 + ("fallback",) * 5 + ("refused", "invalid")
+    assert metrics.failures(metrics.summarise(replace(handmade, status=status, solver=solver))) == [
         "3 of 10 decisions fell back to braking: the problem had no solution",
         "1 of 10 decisions fell back to braking: the solver ended without a solution",
         "1 of 10 decisions fell back to braking: the solver's answer did not stand the test",
+        "1 of 10 decisions fell back to braking: the answer led to where the platform could not stop",
         "1 of 10 decisions went without their input, which held no number or one beyond all reason",
     ]
-    assert metrics.failures({"status": {"optimal": 3, "odd": 1}}) == ["1 of 4 decisions ended as odd"]
+    assert metrics.failures({"status": {"decided": 3, "odd": 1}}) == ["1 of 4 decisions ended as odd"]
 
 
 def test_asymmetric_and_radial_limits_are_written_as_they_are(handmade: Run) -> None:
     pose = handmade.pose.copy()
     pose[59, :2] = -0.6
-    run = replace(handmade, pose=pose, platform=load("davsi"), pairs=("surge-pitch", "sway-roll"))
+    run = replace(handmade, pose=pose, platform=load("davsi"), dofs=("surge-pitch", "sway-roll"))
     surge, sway, circle = metrics.breaches(metrics.summarise(run))
     assert "surge position by up to 0.09 m beyond −0.51 … 0.63 m" in surge
     assert "sway position by up to 0.09 m beyond ±0.51 m" in sway

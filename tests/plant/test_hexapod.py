@@ -9,20 +9,19 @@ from numpy.testing import assert_allclose
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.motion import felt_along
-from otolith.interfaces import Command, Outcome, PlatformState
+from otolith.interfaces import Command, Outcome, PlatformState, Status
 from otolith.plant.hexapod import HexapodPlant, hexapod
 from otolith.plant.ideal import Ideal
 from otolith.platforms import load
 from otolith.platforms.hexapod import LegOutsideStroke
 from otolith.platforms.supervisor import Reason
-from otolith.qp import Status
 
 DAVSI = load("davsi").six_legs()
 
 
 def commanding(acceleration: Vec) -> Command:
     zero = np.zeros(6)
-    outcome = Outcome(status=Status.OPTIMAL)
+    outcome = Outcome(status=Status.DECIDED)
     return Command(acceleration=acceleration, pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome)
 
 

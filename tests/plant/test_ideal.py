@@ -14,7 +14,7 @@ from otolith.plant.ideal import without_lag
 
 def commanding(acceleration: float) -> Command:
     zero = np.zeros(6)
-    outcome = Outcome(status=Status.OPTIMAL)
+    outcome = Outcome(status=Status.DECIDED)
     return Command(
         acceleration=np.full(6, acceleration), pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome
     )

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 import otolith
 from otolith.core.errors import InputError
-from otolith.core.frames import AXES, PAIRS, SURGE_PITCH, SWAY_ROLL, AxisPair
+from otolith.core.frames import AXES, DOFS, SURGE_PITCH, SWAY_ROLL, Dof, pairs_of
 from otolith.platforms import Braking, Platform, parse_platform
 
 RIG = {
@@ -38,44 +38,44 @@ def refusal(text: str) -> str:
 
 def test_one_number_means_both_ways() -> None:
     platform = parse_platform(toml({"surge.position_m": "0.3"}), "rig.toml")
-    assert platform.pair_limits(SURGE_PITCH).position == (-0.3, 0.3)
+    assert platform.limits(SURGE_PITCH)[0].position == (-0.3, 0.3)
 
 
 def test_pitch_limits_turn_into_the_sign_of_the_longitudinal_tilt() -> None:
     """Positive pitch is nose-down and the tilt is nose-up, so the two bounds change places."""
-    limits = parse_platform(toml(), "rig.toml").pair_limits(SURGE_PITCH)
-    assert limits.position == (-0.1, 0.2)
-    assert_allclose(limits.tilt, [-math.radians(20), math.radians(10)])
+    travel, tilt = parse_platform(toml(), "rig.toml").limits(SURGE_PITCH)
+    assert travel.position == (-0.1, 0.2)
+    assert_allclose(tilt.position, [-math.radians(20), math.radians(10)])
 
 
-@pytest.mark.parametrize("pair", PAIRS.values(), ids=lambda pair: pair.name)
+@pytest.mark.parametrize("pair", pairs_of(DOFS.values()), ids=lambda pair: pair.name)
 @given(low=st.floats(-80, -1), high=st.floats(1, 80))
-def test_tilt_limits_are_those_of_the_platforms_angle(pair: AxisPair, low: float, high: float) -> None:
+def test_tilt_limits_are_those_of_the_platforms_angle(pair: Dof, low: float, high: float) -> None:
     names = {0: "surge", 1: "sway"}[pair.translation], {3: "roll", 4: "pitch"}[pair.rotation]
     text = (
         f'name = "r"\n{names[0]} = {{position_m = 1, velocity_mps = 1, acceleration_mps2 = 1}}\n'
         f"{names[1]} = {{angle_deg = [{low!r}, {high!r}]}}"
     )
-    tilt = parse_platform(text, "r").pair_limits(pair).tilt
+    tilt = parse_platform(text, "r").limits(pair)[1].position
     assert tilt[0] < 0 < tilt[1]
     assert_allclose(sorted(pair.sign * math.degrees(end) for end in tilt), [low, high])
 
 
 def test_without_further_limits_command_is_the_acceleration_and_tilt_acceleration_is_free() -> None:
-    limits = parse_platform(toml(), "rig.toml").pair_limits(SURGE_PITCH)
-    assert (limits.velocity, limits.acceleration, limits.command) == (0.5, 4.0, 4.0)
-    assert limits.tilt_acceleration == math.inf
+    travel, tilt = parse_platform(toml(), "rig.toml").limits(SURGE_PITCH)
+    assert (travel.velocity, travel.acceleration, travel.command) == (0.5, 4.0, 4.0)
+    assert tilt.acceleration == math.inf
 
 
 @pytest.mark.parametrize(("machine", "expected"), [("2", 2.0), ("35", 3.0)])
 def test_tilt_rate_is_the_machines_or_the_threshold_whichever_is_less(machine: str, expected: float) -> None:
-    limits = parse_platform(toml({"pitch.rate_degps": machine}), "rig.toml").pair_limits(SURGE_PITCH)
-    assert limits.tilt_rate == pytest.approx(math.radians(expected))
+    _, tilt = parse_platform(toml({"pitch.rate_degps": machine}), "rig.toml").limits(SURGE_PITCH)
+    assert tilt.velocity == pytest.approx(math.radians(expected))
 
 
 def test_degrees_become_radians() -> None:
-    limits = parse_platform(toml({"pitch.acceleration_degps2": "180"}), "r").pair_limits(SURGE_PITCH)
-    assert limits.tilt_acceleration == pytest.approx(math.pi)
+    _, tilt = parse_platform(toml({"pitch.acceleration_degps2": "180"}), "r").limits(SURGE_PITCH)
+    assert tilt.acceleration == pytest.approx(math.pi)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_a_missing_axis_is_named() -> None:
     platform = parse_platform(toml(), "rig.toml")
     assert platform.axes == ("surge", "pitch")
     with pytest.raises(InputError) as caught:
-        platform.pair_limits(SWAY_ROLL)
+        platform.limits(SWAY_ROLL)
     assert (
         str(caught.value) == "sway of platform rig is missing, must be in its file for sway-roll to be cued"
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from otolith.core.arrays import Vec
-from otolith.core.frames import GRAVITY, PAIRS, specific_force
+from otolith.core.frames import DOFS, GRAVITY, specific_force
 from otolith.platforms import load
 from otolith.report import page
 from otolith.simulate import Run
@@ -35,7 +35,7 @@ def make_run() -> MakeRun:
 
     def build(
         steps: int = 400,
-        pairs: tuple[str, ...] = ("surge-pitch",),
+        dofs: tuple[str, ...] = ("surge-pitch",),
         amplitude: float = 1.0,
         seed: int = 1,
         **fields: Any,
@@ -45,8 +45,8 @@ def make_run() -> MakeRun:
         t = dt * np.arange(1, n + 1)
         reference = np.zeros((n, 3))
         pose, twist, acceleration = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
-        for name in pairs:
-            pair = PAIRS[name]
+        for name in (one for one in dofs if DOFS[one].is_pair):
+            pair = DOFS[name]
             want = amplitude * np.sin(2 * np.pi * 0.2 * t + pair.translation) + amplitude * (
                 (t > 1) & (t < 4)
             )
@@ -59,7 +59,7 @@ def make_run() -> MakeRun:
             "cueing": "hybrid-all",
             "plant": "ideal",
             "platform": load("thesis"),
-            "pairs": pairs,
+            "dofs": dofs,
             "settings": {"horizon": 50, "weights": {"preset": "thesis-fit"}},
             "period": PERIOD,
             "plant_period": dt,
@@ -72,7 +72,8 @@ def make_run() -> MakeRun:
             "acceleration": acceleration,
             "command_time": PERIOD * np.arange(steps),
             "command": acceleration[::EVERY],
-            "status": ("optimal",) * steps,
+            "status": ("decided",) * steps,
+            "solver": ("optimal",) * steps,
             "changes": rng.poisson(1.5 * rng.gamma(1.0, 1.0, steps)),
             "residual": np.full(steps, 1e-12),
             "guess_missed": np.zeros(steps, dtype=np.bool_),

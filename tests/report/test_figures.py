@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from numpy.testing import assert_allclose
 
 from otolith.core.errors import InputError
-from otolith.core.frames import AXES, PAIRS
+from otolith.core.frames import AXES, DOFS
 from otolith.platforms import load
 from otolith.report.figures import comparison_figure, cueing_figure, save_figure
 
@@ -30,8 +30,8 @@ def _legends(figure: Figure) -> list[str]:
 
 @pytest.mark.parametrize("pair", BOTH)
 def test_figure_shows_the_motion_of_its_pair(make_run, pair: str) -> None:
-    run = make_run(pairs=BOTH)
-    axes = PAIRS[pair]
+    run = make_run(dofs=BOTH)
+    axes = DOFS[pair]
     i, j = axes.translation, axes.rotation
     figure = cueing_figure(run, pair)
     for label, expected in {

@@ -35,7 +35,7 @@ def test_what_is_felt_as_wanted_is_at_its_beginning(make_run) -> None:
 
 
 def test_the_worst_degree_of_freedom_is_named(make_run) -> None:
-    summary = summarise(make_run(400, pairs=("surge-pitch", "sway-roll")))
+    summary = summarise(make_run(400, dofs=("surge-pitch", "sway-roll")))
     summary["correlation"] = {"surge-pitch": 0.9, "sway-roll": -0.25}
     shape = by_title(summary)["Same shape"]
     assert (shape.value, shape.share) == ("−0.25", 1.25)
@@ -59,7 +59,7 @@ def test_beyond_its_scale_a_figure_says_so() -> None:
 def test_yaw_alone_is_measured_by_its_rate_in_degrees(make_run) -> None:
     rate = np.zeros((600, 3))
     rate[:, 2] = 0.1
-    run = make_run(60, pairs=(), singles=("yaw",), platform=load("davsi"), reference_rate=rate)
+    run = make_run(60, dofs=("yaw",), platform=load("davsi"), reference_rate=rate)
     error = by_title(summarise(run))["Tracking error"]
     assert error.value == "5.73 deg/s"
     assert error.share == pytest.approx(1.0)

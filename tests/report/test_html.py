@@ -65,7 +65,7 @@ def _values(array: Any) -> Vec:
 
 
 def test_page_is_well_formed_and_needs_nothing_from_outside(make_run) -> None:
-    run = make_run(50, pairs=("surge-pitch", "sway-roll"))
+    run = make_run(50, dofs=("surge-pitch", "sway-roll"))
     text = render(run, summarise(run), date="1 March 2025")
     page = Page(text)
     assert page.fetched == []
@@ -112,10 +112,15 @@ def test_strings_of_users_stay_text(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_decisions_that_are_not_optimal_are_said_first(make_run) -> None:
+def test_decisions_of_the_fallback_are_said_first(make_run) -> None:
     twist = np.zeros((40, 6))
     twist[9, 4] = np.deg2rad(3.5)
-    run = make_run(4, status=("limit", "optimal", "optimal", "infeasible"), twist=twist)
+    run = make_run(
+        4,
+        status=("fallback", "decided", "decided", "fallback"),
+        solver=("limit", "optimal", "optimal", "infeasible"),
+        twist=twist,
+    )
     page = Page(render(run, summarise(run)))
     words = (
         "1 of 4 decisions fell back to braking: the solver ended without a solution; "
@@ -154,7 +159,7 @@ def test_equal_runs_give_equal_pages(make_run) -> None:
 
 @pytest.mark.usefixtures("light")
 def test_comparison_has_tables_and_diagrams_of_what_the_runs_share(make_run) -> None:
-    both = make_run(60, cueing="implicit", pairs=("surge-pitch", "sway-roll"))
+    both = make_run(60, cueing="implicit", dofs=("surge-pitch", "sway-roll"))
     one = make_run(60, cueing="hybrid-all", amplitude=0.7)
     page = Page(render_comparison([both, one], [summarise(both), summarise(one)], date="today"))
     assert set(page.plots) == {
@@ -194,7 +199,7 @@ def test_a_page_of_six_degrees_of_freedom_draws_what_each_axis_did(make_run) -> 
     pose[:, 2], pose[:, 5], twist[:, 5] = 0.2 * t, 0.1 * t, 0.1
     run = make_run(
         60,
-        singles=("heave", "yaw"),
+        dofs=("surge-pitch", "heave", "yaw"),
         platform=load("davsi"),
         reference_rate=rate,
         pose=pose,
@@ -221,7 +226,7 @@ def test_a_page_of_six_degrees_of_freedom_draws_what_each_axis_did(make_run) -> 
 
 @pytest.mark.usefixtures("light")
 def test_a_contest_names_the_axis_of_every_group_of_diagrams(make_run) -> None:
-    runs = {name: [make_run(20, scenario=name, pairs=("surge-pitch", "sway-roll"))] for name in ("a", "b")}
+    runs = {name: [make_run(20, scenario=name, dofs=("surge-pitch", "sway-roll"))] for name in ("a", "b")}
     page = render_contest({name: (of_one, compare(of_one)) for name, of_one in runs.items()})
     for title in ("Surge and pitch", "Sway and roll", "The platform’s reach"):
         assert page.count(f'<h3 class="dof">{title}</h3>') == 2
@@ -229,7 +234,7 @@ def test_a_contest_names_the_axis_of_every_group_of_diagrams(make_run) -> None:
 
 @pytest.mark.usefixtures("light")
 def test_the_picture_comes_first_then_five_figures_and_the_rest_is_folded(make_run) -> None:
-    run = make_run(60, pairs=("surge-pitch", "sway-roll"), amplitude=0.1)
+    run = make_run(60, dofs=("surge-pitch", "sway-roll"), amplitude=0.1)
     text = render(run, summarise(run))
     order = ["Wanted and felt", "surge-pitch-force", "sway-roll-force", "Key figures", "What it says"]
     places = [text.index(words) for words in order]
@@ -287,7 +292,7 @@ def test_a_page_of_many_curves_draws_fewer_points_of_each(make_run) -> None:
 
 @pytest.mark.usefixtures("light")
 def test_every_link_leads_to_a_part_of_the_page_and_many_parts_are_listed(make_run) -> None:
-    runs = [make_run(20, cueing=name, pairs=("surge-pitch", "sway-roll")) for name in ("implicit", "other")]
+    runs = [make_run(20, cueing=name, dofs=("surge-pitch", "sway-roll")) for name in ("implicit", "other")]
     contest = {f"scenario {k}": (runs, compare(runs)) for k in range(4)}
     single, many = render_comparison(runs, compare(runs)), render_contest(contest)
     for text in (render(runs[0], summarise(runs[0])), single, many):
@@ -301,5 +306,5 @@ def test_every_link_leads_to_a_part_of_the_page_and_many_parts_are_listed(make_r
 
 def test_a_lap_on_six_legs_is_a_page_of_less_than_2_mb(make_run) -> None:
     """Four minutes in four degrees of freedom, with the moving platform."""
-    run = make_run(24_000, pairs=("surge-pitch", "sway-roll"), platform=load("davsi"), plant="hexapod")
+    run = make_run(24_000, dofs=("surge-pitch", "sway-roll"), platform=load("davsi"), plant="hexapod")
     assert len(render(run, summarise(run)).encode()) < 2e6

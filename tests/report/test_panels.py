@@ -56,12 +56,12 @@ def test_a_platform_that_stood_still_has_all_its_limits_told(make_run) -> None:
     assert all(bound.far for panel in run_panels(run, "surge-pitch") for bound in panel.bounds)
 
 
-def test_decisions_that_are_not_optimal_are_marked_where_they_stand(make_run) -> None:
-    status = ["optimal"] * 50
-    status[7] = status[9] = "limit"
+def test_decisions_of_the_fallback_are_marked_where_they_stand(make_run) -> None:
+    status = ["decided"] * 50
+    status[7] = status[9] = "refused"
     run = make_run(50, status=tuple(status))
     marks = [c for c in _by_key(effort_panels(run))["changes"].curves if c.kind == "marks"]
-    assert [c.label for c in marks] == ["not optimal: limit (×2)"]
+    assert [c.label for c in marks] == ["refused, ×2"]
     assert_allclose(marks[0].x, [0.075, 0.095])  # mid of their bars
     assert_allclose(marks[0].y, run.changes[[7, 9]])
 
@@ -91,7 +91,7 @@ def test_a_step_time_far_above_the_others_makes_the_axis_logarithmic(make_run) -
 
 
 def test_no_curve_has_more_points_than_a_page_can_bear(make_run) -> None:
-    run = make_run(6_000, status=("infeasible",) * 6_000)
+    run = make_run(6_000, status=("fallback",) * 6_000)
     for panel in (*run_panels(run, "surge-pitch"), *effort_panels(run)):
         assert all(len(curve.x) == len(curve.y) <= MAX_POINTS + 1 for curve in panel.curves)
 
@@ -118,7 +118,7 @@ def test_only_runs_of_one_scenario_are_compared(make_run) -> None:
 
 
 def test_every_panel_is_explained(make_run) -> None:
-    run = make_run(10, singles=("heave", "yaw"), platform=load("davsi"))
+    run = make_run(10, dofs=("surge-pitch", "heave", "yaw"), platform=load("davsi"))
     panels = (
         *(panel for dof in run.dofs for panel in motion_panels(run, dof)),
         *effort_panels(run),

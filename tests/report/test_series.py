@@ -63,7 +63,7 @@ def test_survival_is_the_share_of_counts_at_least_k(counts: Vec) -> None:
 
 @pytest.mark.parametrize("pair", sorted(PAIRS))
 def test_the_two_parts_add_up_to_the_felt_force(make_run, pair: str) -> None:
-    run = make_run(100, pairs=("surge-pitch", "sway-roll"))
+    run = make_run(100, dofs=("surge-pitch", "sway-roll"))
     s = pair_series(run, pair)
     assert_allclose(s.translation + s.gravity, s.felt, atol=1e-12)
     assert np.abs(s.gravity).max() > 0.1
@@ -88,9 +88,9 @@ def test_limits_are_the_platform_files(make_run) -> None:
 
 
 def test_troubled_decisions_are_told_apart_by_status(make_run) -> None:
-    run = make_run(4, status=("optimal", "limit", "optimal", "infeasible"))
+    run = make_run(4, status=("decided", "refused", "decided", "invalid"))
     troubled = effort(run).troubled()
-    assert {name: list(where) for name, where in troubled.items()} == {"infeasible": [3], "limit": [1]}
+    assert {name: list(where) for name, where in troubled.items()} == {"invalid": [3], "refused": [1]}
 
 
 def test_runs_of_one_cueing_get_distinct_labels(make_run) -> None:

@@ -7,7 +7,7 @@ SUMMARY = {
     "rmse": 0.123456,
     "changes": {"mean": 2.0, "p99": 9.0, "max": 12},
     "violations": 0,
-    "status": {"optimal": 12345},
+    "status": {"decided": 12345},
     "odd": {"a": 0.0, "b": 0.0, "c": 1e-3, "d": 0.0, "e": 0.0},
     "settling_time_s": 1.5,
     "new_<figure>": [1, "<b>", None, True],
@@ -103,7 +103,9 @@ def test_measures_of_many_kinds_are_a_small_table_without_those_that_never_were(
 
 
 def test_what_solvers_do_stands_last_and_every_cell_repeats_its_head() -> None:
-    table = tables.headline(["a", "b"], [SUMMARY, SUMMARY | {"status": {"optimal": 1, "infeasible": 4}}])
+    table = tables.headline(
+        ["a", "b"], [SUMMARY, SUMMARY | {"status": {"decided": 1, "fallback (infeasible)": 4}}]
+    )
     heads = re.findall(r'<th scope="col">([^<]*)</th>', table)
     assert heads[:2] == ["Cueing", "Error [m/s²]"]
     assert heads[-4:] == ["Mean changes", "Against a [%]", "Changes, p99", "Changes, max"]

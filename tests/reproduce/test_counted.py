@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from otolith.core.arrays import Ints
-from otolith.hints.compare import Problems
-from otolith.hints.recording import Recording
+from otolith.cueing.hints.training.compare import Problems
+from otolith.cueing.hints.training.recording import Recording
+from otolith.cueing.mpc.problem import Problem
 from otolith.qp.engines import CondensedEngine
 from otolith.reproduce.counted import COUNTED, CountedEngine, clock_of, engine_named
 from otolith.reproduce.emulator import Case
 from otolith.reproduce.loop import Loop
-from tests.hints.tiny import PAIRS, SETTINGS, THESIS, unseen_recording
+from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, unseen_recording
 
 SHORT = Loop(scenario="step:amplitude=1.5,duration=1.5,start=0.2,end=1", solver=COUNTED)
 
@@ -43,7 +44,7 @@ def test_with_a_hint_the_count_begins_from_the_better_set() -> None:
 
 def _counts(recording: Recording, make: type) -> Ints:
     """Changes of every decision from the set before, with the right answer for a hint."""
-    problems = Problems(SETTINGS.formulation(THESIS, PAIRS), SETTINGS, recording)
+    problems = Problems(Problem(THESIS, PAIRS, SETTINGS), recording)
     engine, changes = problems.engine(make), []
     for i in range(len(recording)):
         problems.write(engine, i)
@@ -54,7 +55,7 @@ def _counts(recording: Recording, make: type) -> Ints:
 
 def test_the_clock_stands_still_while_counting() -> None:
     recording = unseen_recording()
-    problems = Problems(SETTINGS.formulation(THESIS, PAIRS), SETTINGS, recording)
+    problems = Problems(Problem(THESIS, PAIRS, SETTINGS), recording)
     engine = problems.engine(CountedEngine)
     began, on_clock = time.thread_time(), engine.clock()
     for i in range(len(recording)):

@@ -3,7 +3,7 @@
 import pytest
 from numpy.testing import assert_array_equal
 
-from otolith.mpc.washout import PRESETS
+from otolith.cueing.mpc.washout_weights import PRESETS
 from otolith.report import comparison_figure
 from otolith.reproduce import emulator
 from otolith.reproduce.published import published

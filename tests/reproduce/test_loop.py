@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from otolith.core.frames import SURGE_PITCH
-from otolith.hints.fit import QUICK
+from otolith.cueing.hints.training.fit import QUICK
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.settings import Entry
 from otolith.metrics import tracking_rmse
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.implicit import Entry
-from otolith.mpc.model import BrakingRows
 from otolith.plant import Ideal
 from otolith.reproduce.hinted import Hinted
 from otolith.reproduce.loop import FOUR_DOF, Loop, rmse_at_decisions
@@ -102,7 +102,7 @@ def test_a_certified_guess_keeps_the_motion() -> None:
 def test_at_its_decisions_a_controller_without_lag_has_the_error_of_its_own_model() -> None:
     """The output of eq. 4.1 from what was commanded, with the tilt integrated here."""
     loop = replace(SHORT, cueing="explicit", scenario="sine:amplitude=1,duration=3,start=0.5")
-    run = simulate(loop.controller(), Ideal(lag=0.0), loop.reference, platform=loop.platform, pairs=loop.dofs)
+    run = simulate(loop.controller(), Ideal(lag=0.0), loop.reference, platform=loop.platform, dofs=loop.dofs)
     T, tilt, rate, errors = run.period, 0.0, 0.0, []
     for t, command in zip(run.command_time, run.command, strict=True):
         wanted = float(loop.reference.specific_force(np.array([t]))[0, 0])

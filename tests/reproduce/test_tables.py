@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from otolith.mpc.washout import PRESETS
+from otolith.cueing.mpc.washout_weights import PRESETS
 from otolith.reproduce import ITEMS, Outcome
 from otolith.reproduce.braking import Attack
 from otolith.reproduce.chapter6 import Emulated

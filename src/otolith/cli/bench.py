@@ -11,15 +11,15 @@ from rich.table import Table
 from otolith import __version__, files, registry
 from otolith.bench import SCENARIOS, bench, installed_peers
 from otolith.cli.output import Force, print_json, screen, working
-from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
-from otolith.mpc.design import Design
-from otolith.mpc.single_axis import SINGLE_AXES
+from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
+from otolith.cueing.design import Design
 from otolith.platforms import load
 
 _SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
-_USUAL = [(("hybrid-all",), pairs, ()) for pairs in _SETS]
+_USUAL: list[tuple[tuple[str, ...], tuple[Dof, ...]]] = [(("hybrid-all",), pairs) for pairs in _SETS]
 _SENSED = ("linear-mpc", "implicit-sensed")
-_OTHERS = [(("implicit",), (), SINGLE_AXES), (_SENSED, _SETS[0], ()), (_SENSED, _SETS[1], SINGLE_AXES)]
+_ALONE = (HEAVE, YAW)
+_OTHERS = [(("implicit",), _ALONE), (_SENSED, _SETS[0]), (_SENSED, (*_SETS[1], *_ALONE))]
 _COLUMNS = (
     "dofs",
     "form",
@@ -88,9 +88,9 @@ def warmup(
 ) -> None:
     """Compile and cache now what the implicit MPC and the hybrids need in 2 and 4 DOF; --all: the rest."""
     console = screen()
-    for names, pairs, singles in [*_USUAL, *(_OTHERS if every else [])]:
-        what = f"{', '.join(names)} in {2 * len(pairs) + len(singles)} DOF"
-        design = Design(platform=load("davsi" if singles else "thesis"), pairs=pairs, singles=singles)
+    for names, dofs in [*_USUAL, *(_OTHERS if every else [])]:
+        what = f"{', '.join(names)} in {sum(len(dof.axes) for dof in dofs)} DOF"
+        design = Design(platform=load("davsi" if set(dofs) & set(_ALONE) else "thesis"), dofs=dofs)
         started = time.perf_counter()
         with working(console, f"{what}: compiling what is not cached, up to half a minute each"):
             for name in names:

@@ -12,9 +12,9 @@ from rich.table import Table
 from otolith import files
 from otolith.cli.output import group, print_json, progress_line, screen, working
 from otolith.core.errors import InputError
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.joint import joint_law
-from otolith.mpc.model import parse_braking_rows
+from otolith.core.frames import dofs_named
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings, joint_law
+from otolith.cueing.mpc.rows import parse_braking_rows
 from otolith.mpqp import Verification, verify
 from otolith.mpqp.export_c import export_c
 
@@ -74,7 +74,7 @@ def build(
     with working(console, "preparing; kernels are compiled on first use (about 15 s), then cached") as tell:
         law = joint_law(
             description,
-            dofs.split(","),
+            dofs_named(dofs.split(",")),
             settings,
             tolerance=tolerance,
             progress=lambda now: tell(progress_line(now)),

@@ -22,15 +22,16 @@ from otolith.cli.options import (
     washout_weights,
 )
 from otolith.cli.output import Force, group, print_json, screen, working
-from otolith.core.frames import AxisPair
-from otolith.hints.build import build
-from otolith.hints.compare import COLD, Tally, Tell, account, compare
-from otolith.hints.fit import QUICK
-from otolith.hints.manoeuvres import along, training, unseen
-from otolith.hints.recording import record
-from otolith.mpc.hint.stored import Kind, StoredHint, digest
-from otolith.mpc.implicit import ImplicitSettings
-from otolith.mpc.model import parse_braking_rows
+from otolith.core.frames import Dof
+from otolith.cueing.hints.stored import Kind, StoredHint, digest
+from otolith.cueing.hints.training.build import build
+from otolith.cueing.hints.training.compare import COLD, Tally, Tell, account, compare
+from otolith.cueing.hints.training.fit import QUICK
+from otolith.cueing.hints.training.manoeuvres import along, training, unseen
+from otolith.cueing.hints.training.recording import record
+from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.rows import parse_braking_rows
+from otolith.cueing.mpc.settings import MpcSettings
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario, log_scenario
 
@@ -141,7 +142,7 @@ def verify(
         sys.exit(1)
 
 
-def _settings(horizon: int | None, blocks: str | None, weights: Any, braking: str) -> ImplicitSettings:
+def _settings(horizon: int | None, blocks: str | None, weights: Any, braking: str) -> MpcSettings:
     return replace(implicit_settings(horizon, blocks, weights), braking=parse_braking_rows(braking))
 
 
@@ -151,7 +152,7 @@ def _about(hint: StoredHint) -> dict[str, Any]:
 
 def _judge(
     hint: StoredHint,
-    of: tuple[Platform, tuple[AxisPair, ...], ImplicitSettings],
+    of: tuple[Platform, tuple[Dof, ...], MpcSettings],
     scenarios: list[Scenario],
     tell: Tell,
 ) -> tuple[dict[str, Any], dict[str, Tally]]:
@@ -159,7 +160,7 @@ def _judge(
     tell("recording")
     recording = record(platform, pairs, settings, scenarios, plans=True)
     hints = {kind.value: hint.at_work(kind, platform, pairs, settings) for kind in Kind}
-    tallies = compare(settings.formulation(platform, pairs), settings, recording, hints, tell)
+    tallies = compare(Problem(platform, pairs, settings), recording, hints, tell)
     schemes = account(tallies, recording)
     figures = {
         "steps": len(recording),

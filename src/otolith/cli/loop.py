@@ -10,7 +10,7 @@ from otolith import __version__, files, registry
 from otolith.cli.options import Choices, warn
 from otolith.cli.output import progress_bar, progress_line, working
 from otolith.core.errors import InputError
-from otolith.mpc.design import Design
+from otolith.cueing.design import Design
 from otolith.platforms.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
@@ -45,8 +45,6 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
     registry.check_options(names, first.given)
     _check_literal(each)
     design = first.design()
-    for name in names:
-        registry.check_cueing(name, design.singles)
     if tuning is not None:
         design = replace(design, washout=files.read_tuning(tuning))
     return Prepared(
@@ -56,7 +54,7 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
             {name: _settings(choices, design, name, tuning) for name in names} for choices in each
         ),
         plants=plants,
-        preview=design.implicit.horizon if first.preview else 0,
+        preview=design.mpc.horizon if first.preview else 0,
     )
 
 
@@ -87,8 +85,7 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
                     moved,
                     scenario,
                     platform=design.platform,
-                    pairs=tuple(pair.name for pair in design.pairs),
-                    singles=design.singles,
+                    dofs=tuple(dof.name for dof in design.dofs),
                     names=(name, plant),
                     settings=dict(settings[name]),
                     preview=prepared.preview,

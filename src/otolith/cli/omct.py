@@ -7,10 +7,10 @@ from typing import Annotated, Any
 import typer
 
 from otolith import __version__, files, registry
-from otolith.cli.options import dofs_named
 from otolith.cli.output import Replace, print_json, progress_bar, screen
 from otolith.core.errors import InputError
-from otolith.core.frames import AXES
+from otolith.core.frames import AXES, dofs_named
+from otolith.cueing.design import Design
 from otolith.metrics import failures
 from otolith.metrics.boundaries import parse_boundaries
 from otolith.metrics.omct import (
@@ -21,7 +21,6 @@ from otolith.metrics.omct import (
     motion_cueing_test,
     sinacori_point,
 )
-from otolith.mpc.design import Design
 from otolith.scenarios.omct import TESTS, Amplitudes
 
 
@@ -95,17 +94,17 @@ def omct_(
 
 def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[System, dict[str, str]]:
     """What is tested, and its names; every wrong value is refused before work starts."""
-    pairs, singles = dofs_named(dofs)
-    maker = registry.check_cueing(cueing, singles)
+    cued = dofs_named(dofs.split(","))
+    maker = registry.lookup(registry.CUEING, "--cueing", cueing)
     plant_name = plant or maker.plant
     plant_maker = registry.lookup(registry.PLANTS, "--plant", plant_name)
-    design = Design(platform=files.read_platform(platform), pairs=pairs, singles=singles)
+    design = Design(platform=files.read_platform(platform), dofs=cued)
     moved = plant_maker.load()(design.platform)
     system = System(
         cueing=registry.make_cueing(cueing, design, dead_time=moved.dead_time),
         plant=moved,
         platform=design.platform,
-        axes={axis for pair in pairs for axis in pair.name.split("-")} | set(singles),
+        axes={AXES[i] for dof in cued for i in dof.axes},
     )
     return system, {"cueing": cueing, "platform": design.platform.name, "plant": plant_name, "dofs": dofs}
 

@@ -24,25 +24,18 @@ from otolith.cli.reading import (
     recorded_drive,
 )
 from otolith.core.errors import CorruptFile, InputError, one_of
-from otolith.core.frames import PAIRS, AxisPair
-from otolith.mpc.design import Design
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.hint.stored import Refused, StaleHint, StoredHint
-from otolith.mpc.implicit import BLOCKS, HORIZON, ImplicitSettings, parse_entry
-from otolith.mpc.model import BrakingRows, parse_braking_rows
-from otolith.mpc.single_axis import SINGLE_AXES
-from otolith.mpc.washout import WashoutWeight, constant, preset
+from otolith.core.frames import DOFS, PAIRS, Dof, dofs_named, pairs_of
+from otolith.cueing.design import Design
+from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
+from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
+from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario, log_scenario, scenario
 from otolith.scenarios.perceived import perceived
 
-_ALONG: Final = {
-    "surge-pitch": "longitudinal",
-    "sway-roll": "lateral",
-    "heave": "vertical",
-    "yaw": "yaw",
-}  # degree of freedom -> axis of a scenario
 SOFTENED: Final = (
     "tilt_rate",
     "tilt",
@@ -115,9 +108,9 @@ class Choices:
         str | None,
         typer.Option(help="A name of 'otolith list plants' (default: what the algorithm assumes)."),
     ] = None
-    dofs: Annotated[
-        str, typer.Option(help="What to cue, with commas: " + ", ".join([*PAIRS, *SINGLE_AXES]) + ".")
-    ] = "surge-pitch"
+    dofs: Annotated[str, typer.Option(help="What to cue, with commas: " + ", ".join(DOFS) + ".")] = (
+        "surge-pitch"
+    )
     solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
         "structured"
     )
@@ -156,9 +149,9 @@ class Choices:
     def design(self) -> Design:
         """Turn the options into a design; every wrong value is refused before work starts."""
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
-        platform, (pairs, singles) = files.read_platform(self.platform), dofs_named(self.dofs)
-        for axis in singles:
-            platform.axis_limits(axis)
+        platform, dofs = files.read_platform(self.platform), dofs_named(self.dofs.split(","))
+        for dof in dofs:
+            platform.limits(dof)  # refuses what the platform does not have
         weights = washout_weights(self.washout, self.weight or [])
         settings = replace(
             implicit_settings(self.horizon, self.blocks, weights),
@@ -168,13 +161,12 @@ class Choices:
         )
         return Design(
             platform=platform,
-            pairs=pairs,
-            singles=singles,
+            dofs=dofs,
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
-            implicit=settings,
+            mpc=settings,
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
-            hint=None if self.hint is None else hint_for(self.hint, platform, pairs, settings),
+            hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),
         )
 
     def reference(self, design: Design, console: Console) -> Scenario:
@@ -185,7 +177,7 @@ class Choices:
         if isinstance(design.hint, Refused):
             warn(console, f"hint refused, running without it: {design.hint.reason}")
         if self.log is None and self.scenario is not None:
-            along = [scenario(self.scenario, literal=self.literal, axis=_ALONG[dof]) for dof in design.dofs]
+            along = [scenario(self.scenario, literal=self.literal, axis=dof.along) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
@@ -193,7 +185,7 @@ class Choices:
         log = recorded_drive(self.log, asdict(self))
         for note in log.notes:
             warn(console, note)
-        period = design.implicit.period
+        period = design.mpc.period
         recorded = log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal)
         return self._sensed(recorded).scaled(self.scale)
 
@@ -256,7 +248,7 @@ def warn(console: Console, note: str) -> None:
 
 
 def hint_for(
-    path: Path, platform: Platform, pairs: tuple[AxisPair, ...], settings: ImplicitSettings
+    path: Path, platform: Platform, pairs: tuple[Dof, ...], settings: MpcSettings
 ) -> StoredHint | Refused:
     """A stored hint, or why it cannot be used: without one the answers are the same, only later."""
     try:
@@ -269,30 +261,16 @@ def hint_for(
 
 def implicit_settings(
     horizon: int | None, blocks: str | None, washout: tuple[WashoutWeight, ...]
-) -> ImplicitSettings:
+) -> MpcSettings:
     """Settings from the texts of the options."""
     lengths = block_lengths(blocks) if blocks is not None else ()
     steps = horizon if horizon is not None else sum(lengths) or HORIZON
-    return ImplicitSettings(horizon=steps, blocks=lengths, washout=washout)
+    return MpcSettings(horizon=steps, blocks=lengths, washout=washout)
 
 
-def dofs_named(dofs: str) -> tuple[tuple[AxisPair, ...], tuple[str, ...]]:
-    """The axis pairs and the axes on their own of `--dofs`, whatever the order of the words."""
-    names, known = dofs.split(","), [*PAIRS, *SINGLE_AXES]
-    for name in names:
-        if name not in known:
-            raise InputError("--dofs", repr(name), one_of(known, name, otherwise=", or several with commas"))
-    pairs = tuple(pair for name, pair in PAIRS.items() if name in names)
-    return pairs, tuple(axis for axis in SINGLE_AXES if axis in names)
-
-
-def pairs_named(dofs: str) -> tuple[AxisPair, ...]:
+def pairs_named(dofs: str) -> tuple[Dof, ...]:
     """The axis pairs of `--dofs`, in the order of their axes, whatever the order of the words."""
-    names = dofs.split(",")
-    for name in names:
-        if name not in PAIRS:
-            raise InputError("--dofs", repr(name), one_of(PAIRS, name, otherwise=", or several with commas"))
-    return tuple(pair for name, pair in PAIRS.items() if name in names)
+    return dofs_named(dofs.split(","), PAIRS)
 
 
 def block_lengths(text: str) -> tuple[int, ...]:

@@ -13,9 +13,10 @@ from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.loop import prepare, simulate_all
-from otolith.cli.options import Choices, dofs_named, takes_choices
+from otolith.cli.options import Choices, takes_choices
 from otolith.cli.output import Force, print_json, screen, sentence
 from otolith.core.errors import InputError
+from otolith.core.frames import dofs_named
 from otolith.report.ranking import MEASURES, measure_named, standings
 from otolith.simulate import Run
 
@@ -92,9 +93,9 @@ def compare(
 ) -> None:
     """Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule."""
     console = screen()
-    pairs, singles = dofs_named(choices.dofs)
-    by = by or ("rate" if singles == ("yaw",) and not pairs else "rmse")
-    measure = measure_named(by, [pair.name for pair in pairs] + list(singles))
+    dofs = dofs_named(choices.dofs.split(","))
+    by = by or ("rate" if all(dof.feels_rate for dof in dofs) else "rmse")
+    measure = measure_named(by, [dof.name for dof in dofs])
     scenarios = [choices.scenario, *(more or [])]
     names = cueing or list(registry.FOUR_MODELS)
     _refuse_twice("SCENARIO", scenarios)

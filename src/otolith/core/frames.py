@@ -1,47 +1,95 @@
-"""Frames, signs and axis pairs: the one place where planar models meet the six axes.
+"""Frames, signs and degrees of freedom: the one place where planar models meet the six axes.
 
 Axes x forward, y left, z up (ISO 8855); roll, pitch, yaw about them, intrinsic z-y-x, so
 positive pitch is nose-down. Order of six-vectors: surge x, sway y, heave z, roll, pitch, yaw.
 
-An *axis pair* couples one translation and one tilt through one specific force. Its planar model
-writes f = a + g sin(tilt); the sign between tilt and the platform's own angle is kept here only.
+A *degree of freedom* that is cued is an axis pair or an axis of its own. An axis pair couples one
+translation and one tilt through one specific force; its planar model writes f = a + g sin(tilt), and the
+sign between tilt and the platform's own angle is kept here only.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from otolith.core.arrays import Vec
+from otolith.core.errors import InputError, one_of
 
 GRAVITY: Final = 9.81  # [m/s²], the thesis's value
 AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True, slots=True)
-class AxisPair:
-    """One translation and one tilt that share one specific force."""
+class Dof:
+    """A degree of freedom that is cued: an axis pair, or an axis of its own.
 
-    name: str
-    translation: int  # index of the translation in a six-vector; also of the force in (3,)
-    rotation: int  # index of the rotation in a six-vector
-    sign: float  # tilt = sign · angle, chosen so that f = a + g sin(tilt)
+    A pair serves one specific force by moving along its translation and by tilting about its rotation. An
+    axis of its own serves a specific force (heave) or an angular rate (yaw) by its motion alone.
+    """
 
-    def planar(self, axes: Vec) -> tuple[float, float]:
-        """Translation and tilt of the planar model, out of a (6,) pose, twist or acceleration."""
-        return float(axes[self.translation]), self.sign * float(axes[self.rotation])
+    name: str  # as on the command line: the names of its axes, joined by "-"
+    along: str  # the scenarios' word for what is felt: longitudinal, lateral, vertical or yaw
+    axes: tuple[int, ...]  # indices in a six-vector: the translation and the rotation, or the axis alone
+    sign: float = 1.0  # tilt = sign · angle, chosen so that f = a + g sin(tilt)
 
-    def axes(self, translation: float, tilt: float) -> Vec:
-        """(6,) pose, twist or acceleration with only this pair's axes set; undoes `planar`."""
-        vector = np.zeros(6)
-        vector[self.translation] = translation
-        vector[self.rotation] = self.sign * tilt
-        return vector
+    @property
+    def is_pair(self) -> bool:
+        """True when a tilt helps the translation."""
+        return len(self.axes) == 2
+
+    @property
+    def feels_rate(self) -> bool:
+        """True when an angular rate is cued, False when it is a specific force."""
+        return self.axes[0] >= 3
+
+    @property
+    def felt(self) -> int:
+        """Index in (3,) of the specific force or of the angular rate that is cued."""
+        return self.axes[0] % 3
+
+    @property
+    def translation(self) -> int:
+        """Index of a pair's translation in a six-vector."""
+        return self.axes[0]
+
+    @property
+    def rotation(self) -> int:
+        """Index of a pair's rotation in a six-vector."""
+        return self.axes[1]
+
+    @property
+    def signs(self) -> tuple[float, ...]:
+        """Sign of the model's motion against the platform's, one for each of `axes`."""
+        return (1.0, self.sign)[: len(self.axes)]
 
 
-SURGE_PITCH: Final = AxisPair("surge-pitch", translation=0, rotation=4, sign=-1.0)
-SWAY_ROLL: Final = AxisPair("sway-roll", translation=1, rotation=3, sign=+1.0)
-PAIRS: Final = {pair.name: pair for pair in (SURGE_PITCH, SWAY_ROLL)}
+SURGE_PITCH: Final = Dof("surge-pitch", "longitudinal", axes=(0, 4), sign=-1.0)
+SWAY_ROLL: Final = Dof("sway-roll", "lateral", axes=(1, 3), sign=+1.0)
+HEAVE: Final = Dof("heave", "vertical", axes=(2,))
+YAW: Final = Dof("yaw", "yaw", axes=(5,))
+DOFS: Final = {dof.name: dof for dof in (SURGE_PITCH, SWAY_ROLL, HEAVE, YAW)}
+PAIRS: Final = tuple(dof.name for dof in DOFS.values() if dof.is_pair)
+
+
+def dofs_named(names: Iterable[str], known: Sequence[str] = tuple(DOFS)) -> tuple[Dof, ...]:
+    """Degrees of freedom by their names, in the order of `DOFS`, whatever the order of the names.
+
+    Raises
+    ------
+    InputError : a name is not one of `known`.
+    """
+    asked = list(names)
+    for name in asked:
+        if name not in known:
+            raise InputError("--dofs", repr(name), one_of(known, name, otherwise=", or several with commas"))
+    return tuple(dof for name, dof in DOFS.items() if name in asked)
+
+
+def pairs_of(dofs: Iterable[Dof]) -> tuple[Dof, ...]:
+    """The axis pairs among degrees of freedom."""
+    return tuple(dof for dof in dofs if dof.is_pair)
 
 
 def specific_force(acceleration_driver: Vec, attitude: Vec) -> Vec:

@@ -30,6 +30,6 @@ def effort(run: Run) -> dict[str, Any]:
         "changes": distribution(run.changes),
         "step_time_us": distribution(run.step_time, 1e6),
         "residual_max": float(np.max(certified)) if len(certified) else None,
-        "status": dict(Counter(run.status)),
+        "status": dict(Counter(run.outcomes)),
         "guesses_missed": int(np.count_nonzero(run.guess_missed)),
     }

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.core.frames import AXES, PAIRS, AxisPair
+from otolith.core.frames import AXES, DOFS, Dof
 from otolith.simulate import Run
 
 TOLERANCE: Final = 1e-6  # in SI units of each quantity
@@ -23,6 +23,18 @@ _SERIES: Final = {  # of a run -> what it is called along an axis, and about one
     "twist": ("velocity", "rate", "/s"),
     "acceleration": ("acceleration", "acceleration", "/s²"),
     "command": ("commanded acceleration", "commanded acceleration", "/s²"),
+}
+_MOVED: Final = {
+    "pose": "position",
+    "twist": "velocity",
+    "acceleration": "acceleration",
+    "command": "command",
+}
+_TILTED: Final = {
+    "pose": "tilt",
+    "twist": "tilt_rate",
+    "acceleration": "tilt_acceleration",
+    "command": "tilt_command",
 }
 
 
@@ -63,69 +75,50 @@ class Excess:
 
 
 def excesses(run: Run) -> list[Excess]:
-    """One `Excess` per limited quantity of every cued axis pair, and of heave and yaw where cued.
+    """One `Excess` per limited quantity of every cued degree of freedom.
 
     MPC imposes limits at its nodes only; between them, motion may go beyond by what one period
     allows, which `between_nodes` shows.
     """
-    of_pairs = [excess for name in run.pairs for excess in _of_pair(run, PAIRS[name])]
-    of_singles = [excess for axis in run.singles for excess in _of_single(run, axis)]
-    return of_pairs + of_singles + _of_circle(run)
+    return [excess for name in run.dofs for excess in _of_dof(run, DOFS[name])] + _of_circle(run)
 
 
 def _of_circle(run: Run) -> list[Excess]:
     """The limit circle of surge and sway, where the platform has one and both are cued (section 4.2)."""
     radius = run.platform.circle
-    if radius is None or len(run.pairs) < 2:
+    if radius is None or not {"surge-pitch", "sway-roll"} <= set(run.dofs):
         return []
     distance = np.hypot(run.pose[:, 0], run.pose[:, 1])
     return [_excess(run, "circle", ("distance of surge and sway", "m"), distance, (0.0, radius))]
 
 
-def _of_pair(run: Run, pair: AxisPair) -> list[Excess]:
-    limits = run.platform.pair_limits(pair)
-    s, th = pair.translation, pair.rotation
-    tilt_low, tilt_high = sorted(pair.sign * bound for bound in limits.tilt)  # back to the platform's angle
-    turning = _either_way(limits.tilt_acceleration)
-    bounds = {
-        "position": ("pose", s, limits.position),
-        "tilt": ("pose", th, (tilt_low, tilt_high)),
-        "velocity": ("twist", s, _either_way(limits.velocity)),
-        "tilt_rate": ("twist", th, _either_way(limits.tilt_rate)),
-        "acceleration": ("acceleration", s, _either_way(limits.acceleration)),
-        "tilt_acceleration": ("acceleration", th, turning),
-        "command": ("command", s, _either_way(limits.command)),
-        "tilt_command": ("command", th, turning),
-    }
-    return _judged(run, pair.name, bounds)
+def _of_dof(run: Run, dof: Dof) -> list[Excess]:
+    """Excesses along every axis of a degree of freedom, in the platform's own sign; none where unlimited."""
+    found = []
+    for i, sign, limits in zip(dof.axes, dof.signs, run.platform.limits(dof), strict=True):
+        bounds = {
+            "pose": (min(sign * end for end in limits.position), max(sign * end for end in limits.position)),
+            "twist": _either_way(limits.velocity),
+            "acceleration": _either_way(limits.acceleration),
+            "command": _either_way(limits.command),
+        }
+        names = _TILTED if dof.is_pair and i >= 3 else _MOVED
+        for series, limit in bounds.items():
+            if math.isfinite(limit[1]):
+                quantity, values = f"{dof.name} {names[series]}", getattr(run, series)[:, i]
+                found.append(_excess(run, quantity, _words(series, i), values, limit))
+    return found
 
 
-def _of_single(run: Run, axis: str) -> list[Excess]:
-    limits, i = run.platform.axis_limits(axis), AXES.index(axis)
-    acceleration = _either_way(limits.acceleration)
-    bounds = {
-        "position": ("pose", i, limits.position),
-        "velocity": ("twist", i, _either_way(limits.velocity)),
-        "acceleration": ("acceleration", i, acceleration),
-        "command": ("command", i, acceleration),
-    }
-    return _judged(run, axis, bounds)
+def _words(series: str, axis: int) -> tuple[str, str]:
+    """What a series of the run is called along an axis, and its unit."""
+    turns = axis >= len(AXES) // 2
+    *names, per = _SERIES[series]
+    return f"{AXES[axis]} {names[turns]}", ("deg" if turns else "m") + per
 
 
 def _either_way(bound: float) -> tuple[float, float]:
     return -bound, bound
-
-
-def _judged(run: Run, dof: str, bounds: dict[str, tuple[str, int, tuple[float, float]]]) -> list[Excess]:
-    """Excesses of a degree of freedom: quantity -> series of the run, axis, low and high; none unlimited."""
-    found = []
-    for quantity, (series, axis, limit) in bounds.items():
-        if math.isfinite(limit[1]):
-            turns = axis >= len(AXES) // 2
-            *names, per = _SERIES[series]
-            words = f"{AXES[axis]} {names[turns]}", ("deg" if turns else "m") + per
-            found.append(_excess(run, f"{dof} {quantity}", words, getattr(run, series)[:, axis], limit))
-    return found
 
 
 def _excess(
@@ -149,7 +142,7 @@ def _excess(
 
 def _noticed(run: Run, quantity: str) -> bool:
     """Whether a pair's tilt rate is limited by what a driver notices, not by the machine."""
-    axis = AXES[PAIRS[quantity.partition(" ")[0]].rotation]
+    axis = AXES[DOFS[quantity.partition(" ")[0]].rotation]
     machine = getattr(run.platform, axis).rate_degps
     threshold: float = getattr(run.platform.tilt_coordination, f"{axis}_degps")
     return machine is None or threshold < machine

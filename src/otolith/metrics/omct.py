@@ -94,7 +94,7 @@ def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
         sinusoid(axis, omega, amplitude, procedure.sweep),
         platform=system.platform,
         plant_period=procedure.plant_period,
-        pairs=(),  # nobody asks this run for its limits: they belong to the algorithm's own tests
+        dofs=(),  # nobody asks this run for its limits: they belong to the algorithm's own tests
     )
 
 
@@ -137,7 +137,7 @@ def _read(run: Run, series: Vec, test: MotionTest, omega: float, procedure: Proc
     last = run.time > run.time[-1] - measured - 0.5 * run.plant_period
     driven = -1j * procedure.amplitudes.of(test.driven, omega)  # a sin ωt is the real part of −j a e^{jωt}
     found = _response(test, omega, driven, harmonic(run.time[last], series[last], omega))
-    return replace(found, status=Counter(run.status))
+    return replace(found, status=Counter(run.outcomes))
 
 
 def _response(test: MotionTest, omega: float, driven: complex, felt: Harmonic) -> Response:

@@ -7,25 +7,28 @@ a hard limit of the machine is "broken"; what an algorithm may pass, or a driver
 from collections.abc import Mapping
 from typing import Any, Final
 
+from otolith.interfaces import Status
+
 Summary = Mapping[str, Any]
 
-OPTIMAL: Final = "optimal"
 FAILURES: Final = {  # status of a decision -> what it did then, and why
-    "infeasible": "fell back to braking: the problem had no solution",
-    "limit": "fell back to braking: the solver ended without a solution",
-    "uncertified": "fell back to braking: the solver's answer did not stand the test",
+    "fallback": "fell back to braking",
+    "fallback (infeasible)": "fell back to braking: the problem had no solution",
+    "fallback (limit)": "fell back to braking: the solver ended without a solution",
+    "fallback (uncertified)": "fell back to braking: the solver's answer did not stand the test",
+    "refused": "fell back to braking: the answer led to where the platform could not stop",
     "invalid": "went without their input, which held no number or one beyond all reason",
 }
 
 
 def failures(summary: Summary) -> list[str]:
-    """One sentence per kind of decision that is not optimal, with how many there were."""
+    """One sentence per kind of decision that is not the algorithm's own, with how many there were."""
     status = summary.get("status", {})
     total = sum(status.values())
     return [
         f"{count:,} of {total:,} decisions {FAILURES.get(kind, f'ended as {kind}')}"
         for kind, count in status.items()
-        if kind != OPTIMAL and count
+        if kind != Status.DECIDED and count
     ]
 
 

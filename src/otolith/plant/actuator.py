@@ -10,10 +10,9 @@ from typing import Final
 import numpy as np
 
 from otolith.core.errors import InputError
-from otolith.interfaces import Command, Outcome, PlatformState
+from otolith.interfaces import Command, Outcome, PlatformState, Status
 from otolith.plant.ideal import Ideal
 from otolith.platforms import Platform
-from otolith.qp import Status
 
 EDGE: Final = 1e-9  # [s] within which two times are one
 
@@ -22,7 +21,7 @@ _NOTHING: Final = Command(
     pose=np.zeros(6),
     twist=np.zeros(6),
     plan=np.zeros((0, 6)),
-    outcome=Outcome(status=Status.OPTIMAL),
+    outcome=Outcome(status=Status.DECIDED),
 )
 
 

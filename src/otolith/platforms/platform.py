@@ -1,17 +1,17 @@
 """A motion platform as its user describes it: reach, speed, acceleration, thresholds, braking law.
 
 The file is TOML; degrees only where a name says `deg`. Everything that leaves this module through
-`Platform.pair_limits` is in SI units and radians.
+`Platform.limits` is in SI units and radians.
 """
 
 import math
 from dataclasses import dataclass
-from typing import Self, TypeVar
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from otolith.core.errors import InputError
-from otolith.core.frames import AXES, AxisPair
+from otolith.core.frames import AXES, Dof
 from otolith.platforms.bounds import (
     Acceleration,
     BrakingTime,
@@ -31,7 +31,6 @@ from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.sentences import sentence, toml_fields
 
 INVARIANCE = 2.0  # least c_v²/c_u, see `Braking`
-T = TypeVar("T", "Translation", "Rotation")
 
 
 class _Table(BaseModel):
@@ -103,25 +102,15 @@ class Actuators(_Table):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PairLimits:
-    """Limits of one axis pair's planar model, in which f = a + g sin(tilt); SI units and radians."""
-
-    position: tuple[float, float]  # (low, high) [m]
-    velocity: float  # ± [m/s]
-    acceleration: float  # ± [m/s²]
-    command: float  # ± [m/s²] on the commanded acceleration
-    tilt: tuple[float, float]  # (low, high) [rad], in the sign of the pair's tilt
-    tilt_rate: float  # ± [rad/s]: the machine's or the perception threshold, whichever is less
-    tilt_acceleration: float  # ± [rad/s²]; inf where the file gives none
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class AxisLimits:
-    """Limits of one axis on its own; SI units and radians."""
+    """Limits of one axis of a degree of freedom, in the sign of its model; SI units and radians."""
 
     position: tuple[float, float]  # (low, high) [m or rad]
-    velocity: float  # ± [m/s or rad/s]
-    acceleration: float  # ± [m/s² or rad/s²]
+    velocity: (
+        float  # ± [m/s or rad/s]: of a tilt the machine's or the perception threshold, whichever is less
+    )
+    acceleration: float  # ± [m/s² or rad/s²]; infinite where the file gives none
+    command: float  # ± [m/s² or rad/s²] on the commanded acceleration
 
 
 class Platform(_Table):
@@ -131,7 +120,8 @@ class Platform(_Table):
     --------
     >>> from otolith.core.frames import SURGE_PITCH
     >>> from otolith.platforms import load
-    >>> load("davsi").pair_limits(SURGE_PITCH).velocity
+    >>> travel, tilt = load("davsi").limits(SURGE_PITCH)
+    >>> travel.velocity
     0.81
     """
 
@@ -183,58 +173,72 @@ class Platform(_Table):
             )
         return self.hexapod.hexapod()
 
-    def pair_limits(self, pair: AxisPair) -> PairLimits:
-        """Limits of one axis pair, converted to SI units and to the sign of the pair's tilt.
+    def limits(self, dof: Dof) -> tuple[AxisLimits, ...]:
+        """Limits of every axis of a degree of freedom: of a pair, those of the translation and of the tilt.
 
         Raises
         ------
-        InputError : the platform lacks one of the pair's axes.
+        InputError : the platform lacks one of the axes, or its file gives no rate or acceleration of a
+            rotation that is cued on its own.
         """
-        line = self._axis(pair, pair.translation, Translation)
-        turn = self._axis(pair, pair.rotation, Rotation)
-        threshold = getattr(self.tilt_coordination, f"{AXES[pair.rotation]}_degps")
-        low, high = sorted(math.radians(pair.sign * angle) for angle in turn.angle_deg)
-        return PairLimits(
-            position=line.position_m,
-            velocity=line.velocity_mps,
-            acceleration=line.acceleration_mps2,
-            command=line.acceleration_mps2 if line.command_mps2 is None else line.command_mps2,
-            tilt=(low, high),
-            tilt_rate=math.radians(threshold if turn.rate_degps is None else min(threshold, turn.rate_degps)),
-            tilt_acceleration=_radians_or_unlimited(turn.acceleration_degps2),
+        tables = [self._table(dof, index) for index in dof.axes]
+        return tuple(
+            _along(table) if isinstance(table, Translation) else self._about(dof, sign, table)
+            for sign, table in zip(dof.signs, tables, strict=True)
         )
 
-    def axis_limits(self, axis: str) -> AxisLimits:
-        """Limits of one axis of `axes`, for those that are cued on their own.
+    def boxed(self) -> "Platform":
+        """The same platform, of whose circle surge and sway get a square inside, each its own side.
 
-        Raises
-        ------
-        InputError : the platform lacks the axis, or its file gives no rate or acceleration for it.
+        A circle is no linear constraint and couples the two, so the thesis, too, takes a box inside it
+        (0.35 m, eq. 4.17). Without a circle: the platform itself.
         """
-        limits = getattr(self, axis)
-        if isinstance(limits, Translation):
-            return AxisLimits(
-                position=limits.position_m,
-                velocity=limits.velocity_mps,
-                acceleration=limits.acceleration_mps2,
-            )
-        if limits is None or limits.rate_degps is None or limits.acceleration_degps2 is None:
-            what = axis if limits is None else f"rate or acceleration of {axis}"
-            raise InputError(f"{what} of platform {self.name}", "missing", "in its file for it to be cued")
-        low, high = (math.radians(angle) for angle in limits.angle_deg)
+        if self.circle is None:
+            return self
+        side = self.circle / math.sqrt(2.0)
+        sides: dict[str, Any] = {"workspace": Workspace()}
+        for axis in ("surge", "sway"):
+            table = getattr(self, axis)
+            if table is not None:
+                low, high = table.position_m
+                ends = (max(low, -side), min(high, side))
+                sides[axis] = table.model_copy(update={"position_m": ends})
+        return self.model_copy(update=sides)
+
+    def _table(self, dof: Dof, index: int) -> Translation | Rotation:
+        axis = AXES[index]
+        table: Translation | Rotation | None = getattr(self, axis)
+        wanted = f"in its file for {'it' if axis == dof.name else dof.name} to be cued"
+        if table is None:
+            raise InputError(f"{axis} of platform {self.name}", "missing", wanted)
+        if isinstance(table, Translation) or dof.is_pair:
+            return table
+        if table.rate_degps is None or table.acceleration_degps2 is None:
+            raise InputError(f"rate or acceleration of {axis} of platform {self.name}", "missing", wanted)
+        return table
+
+    def _about(self, dof: Dof, sign: float, table: Rotation) -> AxisLimits:
+        """Limits of a rotation; one that tilts keeps below the threshold of perception as well."""
+        low, high = sorted(math.radians(sign * angle) for angle in table.angle_deg)
+        rates = [] if table.rate_degps is None else [table.rate_degps]
+        if dof.is_pair:
+            rates.append(getattr(self.tilt_coordination, f"{AXES[dof.rotation]}_degps"))
+        acceleration = _radians_or_unlimited(table.acceleration_degps2)
         return AxisLimits(
             position=(low, high),
-            velocity=math.radians(limits.rate_degps),
-            acceleration=math.radians(limits.acceleration_degps2),
+            velocity=math.radians(min(rates)),
+            acceleration=acceleration,
+            command=acceleration,
         )
 
-    def _axis(self, pair: AxisPair, index: int, kind: type[T]) -> T:
-        limits = getattr(self, AXES[index])
-        if not isinstance(limits, kind):
-            raise InputError(
-                f"{AXES[index]} of platform {self.name}", "missing", f"in its file for {pair.name} to be cued"
-            )
-        return limits
+
+def _along(table: Translation) -> AxisLimits:
+    return AxisLimits(
+        position=table.position_m,
+        velocity=table.velocity_mps,
+        acceleration=table.acceleration_mps2,
+        command=table.acceleration_mps2 if table.command_mps2 is None else table.command_mps2,
+    )
 
 
 def _radians_or_unlimited(degrees: float | None) -> float:

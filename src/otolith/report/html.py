@@ -6,6 +6,7 @@ from dataclasses import replace
 from html import escape
 from typing import Final
 
+from otolith.core.frames import DOFS
 from otolith.metrics import between_nodes, breaches, failures, held_back
 from otolith.report import tables, texts
 from otolith.report.gauges import gauges_html
@@ -94,7 +95,7 @@ def facts(runs: Sequence[Run], date: str) -> str:
     known = {
         "platform": run.platform.name,
         "plant": run.plant,
-        "degrees of freedom": f"{2 * len(run.pairs) + len(run.singles)} ({', '.join(run.dofs)})",
+        "degrees of freedom": f"{sum(len(DOFS[name].axes) for name in run.dofs)} ({', '.join(run.dofs)})",
         "soft limits": ", ".join(run.soft),
         "duration": f"{steps * run.period:.4g} s, {number(steps)} steps",
         "controller period": f"{1e3 * run.period:.4g} ms",

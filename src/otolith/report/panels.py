@@ -231,7 +231,7 @@ def _changes(cost: Effort, span: Band) -> Panel:
     for k, (status, where) in enumerate(cost.troubled().items()):
         at, height = decimate(cost.time[where] + cost.period / 2, cost.changes[where])
         color = (palette.VERMILION, palette.ORANGE, palette.PURPLE, palette.GREEN)[k % 4]
-        name = f"not optimal: {status} (×{len(where)})"
+        name = f"{status}, ×{len(where)}"
         marks.append(Curve(label=name, x=at, y=height, color=color, kind="marks"))
     top = max(1.0, extent(y)[1])
     return Panel(

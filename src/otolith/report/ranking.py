@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
-from otolith.core.frames import PAIRS
+from otolith.core.frames import DOFS, PAIRS
 
 Summary = Mapping[str, Any]
 ByCueing = Mapping[str, Summary]  # the summaries of one scenario
 MISLEADING: Final = ("inverted", "unwanted", "missing")  # kinds of false cues; a scaled one does not mislead
-_FORCE: Final = (*PAIRS, "heave")
+_FORCE: Final = tuple(name for name, dof in DOFS.items() if not dof.feels_rate)
+_RATE: Final = tuple(name for name, dof in DOFS.items() if dof.feels_rate)
 _EQUAL: Final = 1e-9  # measures closer than this, relative to them, are equal
 
 
@@ -62,7 +63,7 @@ MEASURES: Final = {
     "rmse": Measure("Tracking error (RMSE)", "m/s²", tracking, _FORCE),
     "perceived": Measure("Perceived error (RMSE)", "m/s²", perceived, _FORCE),
     "false-cues": Measure("Time with misleading cues", "s", misleading, _FORCE),
-    "rate": Measure("Yaw rate error (RMSE)", "rad/s", turning, ("yaw",)),
+    "rate": Measure("Yaw rate error (RMSE)", "rad/s", turning, _RATE),
 }
 
 
@@ -71,7 +72,7 @@ def measures_for(dofs: Sequence[str]) -> dict[str, Measure]:
     return {name: measure for name, measure in MEASURES.items() if set(measure.needs) & set(dofs)}
 
 
-def measure_named(name: str, dofs: Sequence[str] = tuple(PAIRS)) -> Measure:
+def measure_named(name: str, dofs: Sequence[str] = PAIRS) -> Measure:
     """Look one of `MEASURES` up, or say in one sentence which there are for these degrees of freedom."""
     known = measures_for(dofs)
     if name not in known:

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Ints, Vec
-from otolith.core.frames import AXES, PAIRS, AxisPair, specific_force
-from otolith.qp import Status
+from otolith.core.frames import DOFS, Dof, specific_force
+from otolith.interfaces import Status
 from otolith.simulate import Run
 
 MAX_POINTS: Final = 5_000  # of one curve; about three times the pixels of a wide screen
@@ -24,7 +24,7 @@ Band = tuple[float, float]
 class PairSeries:
     """What one axis pair did; n samples at the plant's rate, tilt in the planar model's sign."""
 
-    pair: AxisPair
+    pair: Dof
     time: Vec  # (n,) [s]
     reference: Vec  # (n,) [m/s²] specific force to be felt
     felt: Vec  # (n,) [m/s²] specific force felt
@@ -66,19 +66,19 @@ class Effort:
     status: tuple[str, ...]  # (m,)
 
     def troubled(self) -> dict[str, Ints]:
-        """Indices of the decisions of each status other than optimal, by status."""
+        """Indices of the decisions of each outcome other than the algorithm's own decision, by status."""
         status = np.array(self.status, dtype=object)
-        names = sorted(set(self.status) - {Status.OPTIMAL.value})
+        names = sorted(set(self.status) - {Status.DECIDED.value})
         return {name: np.flatnonzero(status == name) for name in names}
 
 
 def pair_series(run: Run, pair: str) -> PairSeries:
     """Curves and limits of the axis pair named `pair`."""
-    axes = PAIRS[pair]
+    axes = DOFS[pair]
     i, j = axes.translation, axes.rotation
-    limits = run.platform.pair_limits(axes)
-    low, high = np.rad2deg(limits.tilt)
-    rate, speed = float(np.rad2deg(limits.tilt_rate)), float(limits.velocity)
+    travel, tilt = run.platform.limits(axes)
+    low, high = np.rad2deg(tilt.position)
+    rate, speed = float(np.rad2deg(tilt.velocity)), float(travel.velocity)
     # The plants report acceleration in the driver's frame, so what is left of the force is gravity.
     gravity = specific_force(np.zeros((len(run.time), 3)), run.pose[:, 3:])
     return PairSeries(
@@ -94,15 +94,16 @@ def pair_series(run: Run, pair: str) -> PairSeries:
         velocity=run.twist[:, i],
         tilt_band_deg=(float(low), float(high)),
         tilt_rate_band_deg=(-rate, rate),
-        position_band=(float(limits.position[0]), float(limits.position[1])),
+        position_band=(float(travel.position[0]), float(travel.position[1])),
         velocity_band=(-speed, speed),
     )
 
 
 def single_series(run: Run, axis: str) -> SingleSeries:
     """Curves and limits of "heave", felt as a force, or of "yaw", felt as a rate."""
-    limits, i = run.platform.axis_limits(axis), AXES.index(axis)
-    heaves = axis == "heave"
+    dof = DOFS[axis]
+    (limits,), (i,) = run.platform.limits(dof), dof.axes
+    heaves = not dof.feels_rate
     scale = 1.0 if heaves else float(np.rad2deg(1.0))
     wanted, felt = (run.reference_force, run.felt_force) if heaves else (run.reference_rate, run.felt_rate)
     low, high = limits.position
@@ -111,8 +112,8 @@ def single_series(run: Run, axis: str) -> SingleSeries:
         axis=axis,
         units=("m/s²", "m", "m/s") if heaves else ("deg/s", "deg", "deg/s"),
         time=run.time,
-        reference=scale * wanted[:, 2],
-        felt=scale * felt[:, 2],
+        reference=scale * wanted[:, dof.felt],
+        felt=scale * felt[:, dof.felt],
         place=scale * run.pose[:, i],
         speed=scale * run.twist[:, i],
         place_band=(scale * low, scale * high),
@@ -127,13 +128,13 @@ def effort(run: Run) -> Effort:
         period=run.period,
         changes=run.changes.astype(np.float64),
         step_time_us=1e6 * run.step_time,
-        status=run.status,
+        status=run.outcomes,
     )
 
 
 def status_counts(run: Run) -> dict[str, int]:
     """Number of decisions of each status, most frequent first."""
-    return dict(Counter(run.status).most_common())
+    return dict(Counter(run.outcomes).most_common())
 
 
 def labels(runs: Sequence[Run]) -> tuple[str, ...]:

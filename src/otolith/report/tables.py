@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any, Final
 
+from otolith.interfaces import Status
 from otolith.metrics.verdict import bounds, kind
 from otolith.report import texts
 from otolith.report.page import table
@@ -94,7 +95,7 @@ def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
 
 def _failed(summary: Summary) -> object:
     status = summary.get("status")
-    return None if status is None else sum(count for name, count in status.items() if name != "optimal")
+    return None if status is None else sum(count for name, count in status.items() if name != Status.DECIDED)
 
 
 def side_by_side(names: Sequence[str], summaries: Sequence[Summary]) -> str:

@@ -34,7 +34,7 @@ PANELS: Final = {
     "changes": (
         "How many constraints the solver had to add to or remove from its working set until it found "
         "the optimum: its iterations, counted the same on every computer. High where the reference "
-        "changes suddenly. Marks stand where a decision was not optimal."
+        "changes suddenly. Marks stand where the fallback decided instead of the algorithm."
     ),
     "step-time": (
         "Processor time that each decision took. What matters in real time is not the mean but the "

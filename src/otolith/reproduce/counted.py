@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Ints
+from otolith.cueing.mpc.controller import Mpc
 from otolith.interfaces import Cueing
-from otolith.mpc.implicit import Implicit
 from otolith.qp import Status
 from otolith.qp.blocked import Lengths
 from otolith.qp.condensed import CondensedSolver
@@ -88,6 +88,6 @@ def engine_named(solver: str) -> Callable[..., StageEngine]:
 
 def clock_of(cueing: Cueing) -> Callable[[], float]:
     """The clock that measures a controller's steps [s]."""
-    if isinstance(cueing, Implicit) and isinstance(cueing.engine, CountedEngine):
+    if isinstance(cueing, Mpc) and isinstance(cueing.engine, CountedEngine):
         return cueing.engine.clock
     return time.thread_time

@@ -13,14 +13,13 @@ from typing import Any, Final
 import numpy as np
 
 from otolith.core.frames import SURGE_PITCH
-from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.cueing.design import Design
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
+from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.metrics import distribution, tracking_rmse
-from otolith.mpc.design import Design
-from otolith.mpc.implicit import Entry, ImplicitSettings
-from otolith.mpc.model import BrakingRows
-from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import load
-from otolith.qp import Status
 from otolith.registry import CUEING, FOUR_MODELS, PLANTS
 from otolith.reproduce.counted import COUNTED, engine_named
 from otolith.scenarios import scenario
@@ -54,17 +53,17 @@ class Case:
         """Close the loop."""
         platform = load("thesis")
         soft = {"tilt_rate": PENALTY} if self.soft else {}
-        settings = ImplicitSettings(
+        settings = MpcSettings(
             braking=BrakingRows.POSITION, soft=soft, washout=self.washout, engine=engine_named(self.solver)
         )
-        design = Design(platform=platform, implicit=settings, entry=self.entry)
+        design = Design(platform=platform, mpc=settings, entry=self.entry)
         plant = PLANT_OF[self.where]
         return simulate(
             CUEING[self.cueing].load()(design),
             PLANTS[plant].load()(platform),
             scenario(self.scenario),
             platform=platform,
-            pairs=(SURGE_PITCH.name,),
+            dofs=(SURGE_PITCH.name,),
             names=(self.cueing, plant),
             settings={"soft": soft, "solver": self.solver},
         )
@@ -75,7 +74,7 @@ def figures_of(run: Run) -> dict[str, Any]:
     return {
         "rmse": float(tracking_rmse(run)[0]),
         "changes": distribution(run.changes),
-        "unsolved": sum(status != "optimal" for status in run.status),
+        "unsolved": sum(status != Status.DECIDED for status in run.status),
     }
 
 
@@ -126,7 +125,7 @@ class _Recorded:
         self._next = 0
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """The next one."""
+        """Give the next of the recorded commands."""
         del state, reference
         self._next += 1
         return Command(
@@ -134,7 +133,7 @@ class _Recorded:
             pose=np.zeros(6),
             twist=np.zeros(6),
             plan=np.zeros((0, 6)),
-            outcome=Outcome(status=Status.OPTIMAL),
+            outcome=Outcome(status=Status.DECIDED),
         )
 
 
@@ -146,7 +145,7 @@ def in_open_loop(run: Run) -> Run:
         PLANTS[plant].load()(run.platform),
         scenario(run.scenario),
         platform=run.platform,
-        pairs=run.pairs,
+        dofs=run.dofs,
         names=("recorded", plant),
     )
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
+from otolith.cueing.design import Design, explicit
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import BrakingRows, Limits
 from otolith.metrics import excesses, tracking_rmse
-from otolith.mpc.design import Design, explicit
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.model import BrakingRows
 from otolith.mpqp import Law
 from otolith.plant.ideal import Ideal
-from otolith.platforms import PairLimits, load
+from otolith.platforms import load
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import rmse_at_decisions
 from otolith.reproduce.outcome import Claim, Grid, Outcome
@@ -95,7 +95,7 @@ def _run(settings: ExplicitSettings, name: str, *laws: Law) -> Run:
     thesis = load("thesis")
     design = Design(platform=thesis, explicit=settings, stored_laws=laws)
     return simulate(
-        explicit(design), Ideal(lag=0.0), scenario(name), platform=thesis, pairs=(SURGE_PITCH.name,)
+        explicit(design), Ideal(lag=0.0), scenario(name), platform=thesis, dofs=(SURGE_PITCH.name,)
     )
 
 
@@ -119,10 +119,7 @@ def _four_dof(row: Row) -> Row:
     settings = ExplicitSettings(
         horizon=row["horizon"], period=row["period"], block_from=row.get("block_from")
     )
-    parts = [
-        law_of(settings, replace(thesis.pair_limits(pair), position=(-REACH_4_DOF, REACH_4_DOF)))
-        for pair in (SURGE_PITCH, SWAY_ROLL)
-    ]
+    parts = [law_of(settings, _within(thesis.limits(pair), REACH_4_DOF)) for pair in (SURGE_PITCH, SWAY_ROLL)]
     found = [counts(part)[CHOSEN.label] for part in parts]
     return {
         "parts": " × ".join(map(str, found)),
@@ -131,18 +128,26 @@ def _four_dof(row: Row) -> Row:
     }
 
 
-def constrained_limits(constraints: str) -> PairLimits:
+def _within(limits: Limits, reach: float) -> Limits:
+    """The limits of a pair with a travel of ± `reach` [m]."""
+    travel, tilt = limits
+    return replace(travel, position=(-reach, reach)), tilt
+
+
+def constrained_limits(constraints: str) -> Limits:
     """The limits of one row of Table C.1."""
-    pi = replace(load("thesis").pair_limits(SURGE_PITCH), tilt_rate=math.pi * DEGREE)
-    no_velocity = replace(pi, velocity=math.inf)
+    travel, tilt = load("thesis").limits(SURGE_PITCH)
+    slow_tilt = replace(tilt, velocity=math.pi * DEGREE)
+    no_velocity = replace(travel, velocity=math.inf)
     position_only = replace(no_velocity, acceleration=math.inf)
-    limits: dict[str, PairLimits] = {
-        "states and a_tran": pi,
-        "states and both inputs": replace(pi, tilt_acceleration=10.0 * DEGREE),
-        "states but velocity, and a_tran": no_velocity,
-        "states but velocity": position_only,
-        "states but velocity, stringent": replace(
-            position_only, tilt_rate=2.5 * DEGREE, position=(-0.4, 0.4)
+    limits: dict[str, Limits] = {
+        "states and a_tran": (travel, slow_tilt),
+        "states and both inputs": (travel, replace(slow_tilt, acceleration=10.0 * DEGREE)),
+        "states but velocity, and a_tran": (no_velocity, slow_tilt),
+        "states but velocity": (position_only, slow_tilt),
+        "states but velocity, stringent": (
+            replace(position_only, position=(-0.4, 0.4)),
+            replace(tilt, velocity=2.5 * DEGREE),
         ),
     }
     return limits[constraints]
@@ -181,7 +186,7 @@ def _benchmark(row: Row) -> Row:
         Ideal(lag=0.0),
         scenario(row["scenario"]),
         platform=platform,
-        pairs=(SURGE_PITCH.name,),
+        dofs=(SURGE_PITCH.name,),
     )
     return {
         "regions": len(design.laws[0]),

@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.model import BrakingRows
-from otolith.mpc.washout import PRESETS
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.washout_weights import PRESETS
 from otolith.platforms import load
 from otolith.reproduce.braking import T_POSITION, T_TILT
 from otolith.reproduce.laboratory import Answers

@@ -1,22 +1,22 @@
 """The strong extra column: a certified guess of the active limits, with the minimiser unchanged.
 
 The coarse explicit law of the *same* limits and weights proposes a working set, which the solver takes only
-where fewer optimality conditions contradict it than the set of the step before (`otolith.mpc.hint`). It is
-made here from a few training manoeuvres, none of them a signal of the thesis.
+where fewer optimality conditions contradict it than the set of the step before (`otolith.cueing.hints`). It
+is made here from a few training manoeuvres, none of them a signal of the thesis.
 """
 
 from dataclasses import dataclass
 from typing import Final
 
-from otolith.core.frames import AxisPair
-from otolith.hints.fit import Effort, fit_laws
-from otolith.hints.manoeuvres import along, training
-from otolith.hints.recording import record
-from otolith.mpc.hint.coarse import Coarse, CoarseLaws
-from otolith.mpc.hybrid import NoGuess
-from otolith.mpc.implicit import Implicit, ImplicitSettings
-from otolith.mpc.model import BrakingRows
-from otolith.mpc.washout import WashoutWeight
+from otolith.core.frames import Dof
+from otolith.cueing.hints.coarse import Coarse, CoarseLaws
+from otolith.cueing.hints.training.fit import Effort, fit_laws
+from otolith.cueing.hints.training.manoeuvres import along, training
+from otolith.cueing.hints.training.recording import record
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Platform
 from otolith.reproduce.loop import Closed, Loop, close_with
 
@@ -52,24 +52,18 @@ class Hinted:
         """Make the hint, then close the loops; by signal."""
         first = self.loop(self.scenarios[0])
         platform, pairs = first.platform, first.pairs
-        settings = ImplicitSettings(braking=BrakingRows.POSITION, washout=self.washout, engine=first.engine)
+        settings = MpcSettings(braking=BrakingRows.POSITION, washout=self.washout, engine=first.engine)
         laws = coarse_laws(
             platform,
             pairs,
-            ImplicitSettings(braking=BrakingRows.POSITION, washout=self.washout),
+            MpcSettings(braking=BrakingRows.POSITION, washout=self.washout),
             every=self.every,
             effort=self.effort,
         )
         return {
             scenario: close_with(
                 self.loop(scenario),
-                Implicit(
-                    platform,
-                    pairs,
-                    settings=settings,
-                    guess=NoGuess(),
-                    hint=Coarse(laws, platform, pairs, settings),
-                ),
+                Mpc(platform, pairs, settings, hint=Coarse(laws, platform, pairs, settings)),
             )
             for scenario in self.scenarios
         }
@@ -77,8 +71,8 @@ class Hinted:
 
 def coarse_laws(
     platform: Platform,
-    pairs: tuple[AxisPair, ...],
-    settings: ImplicitSettings,
+    pairs: tuple[Dof, ...],
+    settings: MpcSettings,
     *,
     every: int,
     effort: Effort = DEFAULT,

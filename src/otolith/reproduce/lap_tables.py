@@ -5,7 +5,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from otolith.core.frames import PAIRS
 from otolith.platforms import load
 from otolith.reproduce.figures import motion_panels
 from otolith.reproduce.hinted import NAME
@@ -267,7 +266,7 @@ def lap_figure(figure: str, answers: Answers) -> Outcome:
     """One direction of one lap; on figure 6.4 also what happens at 80 s."""
     speed, pair = LAP_FIGURES[figure]
     motion = answers[Lap(speed, STUDIED)].motion[pair]
-    direction = {name: word for word, name in SAYS.items()}[PAIRS[pair].name]
+    direction = {name: word for word, name in SAYS.items()}[pair]
     tells = figure == "figure-6.4"
     return Outcome(
         name=figure,

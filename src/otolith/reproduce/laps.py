@@ -16,17 +16,15 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.frames import AxisPair
+from otolith.cueing.design import Design
+from otolith.cueing.hints.coarse import Coarse
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.settings import MpcSettings
 from otolith.interfaces import Cueing, Plant
 from otolith.metrics import excesses
-from otolith.mpc.design import Design
-from otolith.mpc.hint.coarse import Coarse
-from otolith.mpc.hybrid import NoGuess
-from otolith.mpc.implicit import Implicit, ImplicitSettings
-from otolith.mpc.model import BrakingRows
 from otolith.plant import Ideal
 from otolith.plant.hexapod import hexapod
-from otolith.platforms import Platform
 from otolith.registry import CUEING
 from otolith.reproduce.emulator import PENALTY
 from otolith.reproduce.hinted import coarse_laws
@@ -86,7 +84,7 @@ class Lap:
 
 
 def _cued(loop: Loop, cueing: Cueing, plant: Plant, reference: Scenario) -> Run:
-    return simulate(cueing, plant, reference, platform=loop.platform, pairs=loop.dofs)
+    return simulate(cueing, plant, reference, platform=loop.platform, dofs=loop.dofs)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,8 +118,8 @@ class LapOnLegs:
     def run(self) -> OnLegs:
         """Drive, then cue."""
         loop, reference = _loop(self.cueing, self.on), _reference(self.speed)
-        settings = ImplicitSettings(braking=BrakingRows.POSITION, soft=SOFT)
-        design = Design(platform=loop.platform, pairs=loop.pairs, explicit=EXPLICIT[2], implicit=settings)
+        settings = MpcSettings(braking=BrakingRows.POSITION, soft=SOFT)
+        design = Design(platform=loop.platform, dofs=loop.pairs, explicit=EXPLICIT[2], mpc=settings)
         plant = hexapod(loop.platform)
         cueing = CUEING[self.cueing].load()(design)
         began = time.process_time()
@@ -155,26 +153,20 @@ class HintedLaps:
     def run(self) -> dict[int, Closed]:
         """Make the hint from training manoeuvres, then cue every lap; by speed."""
         loop = _loop(MODELS[0])
-        platform, pairs, settings = loop.platform, loop.pairs, ImplicitSettings(braking=BrakingRows.POSITION)
+        platform, pairs, settings = loop.platform, loop.pairs, MpcSettings(braking=BrakingRows.POSITION)
         laws = coarse_laws(platform, pairs, settings, every=self.every)
         return {
             speed: closed(
                 loop,
                 _cued(
                     loop,
-                    _hinted(platform, pairs, settings, hint=Coarse(laws, platform, pairs, settings)),
+                    Mpc(platform, pairs, settings, hint=Coarse(laws, platform, pairs, settings)),
                     Ideal(),
                     _reference(speed),
                 ),
             )
             for speed in self.speeds
         }
-
-
-def _hinted(
-    platform: Platform, pairs: tuple[AxisPair, ...], settings: ImplicitSettings, *, hint: Coarse
-) -> Implicit:
-    return Implicit(platform, pairs, settings=settings, guess=NoGuess(), hint=hint)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

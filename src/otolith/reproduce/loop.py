@@ -10,15 +10,16 @@ import numpy as np
 from pydantic import BaseModel
 
 from otolith.core.arrays import Ints, Vec
-from otolith.core.frames import PAIRS, AxisPair, specific_force
-from otolith.interfaces import Cueing
+from otolith.core.frames import DOFS, Dof, specific_force
+from otolith.cueing.design import Design
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.guess import FromExplicit, Guess, HeldPlan, NoGuess
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
+from otolith.interfaces import Cueing, Status
 from otolith.metrics import distribution, excesses, false_cues, tracking_rmse, travel_rms
-from otolith.mpc.design import Design
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.hybrid import FromExplicit, Guess, HeldPlan, NoGuess
-from otolith.mpc.implicit import Entry, Implicit, ImplicitSettings
-from otolith.mpc.model import BrakingRows
-from otolith.mpc.washout import PRESETS, WashoutWeight
 from otolith.platforms import Platform, load
 from otolith.qp.engines import StageEngine
 from otolith.qp.stage import StageProblem
@@ -40,7 +41,6 @@ from otolith.simulate import Run, simulate
 MODELS: Final = FOUR_MODELS
 TWO_DOF: Final = ("surge-pitch",)
 FOUR_DOF: Final = ("surge-pitch", "sway-roll")
-_AXIS: Final = {0: "longitudinal", 1: "lateral"}
 _SECONDS: Final = {
     ("explicit", 1): 0.3,
     ("explicit", 2): 0.3,
@@ -93,16 +93,14 @@ class Loop:
         return _SECONDS[kind, len(self.dofs)] * self.reference.duration / 10.0
 
     @property
-    def pairs(self) -> tuple[AxisPair, ...]:
+    def pairs(self) -> tuple[Dof, ...]:
         """The axis pairs that are cued."""
-        return tuple(PAIRS[name] for name in self.dofs)
+        return tuple(DOFS[name] for name in self.dofs)
 
     @property
     def reference(self) -> Scenario:
         """The scenario along every cued axis."""
-        along = [
-            scenario(self.scenario, literal=self.literal, axis=_AXIS[pair.translation]) for pair in self.pairs
-        ]
+        along = [scenario(self.scenario, literal=self.literal, axis=pair.along) for pair in self.pairs]
         return functools.reduce(Scenario.beside, along)
 
     @property
@@ -139,9 +137,9 @@ class Loop:
         if self.damping != 0.0:
             return _damped(self, design)
         cueing: Cueing = CUEING[self.cueing].load()(design)
-        if self.terminal != 1.0 and isinstance(cueing, Implicit):
-            weighted = TerminalWeight(cueing.formulation, self.terminal)
-            cueing.formulation = weighted  # type: ignore[assignment]  # it adds to one, and passes the rest on
+        if self.terminal != 1.0 and isinstance(cueing, Mpc):
+            weighted = TerminalWeight(cueing.problem, self.terminal)
+            cueing.problem = weighted  # type: ignore[assignment]  # it adds to one, and passes the rest on
         return cueing
 
     def run(self) -> "Closed":
@@ -192,23 +190,23 @@ def close_with(loop: Loop, cueing: Cueing) -> Closed:
         plant,
         loop.reference,
         platform=loop.platform,
-        pairs=loop.dofs,
+        dofs=loop.dofs,
         clock=clock_of(cueing),
     )
     return closed(loop, run)
 
 
-def _damped(loop: Loop, design: Design) -> Implicit:
+def _damped(loop: Loop, design: Design) -> Mpc:
     guesses: dict[str, Callable[[], Guess]] = {
         "implicit": NoGuess,
         "implicit-trajectory": HeldPlan,
         "hybrid-first": lambda: FromExplicit(design.laws_at_work(), first_only=True),
         "hybrid-all": lambda: FromExplicit(design.laws_at_work(), first_only=False),
     }
-    weight = design.implicit.control_weight
-    settings = replace(design.implicit, control_weight=weight + loop.damping)
+    weight = design.mpc.control_weight
+    settings = replace(design.mpc, control_weight=weight + loop.damping)
     guess = Damped(guesses[loop.cueing](), weight, loop.damping)
-    return replace(design, implicit=settings).implicit_with(guess)
+    return Mpc(design.platform, design.dofs, settings, guess=guess, entry=design.entry)
 
 
 @functools.lru_cache(maxsize=4)
@@ -216,9 +214,9 @@ def _design(loop: Loop) -> Design:
     """One design for all scenarios and models of a reading, so that its laws are enumerated once."""
     return Design(
         platform=loop.platform,
-        pairs=loop.pairs,
+        dofs=loop.pairs,
         explicit=loop.explicit or EXPLICIT[len(loop.dofs)],
-        implicit=ImplicitSettings(washout=loop.washout, braking=loop.braking, engine=loop.engine),
+        mpc=MpcSettings(washout=loop.washout, braking=loop.braking, engine=loop.engine),
         entry=loop.entry,
     )
 
@@ -232,7 +230,7 @@ def closed(loop: Loop, run: Run) -> Closed:
         travel={pair.name: float(travel[pair.translation]) for pair in loop.pairs},
         changes=run.changes,
         step_us=distribution(run.step_time, 1e6),
-        unsolved=sum(status != "optimal" for status in run.status),
+        unsolved=sum(status != Status.DECIDED for status in run.status),
         missed=int(np.count_nonzero(run.guess_missed)),
         cues=dict(Counter(cue.kind for cue in false_cues(run))),
         excess={one.quantity: one.between_nodes for one in excesses(run)},
@@ -240,7 +238,7 @@ def closed(loop: Loop, run: Run) -> Closed:
     )
 
 
-def rmse_at_decisions(run: Run, pair: AxisPair) -> float:
+def rmse_at_decisions(run: Run, pair: Dof) -> float:
     """RMSE [m/s²] at the instants of decision alone, one plant step after them.
 
     On a plant without lag that is the error of the explicit model's own output y_k = a_k + g tilt_k (4.1).
@@ -249,7 +247,7 @@ def rmse_at_decisions(run: Run, pair: AxisPair) -> float:
     return float(np.sqrt(np.mean(error**2)))
 
 
-def _motion(run: Run, pair: AxisPair) -> Motion:
+def _motion(run: Run, pair: Dof) -> Motion:
     s, th = pair.translation, pair.rotation
     at = run.at_decisions
     tilt_part = at(specific_force(np.zeros((len(run.time), 3)), run.pose[:, 3:])[:, s])

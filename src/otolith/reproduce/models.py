@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from otolith.mpc.washout import PRESETS, WashoutWeight, constant
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight, constant
 from otolith.reproduce.claims import (
     HYBRIDS,
     Values,

@@ -13,9 +13,10 @@ from typing import Final
 import numpy as np
 
 from otolith.core.frames import SURGE_PITCH
-from otolith.mpc.explicit import UNLIMITED, ExplicitSettings, explicit_problem
+from otolith.cueing.mpc.explicit_problem import UNLIMITED, ExplicitSettings, explicit_problem
+from otolith.cueing.mpc.rows import Limits
 from otolith.mpqp import Law, ball_radii, enumerate_regions, overlapping_sets
-from otolith.platforms import PairLimits, load
+from otolith.platforms import load
 
 TOOLBOX: Final = 0.5e-7  # [SI] radius: half of `region_tol`
 FINEST: Final = 1e-8  # [SI] radius of the smallest regions that any definition below counts
@@ -49,13 +50,14 @@ CHOSEN: Final = Definition(TOOLBOX, own_units=True)
 UNIT_BOX: Final = Definition(1e-7, own_units=False)
 
 
-def law_of(settings: ExplicitSettings, limits: PairLimits | None = None, *, finest: float = FINEST) -> Law:
+def law_of(settings: ExplicitSettings, limits: Limits | None = None, *, finest: float = FINEST) -> Law:
     """The explicit law of surge-pitch with every region that holds a ball of radius `finest` [SI].
 
     With the parameter box scaled to [-1, 1]^p the ball is no smaller than finest over half the widest range.
     """
     thesis = load("thesis")
-    problem = explicit_problem(limits or thesis.pair_limits(SURGE_PITCH), thesis.braking, settings)
+    limits = limits or thesis.limits(SURGE_PITCH)
+    problem = explicit_problem(SURGE_PITCH, limits, thesis.braking, settings)
     widest = float(np.max(problem.upper - problem.lower)) / 2.0
     return enumerate_regions(problem, tolerance=finest / widest)
 

@@ -14,8 +14,8 @@ from typing import Any, Final, cast
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.mpc.formulation import Formulation
-from otolith.mpc.hybrid import Guess
+from otolith.cueing.mpc.guess import Guess
+from otolith.cueing.mpc.problem import Problem
 from otolith.qp.certificate import kkt_residual
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
@@ -123,17 +123,17 @@ class QpOasesEngine:
 
 
 class TerminalWeight:
-    """A formulation whose last stage counts `factor` times (eq. 4.6 names a terminal cost, no weight)."""
+    """A problem whose last stage counts `factor` times (eq. 4.6 names a terminal cost, no weight)."""
 
-    def __init__(self, formulation: Formulation, factor: float) -> None:
-        self._formulation, self._factor = formulation, factor
+    def __init__(self, problem: Problem, factor: float) -> None:
+        self._problem, self._factor = problem, factor
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._formulation, name)
+        return getattr(self._problem, name)
 
     def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
-        """Write as the formulation does, then weigh the last stage."""
-        self._formulation.write(memory, x, plan, wanted, u_ref)
+        """Write as the problem does, then weigh the last stage."""
+        self._problem.write(memory, x, plan, wanted, u_ref)
         memory.output[-1] *= np.sqrt(self._factor)
         memory.error[-1] *= np.sqrt(self._factor)
         memory.state_weight[-1] *= self._factor

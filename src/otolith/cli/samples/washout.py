@@ -9,10 +9,9 @@ import numpy as np
 
 from otolith import metrics
 from otolith.core.frames import SURGE_PITCH
-from otolith.interfaces import Command, Outcome, PlatformState, Reference
+from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.plant import Ideal
 from otolith.platforms import load
-from otolith.qp import Status
 from otolith.scenarios import scenario
 from otolith.simulate import simulate
 
@@ -38,7 +37,7 @@ class HighPass:
         acceleration[SURGE] = a
         twist[SURGE] = velocity + self.period * a
         pose[SURGE] = position + self.period * velocity + 0.5 * self.period**2 * a
-        outcome = Outcome(status=Status.OPTIMAL)
+        outcome = Outcome(status=Status.DECIDED)
         return Command(
             acceleration=acceleration, pose=pose, twist=twist, plan=np.zeros((1, 6)), outcome=outcome
         )
@@ -47,5 +46,5 @@ class HighPass:
 if __name__ == "__main__":
     platform = load("thesis")
     drive = scenario("sine:amplitude=0.8,frequency=0.3,duration=8")
-    run = simulate(HighPass(), Ideal(), drive, platform=platform, pairs=("surge-pitch",))
+    run = simulate(HighPass(), Ideal(), drive, platform=platform, dofs=("surge-pitch",))
     print(f"RMSE {metrics.summarise(run)['rmse']:.3f} m/s², farthest {abs(run.pose[:, SURGE]).max():.3f} m")

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
-from otolith.mpc.implicit import Entry
+from otolith.cueing.mpc.settings import Entry
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import MODELS, Loop
 from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Final
 
-from otolith.mpc.implicit import Entry
-from otolith.mpc.washout import PRESETS, WashoutWeight
+from otolith.cueing.mpc.settings import Entry
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
 from otolith.reproduce.chapter6 import NAMES, PLACES, Emulated
 from otolith.reproduce.emulator import Case, scaled
 from otolith.reproduce.laboratory import Answers

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Final
 
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.model import BrakingRows
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import BrakingRows
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import Loop
 from otolith.reproduce.outcome import Bearing, Cell, Claim, Grid, Outcome

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from otolith.mpc.explicit import UNLIMITED
+from otolith.cueing.mpc.explicit_problem import UNLIMITED
 from otolith.mpqp import Verification, enumerate_regions, verify
 from otolith.reproduce.explicit import Case, cases, constrained_limits
 from otolith.reproduce.laboratory import Answers

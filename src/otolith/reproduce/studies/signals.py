@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from otolith.mpc.explicit import ExplicitSettings
-from otolith.mpc.model import BrakingRows
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings
+from otolith.cueing.mpc.rows import BrakingRows
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import FOUR_DOF, Loop
 from otolith.reproduce.models import ADAPTIVE_4

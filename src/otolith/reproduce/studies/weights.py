@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import pi
 from typing import Final
 
-from otolith.mpc.washout import PRESETS, WashoutWeight, constant
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight, constant
 from otolith.reproduce.laboratory import Answers
 from otolith.reproduce.loop import Loop
 from otolith.reproduce.models import ADAPTIVE_2

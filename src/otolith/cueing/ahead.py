@@ -1,0 +1,151 @@
+"""Deciding for the moment at which a command takes effect, on a platform that is not quite as described.
+
+Notation: T lag, d dead time, Δ period; q = p + T v and w = v + T a as in `otolith.safety.stopping`; a hat for
+what is believed.
+
+*Dead time.* What is decided at t takes effect at t + d. Until then the commands given before act; under them
+the believed state is taken ahead, exactly, and from there the algorithm decides as if there were no dead
+time (a Smith predictor in state space; Smith, 1957).
+
+*What is believed.* Measured motion is not simply taken for true. Where the real lag or dead time is another
+than the file says, what is measured and what the commands should have done differ for a moment, by up to
+(T + d) |u| in w and (T + d) |v| in q, and agree again afterwards: ẇ = u whatever the lag. A controller that
+takes the moment for true corrects at once what would have passed by itself, and swings. So the model's own
+state is kept, and drawn towards the measured one with the time constant `SETTLING`; what the timing cannot
+explain (a start elsewhere, a supervisor that held the legs, a push) is believed at once.
+"""
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
+from otolith.core.jit import kernel
+from otolith.interfaces import Command, Cueing, PlatformState, Reference
+from otolith.safety.stopping import HUGE, move
+
+LONGEST: Final = 1.0  # [s] of a dead time
+SETTLING: Final = 0.3  # [s] in which a difference that the timing may explain is believed
+_LASTING: Final = 5.0  # lags for which a command may show
+
+
+@kernel
+def correct(believed: Mat, measured: Mat, commands: Mat, T: float, delay: float, share: float) -> None:
+    """Draw the believed motion (3, 6) towards the measured one, in place.
+
+    Parameters
+    ----------
+    commands : (K, 6) whose effects may still show.
+    delay : T + d, by which timing may be wrong [s].
+    share : of a difference that timing may explain, how much is believed now; 0 to 1.
+    """
+    for i in range(6):
+        largest = np.max(np.abs(commands[:, i]))
+        of_w = (measured[1, i] + T * measured[2, i]) - (believed[1, i] + T * believed[2, i])
+        of_p = measured[0, i] - believed[0, i]
+        shown_w = min(delay * largest, max(-delay * largest, of_w))
+        room = delay * (abs(believed[1, i]) + delay * largest)
+        shown_p = min(room, max(-room, of_p))
+        believed[1, i] += share * shown_w + (of_w - shown_w)
+        believed[0, i] += share * shown_p + (of_p - shown_p)
+
+
+class Ahead:
+    """Any algorithm on a platform whose commands take effect late, or not quite as its file says.
+
+    Its commands' pose and twist are those at the end of the period in which they act.
+
+    Parameters
+    ----------
+    lag : T [s] between commanded and actual acceleration.
+    dead_time : d [s] before a command takes effect.
+
+    Raises
+    ------
+    InputError : the dead time is not between 0 and 1 s.
+    """
+
+    def __init__(self, cueing: Cueing, *, lag: float, dead_time: float) -> None:
+        if not 0.0 <= dead_time <= LONGEST:
+            raise InputError("dead time", dead_time, f"between 0 and {LONGEST:g} s")
+        self._cueing, self._lag, self._dead_time = cueing, lag, dead_time
+        self._count = math.ceil(
+            dead_time / cueing.period - 1e-9
+        )  # commands given and not yet wholly in effect
+        shown = self._count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
+        self._given: deque[Vec] = deque(maxlen=shown)  # the latest last
+        self._share = 1.0 - math.exp(-cueing.period / SETTLING)
+        self._believed = np.zeros((3, 6))
+        self.reset(PlatformState())
+        self._observe(PlatformState())  # no decision waits for a compiler
+        self.reset(PlatformState())
+
+    @property
+    def period(self) -> float:
+        """Time between two decisions [s]."""
+        return self._cueing.period
+
+    @property
+    def soft(self) -> frozenset[str]:
+        """Limits that the algorithm may pass at a price."""
+        return frozenset(getattr(self._cueing, "soft", ()))
+
+    def reset(self, state: PlatformState) -> None:
+        """Start from `state`, with no command on its way."""
+        self._given.extend(np.zeros(6) for _ in range(self._given.maxlen or 0))
+        self._believed[:] = np.stack([state.pose, state.twist, state.acceleration])
+        self._fresh = True
+        self._cueing.reset(self._ahead(state))
+
+    def step(self, state: PlatformState, reference: Reference) -> Command:
+        """Decide for a dead time from now."""
+        if not self._fresh:
+            self._pass()
+        self._fresh = False
+        known = self._observe(state)
+        ahead = self._ahead(state) if known else _unknown()
+        command = self._cueing.step(ahead, self._later(reference))
+        self._given.append(command.acceleration)
+        return command
+
+    def _pass(self) -> None:
+        """Move what is believed on by the period since the last decision."""
+        second = self._count * self.period - self._dead_time  # [s] that the later of two commands acted
+        given = list(self._given)
+        before, after = given[-1 - self._count], given[-self._count] if self._count else given[-1]
+        move(self._believed, before, self._lag, self.period - second)
+        move(self._believed, after, self._lag, second)
+
+    def _observe(self, state: PlatformState) -> bool:
+        """Correct what is believed by a measurement; False where it is none."""
+        measured = np.stack([state.pose, state.twist, state.acceleration])
+        if not np.abs(measured).max() <= HUGE:  # so written, a NaN is none
+            return False
+        delay = self._lag + self._dead_time
+        correct(self._believed, measured, np.stack(self._given), self._lag, delay, self._share)
+        return True
+
+    def _ahead(self, state: PlatformState) -> PlatformState:
+        """Where the commands on their way will have led."""
+        motion = self._believed.copy()
+        first = self._dead_time - (self._count - 1) * self.period
+        for i in range(self._count):
+            move(motion, self._given[i - self._count], self._lag, self.period if i else first)
+        return replace(state, pose=motion[0], twist=motion[1], acceleration=motion[2])
+
+    def _later(self, reference: Reference) -> Reference:
+        """The reference as it will be then: straight between what is known, held from its end on."""
+        if reference.preview is None:
+            return reference
+        known = np.vstack([reference.specific_force, reference.preview])
+        asked = np.arange(len(known)) + self._dead_time / self.period
+        later = np.column_stack([np.interp(asked, np.arange(len(known)), column) for column in known.T])
+        return replace(reference, specific_force=later[0], preview=later[1:])
+
+
+def _unknown() -> PlatformState:
+    return PlatformState(pose=np.full(6, np.nan))

@@ -1,0 +1,112 @@
+"""Closed loops recorded as questions and answers: what hints are fitted to and judged on."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.frames import Dof
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.plant import Ideal
+from otolith.platforms import Platform
+from otolith.qp import Status
+from otolith.qp.blocked import Lengths
+from otolith.qp.engines import StageEngine, StructuredEngine
+from otolith.qp.stage import OnRequest, StageProblem, StageSolution
+from otolith.scenarios import Scenario
+from otolith.simulate import simulate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """The decisions of several runs after each other, n in all."""
+
+    x: Mat  # (n, 6P) states
+    wanted: Mat  # (n, P) forces, held over the horizon
+    plan: NDArray[np.float64]  # (n, N, 2P) that the problem was linearised about; (n, 0, 0) when not kept
+    sets: NDArray[np.int8]  # (n, M, rows) optimal working sets
+    first: Mat  # (n, 2P) optimal first inputs
+    solved: Bools  # (n,)
+    begins: Bools  # (n,) the first decision of a run
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def changed(self, rows: Bools) -> Bools:
+        """(n,) where the set of some rows of the horizon is not that of the decision before.
+
+        First decisions count, too. `rows` (M·rows,) says which are looked at.
+        """
+        sets = self.sets.reshape(len(self.sets), -1)[:, rows]
+        changed: Bools = self.begins.copy()
+        changed[1:] |= (sets[1:] != sets[:-1]).any(axis=1)
+        return changed
+
+
+class _Witness:
+    """An engine and a hint at once: it sees every question and every answer, and changes neither."""
+
+    engine: StageEngine
+
+    def __init__(self, *, plans: bool) -> None:
+        self._plans = plans
+        self.questions: list[tuple[Vec, Vec, Mat]] = []
+        self.answers: list[tuple[NDArray[np.int8], Vec, bool]] = []
+
+    def __call__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> "_Witness":
+        self.engine = StructuredEngine(problem, tolerance=tolerance, blocks=blocks)
+        self.memory = self.engine.memory
+        return self
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """Note the question."""
+        self.questions.append((x.copy(), wanted.copy(), plan.copy() if self._plans else plan[:0, :0]))
+        return None
+
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Note the answer, and the question whether or not the engine would ask for a hint."""
+        if hint is not None:
+            hint()
+        solution = self.engine.run(start)
+        solved = solution.status is Status.OPTIMAL
+        self.answers.append((solution.working_set.astype(np.int8), solution.U[0].copy(), solved))
+        return solution
+
+    def forget(self) -> None:
+        """Forget what was noted."""
+        self.questions.clear()
+        self.answers.clear()
+
+    def reset(self) -> None:
+        """A new run, before its first decision."""
+        self.engine.reset()
+
+
+def record(
+    platform: Platform,
+    pairs: Sequence[Dof],
+    settings: MpcSettings,
+    scenarios: Sequence[Scenario],
+    *,
+    plans: bool = False,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Recording:
+    """Close the loop over the scenarios, one Gauss-Newton step per period, on the plant of the model."""
+    witness = _Witness(plans=plans)
+    watched = replace(settings, iterations=1, engine=witness)
+    cueing = Mpc(platform, pairs, watched, hint=witness)
+    witness.forget()  # the problem that only compiled
+    names = tuple(pair.name for pair in pairs)
+    begins = []
+    for done, scenario in enumerate(scenarios):
+        begins.append(len(witness.questions))
+        simulate(cueing, Ideal(), scenario, platform=platform, dofs=names, plant_period=settings.period)
+        progress((done + 1) / len(scenarios))
+    x, wanted, plan = (np.array(column) for column in zip(*witness.questions, strict=True))
+    sets, first, solved = (np.array(column) for column in zip(*witness.answers, strict=True))
+    starts = np.zeros(len(x), dtype=np.bool_)
+    starts[begins] = True
+    return Recording(x=x, wanted=wanted, plan=plan, sets=sets, first=first, solved=solved, begins=starts)

@@ -1,0 +1,49 @@
+"""The working set that a guess of the controls stands for: rows that are at a bound along its trajectory."""
+
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.cueing.mpc.guess import Guess
+from otolith.cueing.mpc.problem import Problem
+from otolith.qp.blocked import block_ends, block_starts
+from otolith.qp.engines import StageMemory
+
+CLOSE: Final = 1e-3  # of a bound: as near as that counts as being at it
+
+
+class Along:
+    """Turns a guess of controls into a hint."""
+
+    def __init__(self, guess: Guess, problem: Problem, memory: StageMemory) -> None:
+        self._guess, self._problem, self._memory = guess, problem, memory
+        lengths = problem.settings.lengths
+        self._starts, self._ends = block_starts(lengths), block_ends(lengths)
+
+    def reset(self) -> None:
+        """Forget what the guess remembers."""
+        self._guess.reset()
+
+    def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
+        """(1, M, rows), or None where there is no guess."""
+        controls = self._guess.controls(x, wanted, plan)
+        if controls is None:
+            return None
+        values, low, high = self._values(x, controls), self._memory.lower, self._memory.upper
+        upper, lower = values >= high - _margin(high), values <= low + _margin(low)
+        return np.asarray(upper, dtype=np.int64)[None] - lower
+
+    def _values(self, x: Vec, controls: Mat) -> Mat:
+        """(M, rows) what the bounds apply to; the circle's row is the distance from the centre."""
+        X = self._problem.predicted(x, controls)[self._ends]
+        rows = [X @ self._problem.structure.C.T]
+        if self._problem.circle is not None:
+            rows.append(self._problem.circle.distance(X))
+        return np.hstack([*rows, controls[self._starts]])
+
+
+def _margin(bound: Mat) -> Mat:
+    """How near to a bound is at it; nothing is near to an infinite one."""
+    margin: Mat = CLOSE * np.abs(np.where(np.isfinite(bound), bound, 0.0))
+    return margin

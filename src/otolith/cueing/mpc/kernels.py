@@ -1,0 +1,222 @@
+"""Compiled: everything of the MPC's problem that changes from step to step, written in one call.
+
+Notation: x (nx,) the motion of all degrees of freedom, `otolith.cueing.mpc.motion`; N steps, M blocks of
+them; C channels, `otolith.cueing.mpc.objective`. The force felt through a tilt θ, under an outer tilt φ,
+
+    f = a + g cos φ sin θ      (φ is the pitch, where sway-roll is cued with surge-pitch; else the cosine is
+    1),
+
+is linearised about the motion (x̄, θ̄, φ̄) that the previous plan leads to. A physical channel takes value
+and slope, f ≈ D x + const. A sensed one keeps the slope of small tilts, g θ, so that the organs stay linear;
+what that lacks, Δ = g (cos φ sin θ − θ), is evaluated along the plan, and what the organ senses of it is
+added: a Gauss-Newton step with the exact value and a fixed slope.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.frames import GRAVITY
+from otolith.core.jit import kernel
+from otolith.cueing.mpc.motion import Axes, predict
+from otolith.qp.engines import StageMemory
+
+_NO_DIRECTION: Final = 1e-9  # [m] closer than this to the centre, the circle has no direction
+
+
+class Felt(NamedTuple):
+    """What the kernels need of the channels; all arrays but `row` have one entry per channel."""
+
+    row: Mat  # (C, nx) linear: g θ for the gravity of a tilt
+    root: Vec  # of the weight of the squared error
+    sensed: Bools  # whether an organ is part of the prediction
+    tilt: Ints  # state of x that gives gravity, -1 where there is none
+    outer: Ints  # state of x under whose cosine that tilt lies, -1 where there is none
+    of_tilt: Ints  # where the slope by the tilt stands among the values of D, for physical channels
+    of_outer: Ints  # and that by the outer tilt
+    linear: bool  # whether sin θ counts as θ throughout the prediction
+
+
+class Organs(NamedTuple):
+    """The organs of all sensed channels, one after the other (no,), in the simulator and in the car."""
+
+    first: Ints  # (C + 1,) where each channel's states begin; a physical channel has none
+    A: Mat  # (no, no)
+    B: Vec  # (no,) by what is held over a period
+    B0: Vec  # (no,) by what is straight over it, at its beginning …
+    B1: Vec  # (no,) … and at its end
+    C: Vec  # (no,)
+    D: Vec  # (C,)
+    here: Vec  # (no,) states in the simulator
+    there: Vec  # (no,) in the car
+    felt_here: Vec  # (C,) what they felt last
+    felt_there: Vec  # (C,)
+
+
+class Given(NamedTuple):
+    """What the kernels need of a problem, the same at every step but for `X` and the organs' states."""
+
+    axes: Axes
+    hold: Mat  # (nu, 6) as `otolith.cueing.mpc.motion.held`
+    felt: Felt
+    organs: Organs
+    ends: Ints  # (M,) last step of every block
+    of: Ints  # (w,) state whose size the washout weight depends on
+    washout: Mat  # (w, 5) its coefficients w₁ … w₄ and scale
+    control_weight: Vec  # (nu,) R
+    circle: Vec  # (3,) weights of velocity, position and acceleration in the place that the circle limits
+    in_circle: Ints  # (2, 3) those states of surge and sway
+    X: Mat  # (N, nx) room for the prediction
+
+
+@kernel
+def linearise_force(given: Given, c: int, wanted: Mat, D: Mat, error: Mat) -> None:
+    """Slopes D (N, values) and errors (N, C) of what physical channel `c` feels, less `wanted` (N, C)."""
+    felt, X = given.felt, given.X
+    root, tilt, outer = felt.root[c], felt.tilt[c], felt.outer[c]
+    for k in range(X.shape[0]):
+        constant = -wanted[k, c]
+        if tilt >= 0 and not felt.linear:
+            theta = X[k, tilt]
+            sine, cosine = np.sin(theta), np.cos(theta)
+            pull = GRAVITY
+            if outer >= 0:
+                phi = X[k, outer]
+                pull = GRAVITY * np.cos(phi)
+                slope = -GRAVITY * np.sin(phi) * sine
+                constant -= slope * phi
+                D[k, felt.of_outer[c]] = root * slope
+            constant += pull * (sine - cosine * theta)
+            D[k, felt.of_tilt[c]] = root * pull * cosine
+        error[k, c] = root * constant
+
+
+@kernel
+def _missing(x: Vec, tilt: int, outer: int) -> float:
+    """Δ of one tilt in the motion x; 0 without a tilt."""
+    if tilt < 0:
+        return 0.0
+    cosine = np.cos(x[outer]) if outer >= 0 else 1.0
+    delta: float = GRAVITY * (cosine * np.sin(x[tilt]) - x[tilt])
+    return delta
+
+
+@kernel
+def predict_sensed(given: Given, c: int, wanted: Mat, error: Mat) -> None:
+    """Errors (N, C) of sensed channel `c`: what its organ senses of Δ, less what it will sense in the car.
+
+    Both are the response of one linear system, so one pass from the difference of the states gives it.
+    """
+    felt, organs, X = given.felt, given.organs, given.X
+    low, high = organs.first[c], organs.first[c + 1]
+    o, after = -organs.there[low:high], np.empty(high - low)
+    for k in range(X.shape[0]):
+        delta = 0.0 if felt.linear else _missing(X[k], felt.tilt[c], felt.outer[c])
+        value = delta - wanted[k, c]
+        total = organs.D[c] * value
+        for i in range(high - low):
+            after[i] = organs.B[low + i] * value
+            for j in range(high - low):
+                after[i] += organs.A[low + i, low + j] * o[j]
+            total += organs.C[low + i] * after[i]
+        o[:] = after
+        error[k, c] = felt.root[c] * total
+
+
+@kernel
+def _move_on(organs: Organs, c: int, o: Vec, before: float, now: float) -> None:
+    """Move one organ on by a period over which what is felt goes straight from `before` to `now`."""
+    low, high = organs.first[c], organs.first[c + 1]
+    after = organs.B0[low:high] * before + organs.B1[low:high] * now
+    for i in range(high - low):
+        for j in range(high - low):
+            after[i] += organs.A[low + i, low + j] * o[low + j]
+    o[low:high] = after
+
+
+@kernel
+def sense(given: Given, x: Vec, wanted: Mat) -> None:
+    """Move all organs on by the period that ends now, in the motion x, with the first of `wanted` (N, C)."""
+    felt, organs = given.felt, given.organs
+    for c in range(len(felt.root)):
+        if felt.sensed[c]:
+            here = _missing(x, felt.tilt[c], felt.outer[c])
+            for i in range(len(x)):
+                here += felt.row[c, i] * x[i]
+            _move_on(organs, c, organs.here, organs.felt_here[c], here)
+            _move_on(organs, c, organs.there, organs.felt_there[c], wanted[0, c])
+            organs.felt_here[c], organs.felt_there[c] = here, wanted[0, c]
+
+
+@kernel
+def _limited(given: Given, k: int, p: int) -> float:
+    place = 0.0
+    for i in range(3):
+        place += given.circle[i] * given.X[k, given.in_circle[p, i]]
+    return place
+
+
+@kernel
+def linearise_circle(given: Given, rows: Mat) -> None:
+    """Rows (M, values) of the limit circle about the places predicted for the blocks' ends.
+
+    The circle limits c = (c_long, c_lat), each the position alone or a combination with velocity and
+    acceleration. With n the unit vector towards the predicted c, n·c ≤ radius touches the circle. The
+    non-zeros of a row stand in the order of the states, surge before sway.
+
+    The half-plane through the circle's point nearest to the prediction contains the whole circle, and
+    cuts off what lies beyond it in that direction; a place that turns by φ from its prediction may
+    leave the circle by radius·φ²/2 at most.
+    """
+    for k in range(len(given.ends)):
+        x, y = _limited(given, given.ends[k], 0), _limited(given, given.ends[k], 1)
+        length = np.hypot(x, y)
+        near = length <= _NO_DIRECTION
+        slot = 0
+        for p in range(2):
+            direction = 0.0 if near else (x, y)[p] / length
+            for i in range(3):
+                if given.circle[i] != 0.0:
+                    rows[k, slot] = direction * given.circle[i]
+                    slot += 1
+
+
+@kernel
+def weigh_washout(given: Given, x: Vec, weights: Mat) -> None:
+    """Washout weights (N, w), the same at all steps: w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |x_of| / scale.
+
+    Of the present state x (eq. 4.12).
+    """
+    for i in range(len(given.of)):
+        c = given.washout[i]
+        r = abs(x[given.of[i]]) / c[4]
+        weights[:, i] = c[0] + c[1] * r + c[2] * r**2 + c[3] * r**4
+
+
+@kernel
+def pull_to(u_ref: Mat, R: Vec, ends: Ints, linear: Mat) -> None:
+    """Linear terms −R Σ u_ref (M, nu), the sum over each block's steps; zero where u_ref has no steps."""
+    linear[:] = 0.0
+    block = 0
+    for k in range(u_ref.shape[0]):
+        block += k > ends[block]
+        for j in range(u_ref.shape[1]):
+            linear[block, j] -= R[j] * u_ref[k, j]
+
+
+@kernel
+def write(given: Given, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat) -> None:
+    """Write all of the above about the plan (N, nu) into an engine's memory."""
+    memory.start[: len(x)] = x
+    memory.start[len(x) :] = given.organs.here
+    predict(given.axes, given.hold, x, plan, given.X)
+    for c in range(wanted.shape[1]):
+        if given.felt.sensed[c]:
+            predict_sensed(given, c, wanted, memory.error)
+        else:
+            linearise_force(given, c, wanted, memory.output, memory.error)
+    if memory.varying.shape[1] > 0:
+        linearise_circle(given, memory.varying)
+    weigh_washout(given, x, memory.state_weight)
+    pull_to(u_ref, given.control_weight, given.ends, memory.input_linear)

@@ -1,0 +1,157 @@
+"""How a degree of freedom moves: its states, its commands, and where each of its axes stands among them.
+
+Notation: per axis p place, v speed, a acceleration, which lags its command u by T (eqs. 4.9 and 4.21):
+
+    ṗ = v,  v̇ = a,  ȧ = (u − a)/T.
+
+An axis pair has x = [ω θ v s a_tran a_rot], u = [a_rot a_tran] in the thesis's order, with ω, θ rate and
+angle of the tilt, v, s speed and place of the translation. An axis of its own has x = [v s a], u = [a].
+Several degrees of freedom next to each other have x = (x_1, x_2 …), u = (u_1, u_2 …). Without the lag (the
+explicit model, eq. 4.1) the accelerations are the inputs, and the states are those before them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.frames import Dof
+from otolith.core.jit import kernel
+from otolith.core.lti import zero_order_hold
+from otolith.interfaces import PlatformState
+
+STATES: Final = (
+    "tilt_rate",
+    "tilt",
+    "velocity",
+    "position",
+    "acceleration",
+    "tilt_acceleration",
+)  # of a pair
+TILT_RATE, TILT, VELOCITY, POSITION, ACCELERATION, TILT_ACCELERATION = range(6)
+ROT, TRAN = range(2)  # a pair's commands
+STATES_ALONE: Final = ("velocity", "position", "acceleration")  # of an axis of its own
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """One axis of a degree of freedom, as the command drives it: acceleration, speed, place."""
+
+    of: int  # which of `Dof.axes` it is
+    place: int  # index among the degree of freedom's states, as are the next two
+    speed: int
+    acceleration: int
+
+
+_PAIR: Final = (
+    Chain(1, TILT, TILT_RATE, TILT_ACCELERATION),
+    Chain(0, POSITION, VELOCITY, ACCELERATION),
+)
+_ALONE: Final = (Chain(0, place=1, speed=0, acceleration=2),)
+
+
+def chains(dof: Dof) -> tuple[Chain, ...]:
+    """The axes of a degree of freedom, in the order of its commands."""
+    return _PAIR if dof.is_pair else _ALONE
+
+
+def states(dof: Dof) -> tuple[str, ...]:
+    """Names of its states; washout weights and soft rows are addressed by them."""
+    return STATES if dof.is_pair else STATES_ALONE
+
+
+class Axes(NamedTuple):
+    """All axes of several degrees of freedom, one entry per command (nu,); x is (nx,)."""
+
+    axis: Ints  # index in a six-vector
+    sign: Vec  # of the model's motion against the platform's
+    place: Ints  # index in x, as are the next two
+    speed: Ints
+    acceleration: Ints
+
+
+def stacked(dofs: Sequence[Dof]) -> Axes:
+    """Where the axes of degrees of freedom stand when these are put next to each other."""
+    first, found = 0, []
+    for dof in dofs:
+        for chain in chains(dof):
+            in_x = (first + chain.place, first + chain.speed, first + chain.acceleration)
+            found.append((dof.axes[chain.of], dof.signs[chain.of], *in_x))
+        first += len(states(dof))
+    axis, sign, place, speed, acceleration = map(np.array, zip(*found, strict=True))
+    return Axes(axis, sign, place, speed, acceleration)
+
+
+def first_states(dofs: Sequence[Dof]) -> Ints:
+    """Index in x of the first state of every degree of freedom, and after the last (len + 1,)."""
+    return np.cumsum([0, *(len(states(dof)) for dof in dofs)])
+
+
+def dynamics(axes: Axes, lag: float) -> tuple[Mat, Mat]:
+    """Continuous (A (nx, nx), B (nx, nu)) of axes that lag their commands by `lag` [s]."""
+    nu = len(axes.axis)
+    A, B = np.zeros((3 * nu, 3 * nu)), np.zeros((3 * nu, nu))
+    A[axes.place, axes.speed] = A[axes.speed, axes.acceleration] = 1.0
+    A[axes.acceleration, axes.acceleration] = -1.0 / lag
+    B[axes.acceleration, np.arange(nu)] = 1.0 / lag
+    return A, B
+
+
+def explicit_dynamics(dof: Dof) -> tuple[Mat, Mat]:
+    """Continuous (A, B) of eq. 4.1, in which the accelerations are the inputs: double integrators."""
+    of = chains(dof)
+    A, B = np.zeros((2 * len(of), 2 * len(of))), np.zeros((2 * len(of), len(of)))
+    for i, chain in enumerate(of):
+        A[chain.place, chain.speed] = B[chain.speed, i] = 1.0
+    return A, B
+
+
+def held(lag: float, period: float) -> Vec:
+    """What `predict` needs of one axis: (Δ, p by a, p by u, v by a, v by u, a by a) over a period, exact.
+
+    p⁺ = p + Δ v + c₁ a + c₂ u,  v⁺ = v + c₃ a + c₄ u,  a⁺ = c₅ a + (1 − c₅) u.
+    """
+    A, B = zero_order_hold(
+        np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / lag]]),
+        np.array([[0.0], [0.0], [1.0 / lag]]),
+        period,
+    )
+    return np.array([period, A[0, 2], B[0, 0], A[1, 2], B[1, 0], A[2, 2]])
+
+
+@kernel
+def predict(axes: Axes, hold: Mat, x0: Vec, plan: Mat, X: Mat) -> None:
+    """States x_1 … x_N into X (N, nx) under the commands `plan` (N, nu); `hold` (nu, 6) as `held`."""
+    for k in range(X.shape[0]):
+        before = x0 if k == 0 else X[k - 1]
+        for i in range(len(axes.axis)):
+            u, c = plan[k, i], hold[i]
+            v, a = before[axes.speed[i]], before[axes.acceleration[i]]
+            X[k, axes.place[i]] = before[axes.place[i]] + c[0] * v + c[1] * a + c[2] * u
+            X[k, axes.speed[i]] = v + c[3] * a + c[4] * u
+            X[k, axes.acceleration[i]] = c[5] * a + (1.0 - c[5]) * u
+
+
+@kernel
+def _read(axes: Axes, pose: Vec, twist: Vec, acceleration: Vec, x: Vec) -> None:
+    for i in range(len(axes.axis)):
+        axis, sign = axes.axis[i], axes.sign[i]
+        x[axes.place[i]] = sign * pose[axis]
+        x[axes.speed[i]] = sign * twist[axis]
+        x[axes.acceleration[i]] = sign * acceleration[axis]
+
+
+def model_state(axes: Axes, state: PlatformState) -> Vec:
+    """The model's x (nx,) of a platform's state."""
+    x = np.empty(3 * len(axes.axis))
+    _read(axes, state.pose, state.twist, state.acceleration, x)
+    return x
+
+
+def in_six_axes(axes: Axes, plan: Mat) -> Mat:
+    """(N, 6) accelerations of the platform from the model's commands (N, nu)."""
+    command = np.zeros((len(plan), 6))
+    command[:, axes.axis] = axes.sign * plan
+    return command

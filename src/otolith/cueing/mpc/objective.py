@@ -1,0 +1,114 @@
+"""What the MPC tracks: felt quantities as they are, or as the driver's vestibular organs pass them on.
+
+A *channel* is one felt quantity of one degree of freedom: its specific force f = a + g sin(tilt), or an
+angular rate. Without an organ the channel is physical. With one, a copy of the organ is part of the
+prediction, and what it senses in the simulator follows what the same organ would sense in the car.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import GRAVITY, Dof
+from otolith.core.lti import StateSpace, first_order_hold, zero_order_hold
+from otolith.cueing.mpc.motion import ACCELERATION, TILT, TILT_RATE, chains, states
+from otolith.interfaces import Reference
+from otolith.perception import Vestibular
+
+FORCE_WEIGHT: Final = 1.0  # of the squared error of a force [(m/s²)⁻²]
+TILTING_WEIGHT: Final = 0.1  # of that of a sensed rate that comes of tilting and is unwanted [(rad/s)⁻²]
+RATE_WEIGHT: Final = 100.0  # of that of a wanted rate: (10 m/s)², the force on a car that turns so at 36 km/h
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Objective:
+    """Weights of the squared errors, and whether they are of what is sensed."""
+
+    senses: Vestibular | None = None  # None: physical quantities are tracked, and a tilt's rate is not
+    force: float = FORCE_WEIGHT  # [(m/s²)⁻²]
+    tilting: float = TILTING_WEIGHT  # [(rad/s)⁻²], where something is sensed
+    rate: float = RATE_WEIGHT  # [(rad/s)⁻²]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Channel:
+    """One felt quantity."""
+
+    of: int  # index of the degree of freedom
+    row: Vec  # (states,) of its states, linear: g θ for the gravity of a tilt
+    weight: float  # of the squared error
+    organ: StateSpace | None
+    is_rate: bool
+    index: int  # in (3,) of the specific force or the angular rate
+    sign: float = 1.0  # of the model's rate against the driver's
+    tilt: int = -1  # state whose sine gives gravity; none: -1
+
+    def wanted(self, reference: Reference, ahead: Vec) -> None:
+        """Write what is wanted at the ends of the next N periods into `ahead` (N,).
+
+        A force is the previewed one where there is a preview, held from its end on; a rate is the present
+        one.
+        """
+        if self.is_rate:
+            ahead[:] = self.sign * reference.angular_rate[self.index]
+        elif reference.preview is None:
+            ahead[:] = reference.specific_force[self.index]
+        else:
+            known = reference.preview[: len(ahead), self.index]
+            ahead[: len(known)], ahead[len(known) :] = known, known[-1]
+
+
+def channels(dofs: Sequence[Dof], objective: Objective) -> list[Channel]:
+    """The channels of degrees of freedom, in their order."""
+    return [channel for p, dof in enumerate(dofs) for channel in _of_dof(p, dof, objective)]
+
+
+def _of_dof(p: int, dof: Dof, objective: Objective) -> list[Channel]:
+    senses, row = objective.senses, np.zeros(len(states(dof)))
+    otolith, canal = (None, None) if senses is None else (senses.otolith, senses.canal)
+    if dof.feels_rate:
+        row[chains(dof)[0].speed] = 1.0
+        return [Channel(of=p, row=row, weight=objective.rate, organ=canal, is_rate=True, index=dof.felt)]
+    if not dof.is_pair:
+        row[chains(dof)[0].acceleration] = 1.0
+        return [Channel(of=p, row=row, weight=objective.force, organ=otolith, is_rate=False, index=dof.felt)]
+    row[ACCELERATION], row[TILT] = 1.0, GRAVITY
+    force = Channel(
+        of=p, row=row, weight=objective.force, organ=otolith, is_rate=False, index=dof.felt, tilt=TILT
+    )
+    if canal is None:
+        return [force]
+    turning = np.zeros(len(row))
+    turning[TILT_RATE] = 1.0
+    rate = Channel(
+        of=p,
+        row=turning,
+        weight=objective.tilting,
+        organ=canal,
+        is_rate=True,
+        index=dof.rotation - 3,
+        sign=dof.sign,
+    )
+    return [force, rate]
+
+
+@dataclass(frozen=True, slots=True)
+class Organ:
+    """An organ in discrete time, once for what is held over a period and once for what is straight in it."""
+
+    A: Mat  # (n, n)
+    B: Vec  # (n,) held
+    B0: Vec  # (n,) straight: the value at the period's beginning
+    B1: Vec  # (n,) and at its end
+    C: Vec  # (n,)
+    D: float
+
+    @classmethod
+    def of(cls, system: StateSpace, period: float) -> "Organ":
+        """Discretise a system of one input and one output, exactly."""
+        A, B = zero_order_hold(system.A, system.B, period)
+        _, B0, B1 = first_order_hold(system.A, system.B, period)
+        return cls(A, B[:, 0], B0[:, 0], B1[:, 0], system.C[0], system.D.item())

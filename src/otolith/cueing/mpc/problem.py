@@ -1,0 +1,348 @@
+"""The MPC of any set of degrees of freedom as a stage problem: one problem for 2, 4, 6 and more axes.
+
+Notation: x (nx,) the motion of all degrees of freedom (`otolith.cueing.mpc.motion`), o the states of the
+organs of the channels that are sensed (`otolith.cueing.mpc.objective`), z = (x, o); u (nu,) the commands. Per
+step k = 1 … N:
+
+    min Σ_k Σ_c ½ w_c (h_c(z_k) − r_c,k)² + ½ Σ_i W_i x_{k,i}² + ½ R ‖u_{k−1} − u_ref,k−1‖² s.t. the rows of
+    every degree of freedom (eq. 4.10), the limit circle of section 4.2, bounds on the commands,
+
+h_c what is felt or sensed through channel c, r_c what should be. z follows one linear system, discretised
+exactly for held commands; only h and the circle are linearised, about the previous plan (`kernels`).
+
+Inputs may be held over M blocks of steps; the cost is still that of every step, the rows are those of the
+blocks' ends (`otolith.qp.blocked`). Without blocks every step is one, M = N.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.core.lti import StateSpace, zero_order_hold
+from otolith.cueing.mpc import kernels
+from otolith.cueing.mpc.motion import (
+    ACCELERATION,
+    POSITION,
+    TILT,
+    VELOCITY,
+    dynamics,
+    first_states,
+    held,
+    predict,
+    stacked,
+    states,
+)
+from otolith.cueing.mpc.objective import Channel, Organ, channels
+from otolith.cueing.mpc.rows import Limits, Row, circle_weights, command_bounds, rows_of
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.interfaces import Reference
+from otolith.platforms import Platform
+from otolith.qp.blocked import block_ends
+from otolith.qp.engines import StageMemory
+from otolith.qp.stage import StageProblem
+
+BACK_OFF: Final = 2e-8  # [SI] per stage, above the solvers' 1e-9
+CIRCLE_BACK_OFF: Final = 1e-6  # [m] per stage, above radius·φ²/2 for the turn φ of one step
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """What surge and sway keep within together (section 4.2)."""
+
+    radius: float  # [m]
+    weights: Vec  # (3,) of velocity, position and acceleration in the place that is limited
+    states: Ints  # (2, 3) those states of surge and of sway in x
+
+    def distance(self, X: Mat) -> Mat:
+        """Distance (n, 1) [m] from the centre in motions X (n, nx)."""
+        distance: Mat = np.linalg.norm(X[:, self.states] @ self.weights, axis=1, keepdims=True)
+        return distance
+
+
+class Problem:
+    """Constant data of the problem, the organs' states, and how the rest is written into an engine's memory.
+
+    Raises
+    ------
+    InputError : the platform lacks an axis of one of the degrees of freedom.
+    """
+
+    def __init__(self, platform: Platform, dofs: Sequence[Dof], settings: MpcSettings) -> None:
+        self.dofs, self.settings = tuple(dofs), settings
+        self.axes, self._first = stacked(self.dofs), first_states(self.dofs)
+        self.channels = channels(self.dofs, settings.objective)
+        self.circle = _circle(platform, self.dofs, settings)
+        self._ends = block_ends(settings.lengths)
+        limits = [platform.limits(dof) for dof in self.dofs]
+        of_dofs = list(zip(self.dofs, limits, strict=True))
+        self._rows = [self._rows_of(platform, dof, of_dof) for dof, of_dof in of_dofs]
+        self.command_bound = np.concatenate(
+            [command_bounds(dof, of_dof, settings.braking) for dof, of_dof in of_dofs]
+        )
+        self._weights = [
+            (first, dof, weight)
+            for first, dof in zip(self._first, self.dofs, strict=False)
+            for weight in settings.washout
+            if {weight.on, weight.of} <= set(states(dof))
+        ]
+        lag = settings.lag_on(platform)
+        self._organs = _organs(self.channels, settings.period)
+        self._rows_felt = self._felt_rows()
+        self.structure = self._stage_problem(lag)
+        self._given = self._kernel_data(lag)
+        self._no_reference = np.empty((0, len(self.axes.axis)))
+        self._wanted = np.zeros((settings.horizon, len(self.channels)))
+
+    @property
+    def soft(self) -> frozenset[str]:
+        """Rows that the very next node may violate at a price; those of later nodes are plans, not motion."""
+        names = [
+            f"{dof.name} {row.name}" for dof, own in zip(self.dofs, self._rows, strict=True) for row in own
+        ]
+        names += ["circle"] * len(self.structure.varying)  # commands, which come last, are hard
+        soft = np.isfinite(self.structure.penalty[0])
+        return frozenset(name for name, is_soft in zip(names, soft, strict=False) if is_soft)
+
+    @property
+    def can_stop(self) -> bool:
+        """True when the rows are such that whoever keeps them can always stop inside the limits."""
+        return self.settings.braking.leads or not any(dof.is_pair for dof in self.dofs)
+
+    def reset(self) -> None:
+        """Both drivers, in the simulator and in the car, have been at rest for long."""
+        of = self._organs
+        for series in (of.here, of.there, of.felt_here, of.felt_there):
+            series[:] = 0.0
+
+    def begin(self, memory: StageMemory) -> None:
+        """Write what never changes."""
+        lower, upper = self._bounds()
+        memory.lower[:], memory.upper[:] = lower[self._ends], upper[self._ends]
+        memory.state_linear[:] = 0.0
+        memory.output[:] = self._outputs()[self.structure.output]
+
+    def wanted(self, reference: Reference) -> Mat:
+        """(N, C) what to feel through every channel in the next N periods; valid until the next call."""
+        for c, channel in enumerate(self.channels):
+            channel.wanted(reference, self._wanted[:, c])
+        return self._wanted
+
+    def sense(self, x: Vec, wanted: Mat) -> None:
+        """Let both drivers feel the period that ends now, in the motion x (nx,); once per period."""
+        kernels.sense(self._given, x, wanted)
+
+    def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
+        """Write the problem at x (nx,), linearised about `plan` (N, nu), for `wanted` (N, C)."""
+        contiguous = np.ascontiguousarray  # one memory layout, one compiled kernel
+        u_ref = self._no_reference if u_ref is None else contiguous(u_ref)
+        kernels.write(self._given, memory, x, contiguous(plan), contiguous(wanted), u_ref)
+
+    def predicted(self, x: Vec, plan: Mat) -> Mat:
+        """Motion x_1 … x_N (N, nx) under a plan (N, nu) from x (nx,)."""
+        X = np.empty((len(plan), len(x)))
+        predict(self.axes, self._given.hold, x, np.ascontiguousarray(plan), X)
+        return X
+
+    def of_steps(self, U: Mat) -> Mat:
+        """Inputs (N, nu) of every step from those of the blocks (M, nu)."""
+        return np.repeat(U, self.settings.lengths, axis=0)
+
+    def _rows_of(self, platform: Platform, dof: Dof, limits: Limits) -> list[Row]:
+        """Rows of one degree of freedom; the position's are left out where the limit circle implies them."""
+        settings = self.settings
+        rows = rows_of(
+            dof,
+            limits,
+            platform.braking,
+            kind=settings.braking,
+            lag=settings.lag_on(platform),
+            period=settings.period,
+            terminal=settings.terminal,
+        )
+        low, high = limits[0].position
+        if self.circle is not None and dof.is_pair and min(-low, high) >= self.circle.radius:
+            rows = [row for row in rows if row.name != "position"]
+        return rows
+
+    def _stage_problem(self, lag: float) -> StageProblem:
+        """The structure that the engines are built for."""
+        nx, A, B = self._first[-1], *self._dynamics(lag)
+        C = np.zeros((sum(map(len, self._rows)), len(A)))
+        C[:, :nx] = block_diag(*[np.array([row.coefficients for row in own]) for own in self._rows])
+        circle = np.zeros((0 if self.circle is None else 1, len(A)), dtype=bool)
+        if self.circle is not None:
+            circle[0, self.circle.states] = self.circle.weights != 0.0
+        return StageProblem(
+            horizon=self.settings.horizon,
+            A=A,
+            B=B,
+            C=C,
+            output=self._output_structure(),
+            varying=circle,
+            weighted=tuple(first + states(dof).index(weight.on) for first, dof, weight in self._weights),
+            control_weight=np.full(B.shape[1], self.settings.control_weight),
+            penalty=self._penalty(len(circle)),
+        )
+
+    def _dynamics(self, lag: float) -> tuple[Mat, Mat]:
+        """Discrete (A, B) of z = (x, o): the organs are driven by what is felt through their channels."""
+        of_x, of_u = dynamics(self.axes, lag)
+        organs = [channel.organ for channel in self.channels if channel.organ is not None]
+        A = block_diag(of_x, *(organ.A for organ in organs))
+        B = np.vstack([of_u, np.zeros((len(A) - len(of_x), of_u.shape[1]))])
+        for c, channel in enumerate(self.channels):
+            if channel.organ is not None:
+                low, high = len(of_x) + self._organs.first[c : c + 2]
+                A[low:high, : len(of_x)] = channel.organ.B @ self._rows_felt[c][None]
+        return zero_order_hold(A, B, self.settings.period)
+
+    def _felt_rows(self) -> Mat:
+        """(C, nx) what every channel feels, linear in the motion."""
+        rows = np.zeros((len(self.channels), self._first[-1]))
+        for row, channel in zip(rows, self.channels, strict=True):
+            row[self._first[channel.of] : self._first[channel.of + 1]] = channel.row
+        return rows
+
+    def _outputs(self) -> Mat:
+        """(C, nz) weighted rows of what is felt or sensed, tilts as if they were small."""
+        D = np.zeros((len(self.channels), self._first[-1] + self._organs.first[-1]))
+        for c, channel in enumerate(self.channels):
+            D[c, : self._first[-1]] = self._rows_felt[c] * (
+                1.0 if channel.organ is None else self._organs.D[c]
+            )
+            of_organ = slice(*self._organs.first[c : c + 2])
+            D[c, self._first[-1] :][of_organ] = self._organs.C[of_organ]
+            D[c] *= np.sqrt(channel.weight)
+        return D
+
+    def _output_structure(self) -> Bools:
+        """(C, nz) where the output rows may be non-zero: also at the outer tilt, whose cosine varies."""
+        structure: Bools = self._outputs() != 0.0
+        for c, channel in enumerate(self.channels):
+            if channel.organ is None and (outer := self._outer(channel)) >= 0:
+                structure[c, outer] = True
+        return structure
+
+    def _tilt(self, channel: Channel) -> int:
+        """State of x that gives a channel gravity, -1 where there is none."""
+        return -1 if channel.tilt < 0 else int(self._first[channel.of]) + channel.tilt
+
+    def _outer(self, channel: Channel) -> int:
+        """State of x under whose cosine that tilt lies, -1 where there is none: roll turns within pitch."""
+        within = channel.tilt >= 0 and self.dofs[channel.of] is SWAY_ROLL and SURGE_PITCH in self.dofs
+        return int(self._first[self.dofs.index(SURGE_PITCH)]) + TILT if within else -1
+
+    def _penalty(self, circles: int) -> Mat:
+        """(N, rows) penalties, as `soft` says; after the firm blocks all rows on states are soft.
+
+        A plan of blocks, one step on, is no plan of blocks any more, and between their ends nothing limits
+        the states: rows that are hard all over the horizon may contradict each other.
+        """
+        settings = self.settings
+        names = [row.name for own in self._rows for row in own] + ["circle"] * circles
+        of_states = [settings.soft.get(name, np.inf) for name in names]
+        penalty = np.tile(of_states + [np.inf] * len(self.command_bound), (settings.horizon, 1))
+        if settings.blocks:
+            after = sum(settings.blocks[: settings.firm])
+            later = penalty[after:, : len(names)]
+            penalty[after:, : len(names)] = np.minimum(later, settings.later_penalty)
+        return penalty
+
+    def _bounds(self) -> tuple[Mat, Mat]:
+        """(N, rows) lower and upper bounds; terminal rows hold at the last stage only.
+
+        Bounds on states tighten by a hair from stage to stage, so that the plan of one step, shifted,
+        satisfies the rows of the next with room to spare: what a solver leaves of a row, and what
+        relinearising the circle moves, then never makes the next problem infeasible (constraint
+        tightening; Chisci, Rossiter & Zappa, 2001).
+        """
+        N, rows = self.settings.horizon, [row for own in self._rows for row in own]
+        radius = [] if self.circle is None else [self.circle.radius]
+        below = [row.lower for row in rows] + [-np.inf] * len(radius)
+        above = [row.upper for row in rows] + radius
+        stage = np.arange(1.0, N + 1.0)[:, None]
+        back_off = np.array([BACK_OFF] * len(rows) + [CIRCLE_BACK_OFF] * len(radius))
+        commands = np.tile(self.command_bound, (N, 1))
+        lower, upper = below + stage * back_off, above - stage * back_off
+        last_only = [i for i, row in enumerate(rows) if row.name.startswith("terminal")]
+        lower[:-1, last_only], upper[:-1, last_only] = -np.inf, np.inf
+        return np.hstack([lower, -commands]), np.hstack([upper, commands])
+
+    def _kernel_data(self, lag: float) -> kernels.Given:
+        """Everything that the kernels read."""
+        nu, N, settings = len(self.axes.axis), self.settings.horizon, self.settings
+        circle = self.circle or Circle(0.0, np.zeros(3), np.zeros((2, 3), dtype=np.int64))
+        washout = [(*weight.coefficients, weight.scale) for _, _, weight in self._weights]
+        return kernels.Given(
+            axes=self.axes,
+            hold=np.tile(held(lag, settings.period), (nu, 1)),
+            felt=self._felt(),
+            organs=self._organs,
+            ends=self._ends,
+            of=np.array(
+                [first + states(dof).index(weight.of) for first, dof, weight in self._weights], dtype=np.int64
+            ),
+            washout=np.array(washout).reshape(-1, 5),
+            control_weight=np.full(nu, settings.control_weight),
+            circle=circle.weights,
+            in_circle=circle.states,
+            X=np.empty((N, self._first[-1])),
+        )
+
+    def _felt(self) -> kernels.Felt:
+        """The channels, as the kernels read them; slopes stand among all non-zeros of D, row by row."""
+        place = np.cumsum(self.structure.output.ravel()).reshape(self.structure.output.shape) - 1
+        tilt, outer = ([of(channel) for channel in self.channels] for of in (self._tilt, self._outer))
+        every = range(len(self.channels))
+        return kernels.Felt(
+            row=self._rows_felt,
+            root=np.sqrt([channel.weight for channel in self.channels]),
+            sensed=np.array([channel.organ is not None for channel in self.channels]),
+            tilt=np.array(tilt, dtype=np.int64),
+            outer=np.array(outer, dtype=np.int64),
+            of_tilt=np.array([place[c, tilt[c]] for c in every], dtype=np.int64),
+            of_outer=np.array([place[c, outer[c]] for c in every], dtype=np.int64),
+            linear=self.settings.linear,
+        )
+
+
+def _circle(platform: Platform, dofs: Sequence[Dof], settings: MpcSettings) -> Circle | None:
+    """The limit circle of surge and sway, where the platform has one and both are cued."""
+    pairs = (SURGE_PITCH, SWAY_ROLL)
+    if platform.circle is None or not set(pairs) <= set(dofs):
+        return None
+    weights = circle_weights(
+        [(dof, platform.limits(dof)) for dof in pairs],
+        platform.braking,
+        settings.braking,
+        lag=settings.lag_on(platform),
+        period=settings.period,
+    )
+    first = first_states(dofs)
+    begin = [first[dofs.index(dof)] for dof in pairs]
+    return Circle(platform.circle, weights, np.add.outer(begin, [VELOCITY, POSITION, ACCELERATION]))
+
+
+def _organs(felt: Sequence[Channel], period: float) -> kernels.Organs:
+    """The organs of all channels one after the other; a physical channel has an empty one that passes on."""
+    nothing = StateSpace.gain(np.eye(1))
+    organs = [Organ.of(nothing if channel.organ is None else channel.organ, period) for channel in felt]
+    first = np.cumsum([0, *(len(organ.A) for organ in organs)])
+    flat = {
+        name: np.concatenate([getattr(organ, name) for organ in organs]) for name in ("B", "B0", "B1", "C")
+    }
+    return kernels.Organs(
+        first=first,
+        A=block_diag(*(organ.A for organ in organs)),
+        **flat,
+        D=np.array([organ.D for organ in organs]),
+        here=np.zeros(first[-1]),
+        there=np.zeros(first[-1]),
+        felt_here=np.zeros(len(felt)),
+        felt_there=np.zeros(len(felt)),
+    )

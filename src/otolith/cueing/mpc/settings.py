@@ -1,0 +1,95 @@
+"""What an MPC is, apart from the platform and the degrees of freedom that it cues."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from otolith.core.errors import InputError, one_of
+from otolith.cueing.mpc.objective import Objective
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
+from otolith.platforms import Platform
+from otolith.qp.blocked import Lengths
+from otolith.qp.engines import StageEngine, StructuredEngine
+
+HORIZON: Final = 50  # the thesis's N
+LEAST_LAG: Final = 1e-4  # [s] of the model, for a platform that has none
+BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
+
+
+class Entry(StrEnum):
+    """How a guess of the controls enters the MPC."""
+
+    REFERENCE = "reference"  # eq. 3.1 as printed: u_ref of the cost; it changes the optimum
+    PRIMAL = "primal"  # the plan that is linearised about: it changes the way, hardly the answer
+    WORKING_SET = "working-set"  # the rows at their bounds along it: it changes the way, never the answer
+
+
+def parse_entry(name: str) -> Entry:
+    """Read an option's value, or say in one sentence what it may be."""
+    try:
+        return Entry(name)
+    except ValueError:
+        raise InputError("guess entry", repr(name), one_of(Entry, name)) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MpcSettings:
+    """Horizon, weights, rows and solver of the MPC; the defaults are the thesis's, with adaptive washout.
+
+    Raises
+    ------
+    InputError : a value is beyond its bound.
+    """
+
+    horizon: int = HORIZON  # N
+    period: float = 0.01  # [s]
+    lag: float | None = None  # [s] between commanded and actual acceleration; None: the platform's file says
+    objective: Objective = field(default_factory=Objective)
+    control_weight: float = 1e-3  # R
+    washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
+    braking: BrakingRows = BrakingRows.STOPPING
+    terminal: bool = False  # the last state must be able to stop; braking rows imply it
+    soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
+    blocks: Lengths = ()  # steps of each block of constant inputs, N in sum; none: every step its own
+    firm: int = 2  # first blocks whose rows are hard, unless `soft` names them
+    later_penalty: float = 1e3  # on rows at the ends of all other blocks, which may be violated at this cost
+    linear: bool = False  # whether gravity of a tilt θ counts as g θ all over the prediction
+    iterations: int = 1  # Gauss-Newton steps per period at most; 1: real-time iteration
+    tolerance: float = 1e-6  # largest certificate that counts as solved
+    engine: Callable[..., StageEngine] = StructuredEngine
+
+    def __post_init__(self) -> None:
+        if self.horizon < 2:
+            raise InputError("implicit horizon", self.horizon, "at least 2 steps")
+        if self.iterations < 1:
+            raise InputError("iterations", self.iterations, "at least 1 per period")
+        for name in ("period", "lag", "control_weight", "tolerance"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < np.inf:
+                raise InputError(name, value, "finite and greater than 0")
+        for name, penalty in self.soft.items():
+            if not 0.0 < penalty < np.inf:
+                raise InputError(f"penalty of {name}", penalty, "finite and greater than 0")
+        self._check_blocks()
+
+    def _check_blocks(self) -> None:
+        if self.blocks and (min(self.blocks) < 1 or sum(self.blocks) != self.horizon):
+            given = ",".join(map(str, self.blocks))
+            raise InputError("blocks", given, f"of at least 1 step each, {self.horizon} in sum")
+        if self.firm < 1:
+            raise InputError("firm blocks", self.firm, "at least 1, for the next node")
+        if not self.later_penalty > 0.0:
+            raise InputError("later penalty", self.later_penalty, "greater than 0")
+
+    @property
+    def lengths(self) -> Lengths:
+        """Steps of each block of constant inputs; without blocks, every step is one."""
+        return self.blocks or (1,) * self.horizon
+
+    def lag_on(self, platform: Platform) -> float:
+        """Lag T [s] of the model on a platform; the model has one, if only a tenth of a millisecond."""
+        return max(platform.actuators.lag_s, LEAST_LAG) if self.lag is None else self.lag

@@ -1,0 +1,86 @@
+"""Washout weights: how strongly an MPC pulls the platform home, addressed by state name.
+
+A weight multiplies the square of one state in the stage cost. It is a polynomial of the magnitude
+of a state now, W = w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |state| / w₅ (thesis, eq. 4.12), and is held
+over the horizon; constant weights are the case w₂ = w₃ = w₄ = 0.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import pi
+from typing import Final
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError, one_of
+from otolith.cueing.mpc.motion import STATES
+
+_WEIGHTED: Final = STATES[:4]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WashoutWeight:
+    """Weight on the square of state `on`, growing with the magnitude of state `of`."""
+
+    on: str  # a name of otolith.cueing.mpc.motion.STATES, SI units in the cost
+    of: str
+    coefficients: tuple[float, float, float, float]  # w₁ … w₄, for r⁰, r¹, r², r⁴
+    scale: float  # w₅, magnitude of `of` at which r = 1, SI units
+
+    def at(self, x: Vec) -> float:
+        """Weight at state x (6,)."""
+        w1, w2, w3, w4 = self.coefficients
+        r = abs(x[STATES.index(self.of)]) / self.scale
+        return float(w1 + w2 * r + w3 * r**2 + w4 * r**4)
+
+
+_POSITION_POLYNOMIAL: Final = (0.01, 20.0, 20.0, 20.0)  # eq. 4.12, with w₅ = 0.5 m
+_TILT_RATE_POLYNOMIAL: Final = (0.0001, 0.7, 0.7, 0.7)  # eq. 4.12, with w₅ = 3 deg/s
+_W5_POSITION: Final = 0.5  # [m]
+_W5_TILT_RATE: Final = 3.0 * pi / 180.0  # [rad/s]
+
+
+def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
+    """Constant weights by state name, e.g. {"tilt_rate": 0.001, "position": 0.9} (Table 5.3).
+
+    Raises
+    ------
+    InputError : an unknown state, or a weight that is negative or not finite.
+    """
+    for state, weight in weights.items():
+        if state not in _WEIGHTED:
+            raise InputError("weight", repr(state), "on " + one_of(_WEIGHTED, state))
+        if not 0.0 <= weight < float("inf"):
+            raise InputError(f"weight {state}", weight, "a finite number of at least 0")
+    return tuple(
+        WashoutWeight(on=state, of=state, coefficients=(weight, 0.0, 0.0, 0.0), scale=1.0)
+        for state, weight in weights.items()
+    )
+
+
+PRESETS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
+    # Eqs. 4.12 and 4.13 as printed: tilt rate and position.
+    "printed": (
+        WashoutWeight(
+            on="tilt_rate", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE
+        ),
+        WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
+    ),
+    # The reading that comes closest to the thesis's tables: the first weight lands on the velocity,
+    # as if the state order of the generated solver differed from the one that eq. 4.13 assumes.
+    "thesis-fit": (
+        WashoutWeight(on="velocity", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE),
+        WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
+    ),
+    "none": (),
+    # Constant weights for all signals of Table 5.3 at once, where the hand-tuned table has a pair for each:
+    # the best of `otolith tune --on STATES --evaluations 26` (objective: `otolith.tuning`), in both readings.
+    "constant-fit": constant({"velocity": 0.411, "position": 0.0131}),  # J = -1.667
+    "constant-printed": constant({"tilt_rate": 0.00339, "position": 10.2}),  # J = -1.325
+}
+
+
+def preset(name: str) -> tuple[WashoutWeight, ...]:
+    """Look one of `PRESETS` up, or say in one sentence which there are."""
+    if name not in PRESETS:
+        raise InputError("washout", repr(name), one_of(PRESETS, name))
+    return PRESETS[name]

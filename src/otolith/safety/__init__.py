@@ -1,0 +1,1 @@
+"""What keeps a platform and its driver safe, whatever an algorithm decides."""

@@ -1,0 +1,364 @@
+"""How a platform comes to rest inside its limits, whatever came before: the fallback of every algorithm.
+
+Notation: per axis p place, v speed, a acceleration; u the command that is held over a period Δ and that a
+lags by T, ȧ = (u − a)/T. The *leading* place and speed
+
+    q = p + T v,    w = v + T a    obey    q̇ = w,  ẇ = u    exactly,
+
+a double integrator without lag. In turn T ṗ = q − p and T v̇ = w − v: p and v follow q and w through a
+low-pass without overshoot, so an interval (a disc) that holds p now and q always holds p always, and the
+like for v and w. With T = 0 they are the same.
+
+*Stopping in n periods* takes w linearly to zero, u = −w/(nΔ) in the first of them, over the distance
+w n Δ/2. *Full braking*, u = ∓U while |w| ≥ UΔ and then the rest, covers the least distance of all, for
+nothing takes w down sooner; w = mUΔ + r with 0 ≤ r < UΔ needs mΔ(w − mUΔ/2) + rΔ/2.
+
+Safe set: q, and the place where full braking would end, are within reach. From a safe state the law
+takes as many periods as are comfortable, at most as many as the room allows, at least as many as U needs;
+where that is impossible it brakes fully. Either choice leads to a safe state: what is left of stopping in n
+periods is stopping in n − 1 at the same place, and full braking goes on as full braking. |w| falls, so the
+number of periods is finite. Asked anew in every period the law therefore comes to rest inside the
+limits, from every safe state, through any number of interruptions.
+
+Surge and sway that share a circle stop in the same number of periods: the way is then straight, from q to
+the end, and a disc is convex. From a state that is not safe (a measurement beyond a limit, a start outside)
+the law first brakes fully, then goes back inside without overshoot: ẇ = (w* − w)/t_w, w* = (b − q)/(10 t_w)
+towards a place b inside has two real poles.
+
+Checked by tests/test_stopping.py from random states and through random interruptions.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import Dof
+from otolith.core.jit import kernel
+from otolith.interfaces import Command, Outcome, PlatformState, Status
+from otolith.platforms import Platform
+
+HUGE: Final = 1e6  # [SI] beyond any platform and any drive, far below overflow
+GUARD: Final = 1e-9  # [m, rad] kept from the ends of the reach, above all rounding
+EASE: Final = 0.25  # [s] in which a comfortable stop ends the largest speed
+LONGEST: Final = 1000  # periods that are planned to come to rest in
+_AT_REST: Final = 1e-9  # [SI] commands below end a plan
+_RETURN: Final = 0.01  # of the reach: how far inside a platform goes that was outside
+_AGAIN: Final = 0.25  # of the largest speed: the fastest way back
+_UNLIMITED: Final = 1e12  # stands for a limit that a platform's file does not give
+
+
+class Reach(NamedTuple):
+    """Limits of the six axes as the law reads them; axes that are not cued have a command of 0."""
+
+    low: Vec  # (6,) [m ×3, rad ×3]
+    high: Vec  # (6,)
+    speed: Vec  # (6,) [m/s ×3, rad/s ×3]
+    command: Vec  # (6,) U [m/s² ×3, rad/s² ×3]
+    circle: float  # [m] radius that surge and sway keep within together; infinite where there is none
+    lag: float  # T [s]
+    period: float  # Δ [s]
+
+
+@kernel
+def _full_braking(w: float, U: float, dt: float) -> float:
+    """Distance that full braking from the leading speed w takes, with the sign of w."""
+    full = np.floor(abs(w) / (U * dt))
+    rest = abs(w) - full * U * dt
+    return math.copysign(full * dt * (abs(w) - 0.5 * full * U * dt) + 0.5 * rest * dt, w)
+
+
+@kernel
+def _needed(w: float, U: float, dt: float) -> float:
+    """Fewest periods n ≥ 1 in which |w|/(nΔ) ≤ U."""
+    return max(1.0, float(np.ceil(abs(w) / (U * dt) - 1e-9)))
+
+
+@kernel
+def _room(q: float, w: float, low: float, high: float, dt: float) -> float:
+    """Most periods in which stopping ends within [low, high]; 0 where none does."""
+    if w == 0.0:
+        return 1e9 if low <= q <= high else 0.0
+    ahead = (high - q) if w > 0.0 else (q - low)
+    return max(0.0, float(np.floor(2.0 * ahead / (abs(w) * dt) + 1e-6)))  # math.floor's integer overflows
+
+
+@kernel
+def _room_in_circle(q: Vec, w: Vec, radius: float, dt: float) -> float:
+    """Most periods in which stopping ends within the circle about the centre; 0 where none does."""
+    inside = radius * radius - q[0] * q[0] - q[1] * q[1]
+    speed = w[0] * w[0] + w[1] * w[1]
+    if inside < 0.0 or speed == 0.0:
+        return 0.0 if inside < 0.0 else 1e9
+    along = q[0] * w[0] + q[1] * w[1]
+    periods: float = 2.0 * (math.sqrt(along * along + speed * inside) - along) / (speed * dt)
+    return float(np.floor(periods + 1e-6))
+
+
+@kernel
+def _axis_safe(q: float, w: float, low: float, high: float, U: float, dt: float) -> bool:
+    """Whether q and the end of full braking lie within [low, high]."""
+    end = q + _full_braking(w, U, dt)
+    return low - GUARD <= q <= high + GUARD and low - GUARD <= end <= high + GUARD
+
+
+@kernel
+def _leading(motion: Mat, T: float, q: Vec, w: Vec) -> None:
+    for i in range(6):
+        q[i] = motion[0, i] + T * motion[1, i]
+        w[i] = motion[1, i] + T * motion[2, i]
+
+
+@kernel
+def _together(q: Vec, w: Vec, reach: Reach, guard: float) -> tuple[float, float]:
+    """Periods in which surge and sway stop together: as many as they need, and as the room allows."""
+    dt, n_needed = reach.period, 1.0
+    n_room = _room_in_circle(q, w, reach.circle + guard, dt)
+    for i in range(2):
+        n_needed = max(n_needed, _needed(w[i], reach.command[i], dt))
+        n_room = min(n_room, _room(q[i], w[i], reach.low[i] - guard, reach.high[i] + guard, dt))
+    return n_needed, n_room
+
+
+@kernel
+def safe(motion: Mat, reach: Reach) -> bool:
+    """Whether full braking from `motion` (3, 6) ends within reach; in the circle, on a straight way."""
+    q, w = np.empty(6), np.empty(6)
+    _leading(motion, reach.lag, q, w)
+    for i in range(6):
+        cued = reach.command[i] > 0.0
+        if cued and not _axis_safe(q[i], w[i], reach.low[i], reach.high[i], reach.command[i], reach.period):
+            return False
+    if reach.circle < np.inf:
+        n_needed, n_room = _together(q, w, reach, GUARD)
+        return n_room >= n_needed
+    return True
+
+
+@kernel
+def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
+    """Command that takes a platform at rest, or on its way back already, to the place `inside`."""
+    loop = max(2.0 * reach.period, 0.05)
+    fastest = _AGAIN * reach.speed[i]
+    wanted = min(fastest, max(-fastest, (inside - q) / (10.0 * loop)))
+    command: float = min(reach.command[i], max(-reach.command[i], (wanted - w) / loop))
+    return command
+
+
+@kernel
+def _brake(w: float, n: float, reach: Reach, i: int) -> float:
+    """Command of the first period of stopping in n, or in as many as the axis needs."""
+    periods = max(n, _needed(w, reach.command[i], reach.period))
+    strength: float = min(reach.command[i], abs(w) / (periods * reach.period))
+    return -math.copysign(strength, w)
+
+
+@kernel
+def _full(w: float, reach: Reach, i: int) -> float:
+    strength: float = min(reach.command[i], abs(w) / reach.period)
+    return -math.copysign(strength, w)
+
+
+@kernel
+def _turn(w: float, room: float, reach: Reach, i: int) -> float:
+    """Full braking, and more where that keeps the end of this period within the room left."""
+    dt = reach.period
+    within = 2.0 * (abs(w) * dt - room) / (dt * dt)
+    strength: float = min(reach.command[i], max(abs(w) / dt, within))
+    return -math.copysign(strength, w)
+
+
+@kernel
+def _comfortable(w: float, reach: Reach, i: int) -> float:
+    return float(np.ceil(abs(w) * EASE / (reach.speed[i] * reach.period)))
+
+
+@kernel
+def _axis(q: float, w: float, reach: Reach, i: int) -> float:
+    """Command of an axis on its own."""
+    low, high, U, dt = reach.low[i], reach.high[i], reach.command[i], reach.period
+    n_room = _room(q, w, low, high, dt)
+    n_needed = _needed(w, U, dt)
+    if n_room >= n_needed and low <= q <= high:
+        n = max(n_needed, min(n_room, _comfortable(w, reach, i)))
+        return _brake(w, n, reach, i)
+    if _axis_safe(q, w, low, high, U, dt):
+        return _full(w, reach, i)
+    inside = low <= q <= high
+    outwards = 1.0 if (q + _full_braking(w, U, dt) if inside else q) > high else -1.0
+    if w * outwards > 0.0:
+        room = high - q if outwards > 0.0 else q - low
+        return _turn(w, room if inside else np.inf, reach, i)
+    margin = _RETURN * min(high - low, _UNLIMITED)
+    return _back(q, w, (high if outwards > 0.0 else low) - outwards * margin, reach, i)
+
+
+@kernel
+def _in_circle(q: Vec, w: Vec, reach: Reach, u: Vec) -> None:
+    """Write the commands of surge and sway, which share a circle."""
+    n_needed, n_room = _together(q, w, reach, 0.0)
+    n_comfortable = max(_comfortable(w[0], reach, 0), _comfortable(w[1], reach, 1))
+    n = max(n_needed, min(n_room, n_comfortable))
+    distance = math.sqrt(q[0] * q[0] + q[1] * q[1])
+    outwards = q[0] * w[0] + q[1] * w[1] > 0.0
+    if n_room >= n_needed or distance <= reach.circle or outwards:
+        for i in range(2):
+            u[i] = _brake(w[i], n, reach, i)
+        return
+    for i in range(2):
+        u[i] = _back(q[i], w[i], q[i] / distance * reach.circle * (1.0 - 2.0 * _RETURN), reach, i)
+
+
+@kernel
+def stop(motion: Mat, reach: Reach, u: Vec) -> None:
+    """Write the law's commands (6,) for `motion` (3, 6)."""
+    q, w = np.empty(6), np.empty(6)
+    _leading(motion, reach.lag, q, w)
+    for i in range(6):
+        u[i] = _axis(q[i], w[i], reach, i) if reach.command[i] > 0.0 else 0.0
+    if reach.circle < np.inf:
+        _in_circle(q, w, reach, u)
+
+
+@kernel
+def move(motion: Mat, u: Vec, T: float, dt: float) -> None:
+    """Move `motion` (3, 6) on by dt [s] under held commands (6,) that the axes lag by T [s]; exact."""
+    rho = math.exp(-dt / T) if T > 0.0 else 0.0
+    for i in range(6):
+        p, v, a = motion[0, i], motion[1, i], motion[2, i]
+        if T == 0.0:
+            a = u[i]
+        q, w = p + T * v, v + T * a
+        q += dt * w + 0.5 * dt * dt * u[i]
+        w += dt * u[i]
+        a = u[i] + rho * (a - u[i])
+        motion[2, i] = a
+        motion[1, i] = w - T * a
+        motion[0, i] = q - T * motion[1, i]
+
+
+@kernel
+def advance(motion: Mat, u: Vec, reach: Reach) -> None:
+    """Move `motion` (3, 6) on by one period under the held commands (6,), in place."""
+    move(motion, u, reach.lag, reach.period)
+
+
+@kernel
+def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
+    """Whether commands (6,) lead from a safe motion (3, 6) to a safe one; true where it is not safe now."""
+    if not safe(motion, reach):
+        return True
+    after = motion.copy()
+    advance(after, u, reach)
+    return safe(after, reach)
+
+
+@kernel
+def to_rest(motion: Mat, reach: Reach, plan: Mat, out: Mat) -> int:
+    """Write a plan's commands (K, 6) and after them the law's until all stands; how many there are.
+
+    `motion` (3, 6) moves on by the first of them.
+    """
+    for k in range(len(plan)):
+        out[k] = plan[k]
+    ahead, k = motion.copy(), 0
+    while k < len(out):
+        if k >= len(plan):
+            stop(ahead, reach, out[k])
+            if k > 0 and np.max(np.abs(out[k])) <= _AT_REST:
+                break
+        advance(ahead, out[k], reach)
+        if k == 0:
+            motion[:] = ahead
+        k += 1
+    return k
+
+
+class Stopping:
+    """The law on one platform: brakes it, says whether it still can stop, and remembers where it should be.
+
+    Axes that are not cued stay at zero, in what is believed and in what is commanded.
+
+    Parameters
+    ----------
+    dofs : the degrees of freedom that are cued.
+    circle : [m] radius that surge and sway keep within together.
+    lag : T [s] between commanded and actual acceleration; period : Δ [s] between two decisions.
+    """
+
+    def __init__(
+        self,
+        platform: Platform,
+        dofs: Sequence[Dof],
+        *,
+        circle: float | None = None,
+        lag: float,
+        period: float,
+    ) -> None:
+        self.reach = _reach(platform, dofs)._replace(
+            circle=math.inf if circle is None else circle, lag=lag, period=period
+        )
+        self._cued = (self.reach.command > 0.0).astype(np.float64)
+        self._believed, self._measured = np.zeros((3, 6)), np.empty((3, 6))
+        self._room = np.zeros((2 * LONGEST, 6))
+        self.rest(Outcome(status=Status.INVALID))  # no decision waits for a compiler
+        self.allows(np.zeros(6))
+        self.reset(PlatformState())
+
+    def reset(self, state: PlatformState) -> None:
+        """Believe that the platform is at `state`."""
+        self._believed[:] = 0.0
+        self.observe(state)
+
+    def observe(self, state: PlatformState) -> bool:
+        """Believe a measured state where it is one; else keep to where the commands have led.
+
+        Returns
+        -------
+        False where a number of the state is none of this world.
+        """
+        measured = self._measured
+        measured[0], measured[1], measured[2] = state.pose, state.twist, state.acceleration
+        plausible = bool(np.abs(measured).max() <= HUGE)  # so written, a NaN is not
+        if plausible:
+            np.multiply(self._cued, measured, out=self._believed)
+        return plausible
+
+    def allows(self, acceleration: Vec) -> bool:
+        """Whether the platform can still stop inside its limits after a command (6,), if it can now."""
+        return bool(allowed(self._believed, acceleration, self.reach))
+
+    def decided(self, plan: Mat, outcome: Outcome) -> Command:
+        """The command of a plan (K, 6), K ≥ 0, which comes to rest after it by the law.
+
+        Its first period is believed to be followed. Without a plan, K = 0, the law brakes at once.
+        """
+        if len(plan) + LONGEST > len(self._room):
+            self._room = np.zeros((len(plan) + LONGEST, 6))
+        count = to_rest(self._believed, self.reach, np.ascontiguousarray(plan), self._room)
+        commands = self._room[: max(1, count)].copy()
+        return Command(
+            acceleration=commands[0],
+            pose=self._believed[0].copy(),
+            twist=self._believed[1].copy(),
+            plan=commands[1:],
+            outcome=outcome,
+        )
+
+    def rest(self, outcome: Outcome) -> Command:
+        """The law's own command, with a plan that comes to rest."""
+        return self.decided(np.empty((0, 6)), outcome)
+
+
+def _reach(platform: Platform, dofs: Sequence[Dof]) -> Reach:
+    """The limits of all cued axes in the platform's own signs."""
+    low, high = np.full(6, -_UNLIMITED), np.full(6, _UNLIMITED)
+    speed, command = np.full(6, _UNLIMITED), np.zeros(6)
+    for dof in dofs:
+        for i, sign, limits in zip(dof.axes, dof.signs, platform.limits(dof), strict=True):
+            low[i], high[i] = sorted(sign * bound for bound in limits.position)
+            speed[i] = limits.velocity
+            command[i] = min(limits.command, limits.acceleration, _UNLIMITED)
+    return Reach(low, high, speed, command, math.inf, 0.0, 0.0)

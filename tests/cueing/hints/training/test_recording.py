@@ -1,0 +1,23 @@
+"""A recording's answers are the answers of its questions, by an engine that shares nothing with the first."""
+
+import numpy as np
+
+from otolith.cueing.hints.training.compare import Problems
+from otolith.cueing.mpc.problem import Problem
+from otolith.qp.engines import CondensedEngine
+from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, unseen_recording
+
+
+def test_every_recorded_question_has_its_own_answer() -> None:
+    recording = unseen_recording()
+    assert len(recording) == 300
+    assert recording.solved.all()
+    assert recording.begins.sum() == 1
+    problems = Problems(Problem(THESIS, PAIRS, SETTINGS), recording)
+    engine = problems.engine(CondensedEngine)
+    for i in range(0, len(recording), 7):
+        problems.write(engine, i)
+        solution = engine.run()
+        np.testing.assert_allclose(solution.U[0], recording.first[i], atol=1e-6)
+        clear = np.abs(solution.y) > 1e-6
+        np.testing.assert_array_equal(solution.working_set[clear], recording.sets[i][clear])

@@ -1,0 +1,39 @@
+"""Rows of an axis of its own, judged by the law that stops a platform."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from otolith.core.frames import DOFS
+from otolith.cueing.mpc.rows import BrakingRows, rows_of
+from otolith.platforms import load
+from otolith.safety.stopping import Stopping, safe
+
+DAVSI = load("davsi")
+SHARES = st.floats(-1.0, 1.0, allow_nan=False, width=32)
+
+
+@pytest.mark.parametrize("kind", [BrakingRows.STOPPING, BrakingRows.POSITION])
+@pytest.mark.parametrize("axis", ["heave", "yaw"])
+@given(lag=st.sampled_from([0.01, 0.05]), shares=st.tuples(SHARES, SHARES), upper=st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_whoever_keeps_the_rows_of_an_axis_alone_can_stop_inside(
+    kind: BrakingRows, axis: str, lag: float, shares: tuple[float, float], upper: bool
+) -> None:
+    """Also from the very end of the position's row, at the largest speed that the others allow."""
+    dof = DOFS[axis]
+    (limits,), (i,) = DAVSI.limits(dof), dof.axes
+    speed, position = rows_of(dof, (limits,), DAVSI.braking, kind=kind, lag=lag, period=0.01, terminal=False)
+    velocity, leading = limits.velocity * np.array(shares)  # v, and v + 2 T a, which the other row limits
+    most = limits.acceleration
+    acceleration = np.clip((leading - velocity) / speed.coefficients[2], -most, most)
+    moving = np.array([velocity, 0.0, acceleration])
+    place = (position.upper if upper else position.lower) - position.coefficients @ moving
+    motion = np.zeros((3, 6))
+    motion[:, i] = place / position.coefficients[1], velocity, acceleration
+    led = motion[0, i] + lag * motion[1, i]
+    if not limits.position[0] <= led <= limits.position[1]:
+        return  # this end's row lets it be beyond the other end, which the other end's row does not
+    stopping = Stopping(DAVSI, (dof,), lag=lag, period=0.01)
+    assert safe(motion, stopping.reach)
