@@ -97,7 +97,7 @@ def test_inputs_are_held_over_blocks_when_asked_for(
     summary = json.loads(capsys.readouterr().out)
     assert summary["violations"] == 0
     assert summary["settings"]["blocks"] == blocks[1]
-    assert summary["status"] == {"optimal": 600}
+    assert summary["status"] == {"decided": 600}
 
 
 def write_drive(path: Path, header: str = "t_s,ax_mps2,ay_mps2") -> Path:
@@ -169,7 +169,7 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         (["run", "sine-1", "--weight", "position=-1"], "weight position is -1.0, must be a finite number"),
         (
             ["run", "sine-1", "--braking", "hard"],
-            "braking is 'hard', must be one of stopping, position, printed, none",
+            "braking is 'hard', must be one of stopping, leading, position, printed, none",
         ),
         (["run", "sine-1", "--guess-entry", "dual"], "guess entry is 'dual', must be one of reference"),
         (["run", "sine-1", "--law", "absent.h5"], "absent.h5 is absent, must be an existing file"),

@@ -61,7 +61,7 @@ def test_a_washout_is_tested_and_written(
         (["--cueing", "clasical"], "did you mean classical"),
         (["--cueing", "classical", "--plant", "moon"], "--plant is 'moon'"),
         (["--cueing", "classical", "--dofs", "surge"], "--dofs is 'surge'"),
-        (["--cueing", "explicit", "--dofs", "surge-pitch,yaw"], "explicit does not cue yaw"),
+        (["--cueing", "explicit", "--dofs", "surge-pitch,yaw"], "yaw of platform thesis is missing"),
         (["--cueing", "classical", "--force", "0"], "--force is 0.0, must be greater than 0"),
         (["--cueing", "classical", "--boundaries", "nowhere.csv"], "boundaries nowhere.csv"),
     ],

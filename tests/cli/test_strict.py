@@ -24,7 +24,7 @@ def summary(**more: Any) -> dict[str, Any]:
         "changes": spread,
         "step_time_us": spread,
     }
-    return known | {"status": {"optimal": 1000}, "limits": {}} | more
+    return known | {"status": {"decided": 1000}, "limits": {}} | more
 
 
 def test_a_run_without_faults_says_so() -> None:
@@ -32,7 +32,7 @@ def test_a_run_without_faults_says_so() -> None:
 
 
 def test_decisions_that_failed_stand_in_the_printed_line() -> None:
-    said = sentence(summary(status={"optimal": 680, "infeasible": 320}))
+    said = sentence(summary(status={"decided": 680, "fallback (infeasible)": 320}))
     assert "320 of 1,000 decisions fell back to braking: the problem had no solution" in said
     assert "\n" not in said
 

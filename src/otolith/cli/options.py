@@ -124,7 +124,7 @@ class Choices:
     braking: Annotated[
         str | None,
         typer.Option(
-            help="Braking rows: stopping, position (the thesis's), printed or none "
+            help="Braking rows: stopping, leading, position (the thesis's), printed or none "
             "(default: implicit stopping, explicit none)."
         ),
     ] = None

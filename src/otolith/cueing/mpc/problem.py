@@ -134,7 +134,8 @@ class Problem:
 
     def sense(self, x: Vec, wanted: Mat) -> None:
         """Let both drivers feel the period that ends now, in the motion x (nx,); once per period."""
-        kernels.sense(self._given, x, wanted)
+        if self._organs.here.size:
+            kernels.sense(self._given, x, wanted)
 
     def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
         """Write the problem at x (nx,), linearised about `plan` (N, nu), for `wanted` (N, C)."""
