@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.plant.ideal import Ideal, without_lag
 from otolith.platforms import load
@@ -90,7 +91,9 @@ def test_progress_ends_at_one() -> None:
 
 
 def test_periods_that_do_not_divide_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"controller period 0\.1 s is no multiple of plant period 0\.03 s"):
+    with pytest.raises(
+        InputError, match=r"period of the controller is 0\.1 s, must be a multiple of 0\.03 s"
+    ):
         close(Echo(), 0.03)
 
 

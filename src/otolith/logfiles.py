@@ -14,6 +14,16 @@ from otolith.scenarios.recorded import Recorded
 from otolith.scenarios.table import decode, split
 
 JSON: Final = (".json", ".jsonl", ".ndjson")
+OWN: Final = (
+    *JSON,
+    "",
+    ".csv",
+    ".txt",
+    ".tsv",
+    ".asc",
+    ".dat",
+    ".log",
+)  # read as text, whatever is installed
 MAX_FILE: Final = 2**30  # [bytes] of a log, 1 GiB
 MAX_LINE: Final = 2**20  # [bytes] of one line of a table, 1 MiB
 MAX_JSON: Final = 2**26  # [bytes] of one line of JSON, 64 MiB: all of it is taken to pieces in memory
@@ -71,7 +81,25 @@ def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
         with damage_told(verdict):
             bag: Recorded = read(path.parent if ending == ".db3" else path)
         return bag
-    return None
+    return _of_plugin(path, verdict)
+
+
+def _of_plugin(path: Path, verdict: str) -> Recorded | None:
+    """The columns of a log in a format that an installed package reads; None where no package does.
+
+    The name of its entry point is the ending without the dot. Endings of tables and of our own formats are
+    never asked for.
+    """
+    ending = path.suffix.lower()
+    if ending in OWN:
+        return None
+    entry = registry.LOG_FORMATS.get(ending.removeprefix("."))
+    if entry is None or not entry.outside:
+        return None
+    read = entry.load()
+    with damage_told(verdict):
+        found: Recorded = read(path)
+    return found
 
 
 def _begins(path: Path, mark: bytes) -> bool:

@@ -2,16 +2,20 @@
 
 Choices of the command line, tables in the documentation, legends and conformance tests are all
 read from here. Entries are imported on use, so that an optional dependency costs nothing when absent.
+Installed packages add entries of their own by entry points; see CONTRIBUTING.md.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
+from otolith.core import plugins
 from otolith.core.errors import InputError, MissingExtra, one_of
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from otolith.cueing.design import Design
     from otolith.interfaces import Cueing
 
@@ -27,6 +31,8 @@ class Entry:
     plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
     limited: bool = True  # of a cueing algorithm: whether it knows the platform's limits and keeps them
     reads: frozenset[str] = frozenset()  # of a cueing algorithm: which of the options below it reads
+    outside: bool = False  # whether it is no part of this package
+    declared: "EntryPoint | None" = None  # how an installed package declares it
 
     def load(self) -> Any:
         """Import and return the target.
@@ -34,7 +40,12 @@ class Entry:
         Raises
         ------
         MissingExtra : a declared optional dependency is absent; every other import error stands.
+        BrokenPlugin, InputError : an entry from outside this package cannot be imported.
         """
+        if self.declared is not None:
+            return plugins.load_entry_point(self.declared)
+        if self.outside:
+            return plugins.load_target("--cueing", self.target)
         module, attribute = self.target.split(":")
         try:
             return getattr(import_module(module), attribute)
@@ -45,6 +56,38 @@ class Entry:
                     f"{attribute} needs {error.name}, which is not installed: {hint}"
                 ) from error
             raise
+
+
+class Table(Mapping[str, Entry]):
+    """Entries by name: our own, then those that installed packages declare in an entry-point group.
+
+    A name of our own stands, whatever others declare. Packages are searched when a name is not our own, or
+    when all names are asked for.
+    """
+
+    def __init__(self, group: str, own: Mapping[str, Entry]) -> None:
+        self.group, self.own = group, own
+
+    def __getitem__(self, name: str) -> Entry:
+        return self.own[name] if name in self.own else self._declared()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**self.own, **self._declared()})
+
+    def __len__(self) -> int:
+        return len({**self.own, **self._declared()})
+
+    def shadowed(self) -> dict[str, str]:
+        """Names of our own that other distributions declare in vain, with the distribution."""
+        found = plugins.declared(self.group)
+        return {name: plugins.distribution(found[name]) for name in self.own if name in found}
+
+    def _declared(self) -> dict[str, Entry]:
+        found = plugins.declared(self.group)
+        return {
+            name: Entry(one.value, f"from {plugins.distribution(one)}", outside=True, declared=one)
+            for name, one in found.items()
+        }
 
 
 # Options of the command line that only some cueing algorithms read; all others are of the reference, the
@@ -59,106 +102,113 @@ _HINTED: Final = _IMPLICIT | {"hint"}
 _WASHOUT: Final = frozenset({"tuning"})
 
 # Cueing algorithms: callables Design -> Cueing.
-CUEING: Final = {
-    "explicit": Entry(
-        "otolith.cueing.design:explicit",
-        "the explicit law alone, 10 Hz (section 5.2.1)",
-        plant="ideal-no-lag",
-        reads=_LAW,
-    ),
-    "implicit": Entry(
-        "otolith.cueing.design:implicit",
-        "implicit MPC without a guess (model 1)",
-        reads=_IMPLICIT,
-    ),
-    "implicit-trajectory": Entry(
-        "otolith.cueing.design:implicit_trajectory",
-        "guess: first control of the previous plan (model 2)",
-        reads=_GUESSING,
-    ),
-    "hybrid-first": Entry(
-        "otolith.cueing.design:hybrid_first",
-        "guess: first input of the explicit law (model 3)",
-        reads=_HYBRID,
-    ),
-    "hybrid-all": Entry(
-        "otolith.cueing.design:hybrid_all",
-        "guess: all inputs of the explicit law (model 4)",
-        reads=_HYBRID,
-    ),
-    "hybrid-learned": Entry(
-        "otolith.cueing.design:hybrid_learned",
-        "as implicit, sooner: a network names the active limits",
-        reads=_HINTED,
-    ),
-    "hybrid-law": Entry(
-        "otolith.cueing.design:hybrid_law",
-        "as implicit: a coarse explicit law of the same limits names them",
-        reads=_HINTED,
-    ),
-    "hybrid-table": Entry(
-        "otolith.cueing.design:hybrid_table",
-        "as implicit: what was active near by in training",
-        reads=_HINTED,
-    ),
-    "implicit-sensed": Entry(
-        "otolith.cueing.design:implicit_sensed",
-        "implicit MPC of sensed force and rate (thesis, chapter 8)",
-        reads=_SENSED,
-    ),
-    "linear-mpc": Entry(
-        "otolith.cueing.design:linear_mpc",
-        "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
-        reads=_LINEAR,
-    ),
-    "classical": Entry(
-        "otolith.cueing.washout.classical:classical",
-        "washout: high-pass travel, low-pass tilt (section 2.2.1)",
-        limited=False,
-        reads=_WASHOUT,
-    ),
-    "optimal": Entry(
-        "otolith.cueing.washout.optimal:optimal",
-        "washout: LQ filter with a vestibular model (section 2.2.2)",
-        limited=False,
-        reads=_WASHOUT,
-    ),
-    "optimal-nonlinear": Entry(
-        "otolith.cueing.washout.optimal:optimal_nonlinear",
-        "the same, faster the farther the platform is (Telban & Cardullo)",
-        limited=False,
-        reads=_WASHOUT,
-    ),
-    "adaptive": Entry(
-        "otolith.cueing.washout.adaptive:adaptive",
-        "washout: gains that descend a cost (section 2.2.3)",
-        limited=False,
-        reads=_WASHOUT,
-    ),
-}
+CUEING: Final = Table(
+    "otolith.cueing",
+    {
+        "explicit": Entry(
+            "otolith.cueing.design:explicit",
+            "the explicit law alone, 10 Hz (section 5.2.1)",
+            plant="ideal-no-lag",
+            reads=_LAW,
+        ),
+        "implicit": Entry(
+            "otolith.cueing.design:implicit",
+            "implicit MPC without a guess (model 1)",
+            reads=_IMPLICIT,
+        ),
+        "implicit-trajectory": Entry(
+            "otolith.cueing.design:implicit_trajectory",
+            "guess: first control of the previous plan (model 2)",
+            reads=_GUESSING,
+        ),
+        "hybrid-first": Entry(
+            "otolith.cueing.design:hybrid_first",
+            "guess: first input of the explicit law (model 3)",
+            reads=_HYBRID,
+        ),
+        "hybrid-all": Entry(
+            "otolith.cueing.design:hybrid_all",
+            "guess: all inputs of the explicit law (model 4)",
+            reads=_HYBRID,
+        ),
+        "hybrid-learned": Entry(
+            "otolith.cueing.design:hybrid_learned",
+            "as implicit, sooner: a network names the active limits",
+            reads=_HINTED,
+        ),
+        "hybrid-law": Entry(
+            "otolith.cueing.design:hybrid_law",
+            "as implicit: a coarse explicit law of the same limits names them",
+            reads=_HINTED,
+        ),
+        "hybrid-table": Entry(
+            "otolith.cueing.design:hybrid_table",
+            "as implicit: what was active near by in training",
+            reads=_HINTED,
+        ),
+        "implicit-sensed": Entry(
+            "otolith.cueing.design:implicit_sensed",
+            "implicit MPC of sensed force and rate (thesis, chapter 8)",
+            reads=_SENSED,
+        ),
+        "linear-mpc": Entry(
+            "otolith.cueing.design:linear_mpc",
+            "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
+            reads=_LINEAR,
+        ),
+        "classical": Entry(
+            "otolith.cueing.washout.classical:classical",
+            "washout: high-pass travel, low-pass tilt (section 2.2.1)",
+            limited=False,
+            reads=_WASHOUT,
+        ),
+        "optimal": Entry(
+            "otolith.cueing.washout.optimal:optimal",
+            "washout: LQ filter with a vestibular model (section 2.2.2)",
+            limited=False,
+            reads=_WASHOUT,
+        ),
+        "optimal-nonlinear": Entry(
+            "otolith.cueing.washout.optimal:optimal_nonlinear",
+            "the same, faster the farther the platform is (Telban & Cardullo)",
+            limited=False,
+            reads=_WASHOUT,
+        ),
+        "adaptive": Entry(
+            "otolith.cueing.washout.adaptive:adaptive",
+            "washout: gains that descend a cost (section 2.2.3)",
+            limited=False,
+            reads=_WASHOUT,
+        ),
+    },
+)
 
+_OUTSIDE: Final = Entry("otolith.cueing.outside:make_outside", "makes and watches algorithms of others")
 _AHEAD: Final = Entry("otolith.cueing.ahead:Ahead", "decides for the moment at which a command takes effect")
 
 # The thesis's four, which differ in their guess alone (section 3.1).
 FOUR_MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")
 
 # Plants: callables Platform -> Plant.
-PLANTS: Final = {
-    "ideal": Entry("otolith.plant.ideal:ideal", "accelerations follow with the lag of eq. 4.9, 10 ms"),
-    "ideal-no-lag": Entry("otolith.plant.ideal:without_lag", "accelerations follow at once (eq. 4.1)"),
-    "actuator": Entry(
-        "otolith.plant.actuator:actuator", "as ideal, after the dead time of the platform's file"
-    ),
-    "hexapod": Entry(
-        "otolith.plant.hexapod:hexapod", "rigid body on six legs with servos, supervised (chapter 6)"
-    ),
-    "hexapod-mujoco": Entry(
-        "otolith.plant.mujoco:hexapod_mujoco",
-        "the same machine in MuJoCo, to check the other",
-        extra="emulator",
-        needs=("mujoco",),
-    ),
-}
+PLANTS: Final = Table(
+    "otolith.plants",
+    {
+        "ideal": Entry("otolith.plant.ideal:ideal", "accelerations follow with the lag of eq. 4.9, 10 ms"),
+        "ideal-no-lag": Entry("otolith.plant.ideal:without_lag", "accelerations follow at once (eq. 4.1)"),
+        "actuator": Entry(
+            "otolith.plant.actuator:actuator", "as ideal, after the dead time of the platform's file"
+        ),
+        "hexapod": Entry(
+            "otolith.plant.hexapod:hexapod", "rigid body on six legs with servos, supervised (chapter 6)"
+        ),
+        "hexapod-mujoco": Entry(
+            "otolith.plant.mujoco:hexapod_mujoco",
+            "the same machine in MuJoCo, to check the other",
+            extra="emulator",
+            needs=("mujoco",),
+        ),
+    },
+)
 
 # QP engines: callables (StageProblem, tolerance=…, blocks=…) -> StageEngine.
 SOLVERS: Final = {
@@ -198,12 +248,18 @@ PERCEPTION: Final = {
 }
 
 # Formats of recorded drives that need a library: callables that give `scenarios.recorded.Channels`.
-LOG_FORMATS: Final = {
-    "mdf": Entry("otolith.scenarios.mdf:read_mdf", "ASAM MDF 3 and 4", extra="logs", needs=("asammdf",)),
-    "rosbag": Entry(
-        "otolith.scenarios.rosbag:read_rosbag", "ROS 1 and 2, bags and MCAP", extra="logs", needs=("rosbags",)
-    ),
-}
+LOG_FORMATS: Final = Table(
+    "otolith.formats",
+    {
+        "mdf": Entry("otolith.scenarios.mdf:read_mdf", "ASAM MDF 3 and 4", extra="logs", needs=("asammdf",)),
+        "rosbag": Entry(
+            "otolith.scenarios.rosbag:read_rosbag",
+            "ROS 1 and 2, bags and MCAP",
+            extra="logs",
+            needs=("rosbags",),
+        ),
+    },
+)
 
 
 def check_options(names: Sequence[str], given: Iterable[str]) -> None:
@@ -213,9 +269,9 @@ def check_options(names: Sequence[str], given: Iterable[str]) -> None:
     ------
     InputError : there is one; the sentence says who reads it.
     """
-    read = frozenset().union(*(CUEING[name].reads for name in names))
+    read = frozenset().union(*(cueing_named(name).reads for name in names))
     for option in given:
-        readers = [name for name, entry in CUEING.items() if option in entry.reads]
+        readers = [name for name, entry in CUEING.own.items() if option in entry.reads]
         if readers and option not in read:
             word = f"--{option.replace('_', '-')}"
             bound = f"left out, or used with one of {', '.join(readers)}"
@@ -224,11 +280,39 @@ def check_options(names: Sequence[str], given: Iterable[str]) -> None:
 
 def unread(name: str) -> frozenset[str]:
     """Options that only other cueing algorithms than `name` read; they are no part of its record."""
-    return frozenset().union(*(entry.reads for entry in CUEING.values())) - CUEING[name].reads
+    every = frozenset().union(*(entry.reads for entry in CUEING.own.values()))
+    return every - cueing_named(name).reads
+
+
+def cueing_named(name: str) -> Entry:
+    """The entry of a cueing algorithm by its name, or by "module:attribute"; one from outside is imported.
+
+    What an algorithm from outside reads of the options, its plant, and whether it keeps limits stand in
+    attributes of its maker, see `otolith.cueing.outside`.
+
+    Raises
+    ------
+    OtolithError : there is none, or it cannot be imported.
+    """
+    found = Entry(name, name, outside=True) if ":" in name else None
+    entry = found or lookup(CUEING, "--cueing", name, otherwise=", or " + plugins.IN_WORDS)
+    if not entry.outside:
+        return entry
+    maker = entry.load()
+    if not callable(maker):
+        raise InputError(
+            "--cueing", repr(name), f"a class or function, not a value of {type(maker).__name__}"
+        )
+    return replace(
+        entry,
+        plant=str(getattr(maker, "plant", "ideal")),
+        limited=getattr(maker, "limited", False) is True,
+        reads=frozenset(getattr(maker, "reads", ())),
+    )
 
 
 def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) -> "Cueing":
-    """The algorithm `name` for a design; errors as `lookup`, and those of the algorithm itself.
+    """The algorithm `name` for a design; errors as `cueing_named`, and those of the algorithm itself.
 
     Parameters
     ----------
@@ -236,15 +320,18 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
         as the algorithm's model; else what is measured passes an observer and a predictor, see
         `otolith.cueing.ahead`.
     """
-    entry = lookup(CUEING, "--cueing", name)
-    cueing: Cueing = entry.load()(design)
+    entry = cueing_named(name)
+    if entry.outside:
+        cueing: Cueing = _OUTSIDE.load()(entry.load(), design, name=name)
+    else:
+        cueing = entry.load()(design)
     if dead_time is not None and entry.limited:
         cueing = _AHEAD.load()(cueing, lag=design.mpc.lag_on(design.platform), dead_time=dead_time)
     return cueing
 
 
-def lookup(table: dict[str, Entry], kind: str, name: str) -> Entry:
+def lookup(table: Mapping[str, Entry], kind: str, name: str, *, otherwise: str = "") -> Entry:
     """Entry `name` of one of the tables above, or one sentence that lists what there is."""
     if name not in table:
-        raise InputError(kind, repr(name), one_of(table, name))
+        raise InputError(kind, repr(name), one_of(table, name, otherwise=otherwise))
     return table[name]

@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Ints, Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
 from otolith.core.motion import rate_along
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference, Status
@@ -155,13 +156,11 @@ def simulate(
 
     Raises
     ------
-    ValueError : the two periods do not divide.
+    InputError : the controller's period is no multiple of the plant's.
     """
     every = round(cueing.period / plant_period)
     if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
-        raise ValueError(
-            f"controller period {cueing.period} s is no multiple of plant period {plant_period} s"
-        )
+        raise InputError("period of the controller", f"{cueing.period} s", f"a multiple of {plant_period} s")
     m = round(scenario.duration / cueing.period)
     n = m * every
 

@@ -1,7 +1,8 @@
-"""What every cueing algorithm of the registry promises, whatever it is."""
+"""What every cueing algorithm promises: those of the registry, of installed packages, and one's own file."""
 
 from dataclasses import replace
 from functools import cache
+from importlib.resources import files as package_files
 
 import numpy as np
 import pytest
@@ -17,9 +18,11 @@ from otolith.simulate import Run, simulate
 from tests.cueing.hints.training.tiny import tiny_hint
 
 THESIS = load("thesis")
-EVERY = pytest.mark.parametrize("name", registry.CUEING)
-LIMITED = [name for name, entry in registry.CUEING.items() if entry.limited]
-UNLIMITED = [name for name, entry in registry.CUEING.items() if not entry.limited]
+OWN_FILE = f"{package_files('otolith.cli') / 'samples' / 'washout.py'}:HighPass"
+NAMES = [*registry.CUEING, OWN_FILE]
+EVERY = pytest.mark.parametrize("name", NAMES, ids=lambda name: name.rpartition(":")[2])
+LIMITED = [name for name in NAMES if registry.cueing_named(name).limited]
+UNLIMITED = [name for name, entry in registry.CUEING.own.items() if not entry.limited]
 
 
 @cache
@@ -36,7 +39,7 @@ def algorithm(name: str) -> Cueing:
 
 def close_the_loop(name: str, wanted: Scenario) -> Run:
     """Sampled at 100 Hz: the ideal plants are solved exactly, so that nodes do not depend on it."""
-    plant = registry.PLANTS[registry.CUEING[name].plant].load()(THESIS)
+    plant = registry.PLANTS[registry.cueing_named(name).plant].load()(THESIS)
     return simulate(
         algorithm(name),
         plant,

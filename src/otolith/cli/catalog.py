@@ -1,11 +1,13 @@
 """`otolith list`: what there is by name."""
 
+from collections.abc import Mapping
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
 from otolith import registry
+from otolith.cli.options import warn
 from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, one_of
 from otolith.platforms import catalog, load
@@ -15,8 +17,14 @@ from otolith.scenarios.formula import defaults
 from otolith.vehicle import ROADS
 
 
+def _shadowed(kind: str) -> dict[str, str]:
+    """Names that other distributions declare in vain."""
+    table = {"cueing": registry.CUEING, "plants": registry.PLANTS}.get(kind)
+    return {} if table is None else table.shadowed()
+
+
 def _tables() -> dict[str, dict[str, str]]:
-    entries = {
+    entries: dict[str, Mapping[str, registry.Entry]] = {
         "cueing": registry.CUEING,
         "plants": registry.PLANTS,
         "solvers": registry.SOLVERS,
@@ -53,6 +61,8 @@ def list_(
     if json:
         print_json(tables[kind])
         return
+    for name, other in _shadowed(kind).items():
+        warn(screen(), f"{name!r} of {other} is left out, for the name is taken")
     table = Table(box=None, pad_edge=False)
     table.add_column(kind, no_wrap=True, style="bold")
     table.add_column("what it is")

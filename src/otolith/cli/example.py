@@ -41,6 +41,7 @@ def example_(
     at = f"--log {out / 'drive.csv'} --platform {out / 'rig.toml'}"
     console.print(f"otolith run {at}", soft_wrap=True)
     console.print(f"otolith run {at} --cueing classical --tuning {out / 'tuning.toml'}", soft_wrap=True)
+    console.print(f"otolith run sine-1 --cueing {out / 'washout.py'}:HighPass", soft_wrap=True)
     console.print(f"python {out / 'washout.py'}", soft_wrap=True)
 
 

@@ -38,7 +38,7 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
     OtolithError : something is wrong, or would have no effect; no time was spent yet.
     """
     first = each[0]
-    makers = {name: registry.lookup(registry.CUEING, "--cueing", name) for name in names}
+    makers = {name: registry.cueing_named(name) for name in names}
     plants = {name: first.plant or maker.plant for name, maker in makers.items()}
     for plant in plants.values():
         registry.lookup(registry.PLANTS, "--plant", plant)
@@ -108,5 +108,5 @@ def _tell_interventions(found: Sequence[Intervention], console: Console) -> None
 def _settings(choices: Choices, design: Design, cueing: str, tuning: str | None) -> dict[str, Any]:
     """What was chosen and has an effect, so that the run can be made again."""
     chosen = {"version": __version__, **choices.as_settings(design, cueing)}
-    read = tuning is not None and "tuning" in registry.CUEING[cueing].reads
+    read = tuning is not None and "tuning" in registry.cueing_named(cueing).reads
     return {**chosen, "tuning": tuning} if read else chosen

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from otolith import __version__, files, registry
-from otolith.cli.output import Replace, print_json, progress_bar, screen
+from otolith.cli.options import CUEING_HELP
+from otolith.cli.output import Replace, file_name, print_json, progress_bar, screen
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES, dofs_named
 from otolith.cueing.design import Design
@@ -25,7 +26,7 @@ from otolith.scenarios.omct import TESTS, Amplitudes
 
 
 def omct_(
-    cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")],
+    cueing: Annotated[str, typer.Option(help=CUEING_HELP)],
     platform: Annotated[str, typer.Option(help="A shipped platform's name or a platform file.")] = "thesis",
     dofs: Annotated[
         str, typer.Option(help="surge-pitch, sway-roll, heave, yaw; several with commas.")
@@ -54,7 +55,7 @@ def omct_(
         if boundaries is None
         else parse_boundaries(files.read_text(boundaries, "boundaries"), boundaries.name)
     )
-    folder = out or Path("out") / f"omct-{cueing}"
+    folder = out or Path("out") / f"omct-{file_name(cueing)}"
     files.check_folder(folder, command="omct", force=replace)
     console = screen()
     system, names = _system(cueing, platform, dofs, plant)
@@ -95,7 +96,7 @@ def omct_(
 def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[System, dict[str, str]]:
     """What is tested, and its names; every wrong value is refused before work starts."""
     cued = dofs_named(dofs.split(","))
-    maker = registry.lookup(registry.CUEING, "--cueing", cueing)
+    maker = registry.cueing_named(cueing)
     plant_name = plant or maker.plant
     plant_maker = registry.lookup(registry.PLANTS, "--plant", plant_name)
     design = Design(platform=files.read_platform(platform), dofs=cued)

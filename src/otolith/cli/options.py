@@ -48,6 +48,7 @@ SOFTENED: Final = (
     "circle",
 )  # rows that may be given a slack; commands never
 
+CUEING_HELP: Final = "A name of 'otolith list cueing', or your own: module:attribute, file.py:attribute."
 PlatformName = Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")]
 Dofs = Annotated[str, typer.Option(help="Axis pairs to cue: " + ", ".join(PAIRS) + ", or both with a comma.")]
 Horizon = Annotated[

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import sys
 import threading
 import time
@@ -34,6 +35,11 @@ class Tell(Protocol):
 def group(about: str) -> typer.Typer:
     """A group of commands, whose texts are shown as they are written: to rich, [km/h] would be markup."""
     return typer.Typer(help=about, no_args_is_help=True, rich_markup_mode=None)
+
+
+def file_name(text: str) -> str:
+    """A name as part of a path: nothing but letters, digits, dot, dash and underscore."""
+    return re.sub(r"[^\w.-]+", "_", text).strip("._") or "unnamed"
 
 
 def print_json(value: object) -> None:

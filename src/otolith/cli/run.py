@@ -1,7 +1,6 @@
 """`otolith run` and `otolith compare`: close the loop, judge it, write the results."""
 
 import functools
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -13,8 +12,8 @@ from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.loop import prepare, simulate_all
-from otolith.cli.options import Choices, takes_choices
-from otolith.cli.output import Force, print_json, screen, sentence
+from otolith.cli.options import CUEING_HELP, Choices, takes_choices
+from otolith.cli.output import Force, file_name, print_json, screen, sentence
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
 from otolith.report.ranking import MEASURES, measure_named, standings
@@ -48,7 +47,7 @@ Strict = Annotated[
 @takes_choices
 def run(
     choices: Choices,
-    cueing: Annotated[str, typer.Option(help="A name of 'otolith list cueing'.")] = "hybrid-all",
+    cueing: Annotated[str, typer.Option(help=CUEING_HELP)] = "hybrid-all",
     tuning: Tuning = None,
     out: Out = None,
     force: Force = False,
@@ -58,7 +57,7 @@ def run(
     """Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures."""
     console = screen()
     prepared = prepare([choices], [cueing], tuning, console)
-    folder = out or Path("out") / f"{_file_name(prepared.scenarios[0].name)}-{cueing}"
+    folder = out or Path("out") / f"{file_name(prepared.scenarios[0].name)}-{file_name(cueing)}"
     files.check_folder(folder, command="run", force=force)
     ((result,),) = simulate_all(prepared, console)
     from otolith import metrics, report
@@ -77,7 +76,7 @@ def compare(
     choices: Choices,
     more: Annotated[list[str] | None, typer.Argument(metavar="MORE", help="Further scenarios.")] = None,
     cueing: Annotated[
-        list[str] | None, typer.Option(help="An algorithm; repeat to compare (default: the thesis's four).")
+        list[str] | None, typer.Option(help=f"{CUEING_HELP} Repeat to compare (default: the thesis's four).")
     ] = None,
     by: Annotated[
         str | None,
@@ -99,10 +98,10 @@ def compare(
     scenarios = [choices.scenario, *(more or [])]
     names = cueing or list(registry.FOUR_MODELS)
     _refuse_twice("SCENARIO", scenarios)
-    _refuse_twice("--cueing", names)
+    _refuse_twice("--cueing", [file_name(name) for name in names])
     each = [replace(choices, scenario=name) for name in scenarios]
     prepared = prepare(each, names, tuning, console)
-    compared = "-".join(_file_name(scenario.name) for scenario in prepared.scenarios)
+    compared = "-".join(file_name(scenario.name) for scenario in prepared.scenarios)
     folder = out or Path("out") / f"{compared}-compared"
     files.check_folder(folder, command="compare", force=force)
     runs = simulate_all(prepared, console)
@@ -115,7 +114,8 @@ def compare(
     with files.whole_folder(folder, command="compare", force=force) as made:
         for scenario, (of_one, _) in contest.items():
             for result in of_one:
-                name = f"{_file_name(scenario)}-{result.cueing}" if several else result.cueing
+                own = file_name(result.cueing)
+                name = f"{file_name(scenario)}-{own}" if several else own
                 files.write_run(result, made / f"{name}.h5")
         said = _write_comparison(made, contest, (by, measure), ranked)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
@@ -164,7 +164,7 @@ def _contest_figures(contest: "Contest") -> dict[str, "Figure"]:
     figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
     for scenario, (runs, _) in contest.items():
         for dof in runs[0].dofs:
-            figures[f"figure-{_file_name(scenario)}-{dof}"] = comparison_figure(runs, dof)
+            figures[f"figure-{file_name(scenario)}-{dof}"] = comparison_figure(runs, dof)
     return figures
 
 
@@ -208,8 +208,3 @@ def _place(one: "Standing", ranked: Sequence["Standing"]) -> str:
 
 def _today() -> str:
     return datetime.now().astimezone().date().isoformat()
-
-
-def _file_name(text: str) -> str:
-    """A scenario's name as part of a path: nothing but letters, digits, dot, dash and underscore."""
-    return re.sub(r"[^\w.-]+", "_", text).strip("._") or "scenario"

@@ -1,8 +1,8 @@
 """A cueing algorithm of one's own in a few lines: a second-order high-pass of the longitudinal force.
 
-Run it with `python washout.py`. Whatever has `period`, `reset` and `step` as below is a cueing algorithm
-(see `otolith.interfaces.Cueing`) and can be simulated, judged and drawn as the shipped ones are. So far this
-is done from Python; the command line knows the shipped algorithms only.
+Run it with `otolith run sine-1 --cueing washout.py:HighPass`, compare it with others by `otolith compare`, or
+run it as it stands by `python washout.py`. Whatever has `period`, `reset` and `step` as below is a cueing
+algorithm (see `otolith.Cueing`) and is simulated, judged and drawn as the shipped ones are.
 """
 
 import numpy as np

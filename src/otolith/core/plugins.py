@@ -1,0 +1,131 @@
+"""Objects from outside this package: named on the command line, or declared by installed packages.
+
+A *target* is "module:attribute", or "path/to/file.py:attribute" for a file of one's own. Packages declare
+targets as entry points. Whatever goes wrong in someone else's code becomes one sentence that says whose.
+"""
+
+import importlib.util
+import sys
+import traceback
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from otolith.core.errors import InputError, OtolithError
+
+IN_WORDS = "MODULE:ATTRIBUTE, of an installed module or of a file as in washout.py:HighPass"
+
+
+class BrokenPlugin(OtolithError):
+    """Code from outside this package failed; the sentence says whose, how and in which line."""
+
+    def __init__(self, who: str, what: str, error: BaseException) -> None:
+        said = " ".join(f"{type(error).__name__}: {error}".split())
+        super().__init__(f"{who} {what}: {said}{_place(error)}")
+
+
+def _place(error: BaseException) -> str:
+    """File and line in which an error was raised."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return f" (line {frames[-1].lineno} of {Path(frames[-1].filename).name})" if frames else ""
+
+
+@cache
+def declared(group: str) -> dict[str, EntryPoint]:
+    """Entry points of a group by name; installed packages are searched once, when first asked for.
+
+    Raises
+    ------
+    OtolithError : two distributions declare the same name, so that it would depend on luck who is meant.
+    """
+    found: dict[str, EntryPoint] = {}
+    for one in entry_points(group=group):
+        other = found.setdefault(one.name, one)
+        if other.value != one.value:
+            raise OtolithError(
+                f"{one.name!r} of {group} is declared by {distribution(other)} and by {distribution(one)}: "
+                "uninstall one of them"
+            )
+    return found
+
+
+def distribution(entry_point: EntryPoint) -> str:
+    """The distribution that declares an entry point, with its version."""
+    dist = entry_point.dist
+    return f"{dist.name} {dist.version}" if dist is not None else "an unknown distribution"
+
+
+def load_entry_point(entry_point: EntryPoint) -> Any:
+    """Import what an entry point names.
+
+    Raises
+    ------
+    BrokenPlugin : it cannot be imported; the sentence names the distribution.
+    """
+    try:
+        return entry_point.load()
+    except Exception as error:  # whatever the code of others raises
+        who = f"{entry_point.group} {entry_point.name!r} of {distribution(entry_point)}"
+        raise BrokenPlugin(who, "could not be imported", error) from error
+
+
+def load_target(field: str, target: str) -> Any:
+    """Import "module:attribute" or "file.py:attribute".
+
+    Parameters
+    ----------
+    field : the option that named it, for the error's sentence, e.g. "--cueing".
+
+    Raises
+    ------
+    InputError : no such module, file or attribute.
+    BrokenPlugin : importing the module failed.
+    """
+    where, _, attribute = target.rpartition(":")
+    if not where or not attribute.isidentifier():
+        raise InputError(field, repr(target), IN_WORDS)
+    module = _module_of_file(field, Path(where)) if where.endswith(".py") else _module(field, where)
+    if not hasattr(module, attribute):
+        public = [name for name, value in vars(module).items() if _is_own(value, module)]
+        bound = f"an attribute of {where}" + (f", such as {', '.join(public)}" if public else "")
+        raise InputError(field, repr(target), bound)
+    return getattr(module, attribute)
+
+
+def _is_own(value: Any, module: ModuleType) -> bool:
+    """Whether a module defines this class or function itself."""
+    name = getattr(value, "__name__", "_")
+    return getattr(value, "__module__", None) == module.__name__ and not name.startswith("_")
+
+
+def _module(field: str, name: str) -> ModuleType:
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and (name == error.name or name.startswith(error.name + ".")):
+            raise InputError(field, f"of a module {name!r} that is not installed", IN_WORDS) from None
+        raise BrokenPlugin(f"module {name}", "could not be imported", error) from error
+    except Exception as error:
+        raise BrokenPlugin(f"module {name}", "could not be imported", error) from error
+
+
+@cache
+def _module_of_file(field: str, path: Path) -> ModuleType:
+    """The module in a file, which is run once, as `python FILE` would, but not as the main program."""
+    if not path.is_file():
+        raise InputError(field, f"in a file {str(path)!r} that does not exist", IN_WORDS)
+    name = f"otolith_file_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise InputError(field, repr(str(path)), IN_WORDS)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up by name
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        raise BrokenPlugin(str(path), "could not be imported", error) from error
+    return module
