@@ -15,9 +15,9 @@ from otolith.core.disk import TABLE_BYTES, read_text, whole, write_text
 from otolith.core.errors import CorruptFile, InputError, one_of
 from otolith.core.folders import check_file, check_folder, enlist, whole_folder
 from otolith.core.hdf5 import read_sealed, write_sealed
+from otolith.cueing.washout.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.logfiles import recorded
 from otolith.platforms import Platform, catalog, load, parse_platform
-from otolith.platforms.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.scenarios import Log, log_from
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.recorded import Columns, Recorded

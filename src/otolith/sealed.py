@@ -16,7 +16,7 @@ from otolith.core.hdf5 import Content, read_sealed, write_sealed
 from otolith.cueing.hints.stored import StoredHint
 from otolith.mpqp import Law
 from otolith.platforms import Platform
-from otolith.platforms.supervisor import Intervention, Reason
+from otolith.safety.supervisor import Intervention, Reason
 from otolith.simulate import Run
 
 RUN_KIND, RUN_VERSION = "otolith-run", 4

@@ -11,10 +11,10 @@ from threadpoolctl import threadpool_limits
 from otolith.core.arrays import Bools, Ints, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
-from otolith.core.motion import rate_along
+from otolith.core.rotation import rate_along
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference, Status
 from otolith.platforms import Platform
-from otolith.platforms.supervisor import Intervention
+from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 
 # A jump of the reference must fall on the same side for controller, plant and record, whatever the

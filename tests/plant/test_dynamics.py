@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
-from otolith.core.motion import place_of, rotation_of
+from otolith.core.rotation import place_of, rotation_of
 from otolith.plant.drive import check_gains
 from otolith.plant.dynamics import (
     Machine,

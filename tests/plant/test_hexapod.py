@@ -8,13 +8,13 @@ from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
-from otolith.core.motion import felt_along
+from otolith.core.rotation import felt_along
 from otolith.interfaces import Command, Outcome, PlatformState, Status
 from otolith.plant.hexapod import HexapodPlant, hexapod
 from otolith.plant.ideal import Ideal
 from otolith.platforms import load
 from otolith.platforms.hexapod import LegOutsideStroke
-from otolith.platforms.supervisor import Reason
+from otolith.safety.supervisor import Reason
 
 DAVSI = load("davsi").six_legs()
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.motion import place_of
+from otolith.core.rotation import place_of
 from otolith.platforms import load
 from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 from otolith.platforms.holding import FLOOR, Ball, Joints, place_ball, way_holds
-from otolith.platforms.supervisor import Reason, Supervisor
+from otolith.safety.supervisor import Reason, Supervisor
 
 DAVSI = load("davsi").six_legs()
 JOINTED = replace(DAVSI, lean_base=np.radians(8.0), lean_platform=np.radians(12.0))

@@ -11,7 +11,7 @@ from otolith.cli.options import Choices, warn
 from otolith.cli.output import progress_bar, progress_line, working
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
-from otolith.platforms.supervisor import Intervention
+from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
 from otolith.simulate import Run, simulate

@@ -1,4 +1,4 @@
-"""One decorator for everything that numba compiles, and a cache of machine code that is never stale.
+"""Decorators for everything that numba compiles, and a cache of machine code that is never stale.
 
 Numba keeps machine code beside the source, or in the user's cache where that cannot be written to, and
 compiles anew when the source file of the function itself changes. But the code of a function holds that of
@@ -11,7 +11,7 @@ import pickle
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import numba
 from numba.core.caching import FunctionCache
@@ -19,6 +19,8 @@ from numba.core.caching import FunctionCache
 from otolith.core.sources import fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_FREEDOMS: Final = {"contract", "nsz", "reassoc", "arcp"}  # of fast-math, those that keep NaN and infinity
 
 _swept: set[tuple[str, str]] = set()  # folders and modules whose stale code this process has removed
 
@@ -38,6 +40,48 @@ def compiled(function: F, **options: Any) -> F:
     dispatcher: Any = numba.njit(**options)(function)
     if hasattr(dispatcher, "py_func"):  # absent when numba is disabled
         dispatcher._cache = _cache_of(function) or dispatcher._cache
+    return cast(F, dispatcher)
+
+
+def jit_fused(function: F) -> F:
+    """Compile a kernel that may fuse and reorder its arithmetic; no data are judged in it."""
+    return compiled(function, fastmath=_FREEDOMS)
+
+
+def jit_inlined(function: F) -> F:
+    """Compile a function as part of its callers only.
+
+    Every compiled function carries the machine code of those it calls, compiled again; inlining the
+    ones that only steer into the one call at the top makes that a fraction.
+    """
+    compile_: Any = numba.njit(inline="always", error_model="numpy")
+    inlined: F = compile_(function)
+    return inlined
+
+
+def jit_entry(function: F) -> F:
+    """Like `kernel`, for a function that only Python calls, never C; it compiles in half the time."""
+    return _lean(function, no_cfunc_wrapper=True)
+
+
+def jit_allocating(function: F) -> F:
+    """Like `kernel`, for a function that makes arrays and is called from kernels only."""
+    return _lean(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def jit_inner(function: F) -> F:
+    """Like `jit_allocating`, for a function that neither makes nor returns an array.
+
+    Without reference counts on the arrays it is handed it runs in half the time.
+    """
+    return _lean(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
+
+
+def _lean(function: F, **options: bool) -> F:
+    """A kernel without what numba adds for callers that it does not have."""
+    dispatcher: Any = kernel(function)
+    if hasattr(dispatcher, "targetoptions"):  # absent when numba is disabled
+        dispatcher.targetoptions.update(options)
     return cast(F, dispatcher)
 
 

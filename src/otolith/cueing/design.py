@@ -27,11 +27,11 @@ from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.several import Several
+from otolith.cueing.washout.tuning import Tuning, load_tuning
 from otolith.interfaces import Cueing
 from otolith.mpqp import Law, Progress, enumerate_regions
 from otolith.perception import Vestibular
 from otolith.platforms import Platform
-from otolith.platforms.tuning import Tuning, load_tuning
 
 LINEAR_WASHOUT: Final = {"position": 5.0, "velocity": 5.0}  # constant, in the manner of Table 5.3
 
@@ -57,7 +57,7 @@ class Design:
 
     @property
     def tuning(self) -> Tuning:
-        """Tuning of the conventional washouts; errors as `otolith.platforms.tuning.load_tuning`."""
+        """Tuning of the conventional washouts; errors as `otolith.cueing.washout.tuning.load_tuning`."""
         return self.washout or load_tuning(self.platform.name)
 
     @cached_property

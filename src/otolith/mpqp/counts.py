@@ -19,8 +19,8 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.jit import jit_entry
 from otolith.mpqp.geometry import affine_multipliers, affine_slacks
-from otolith.mpqp.inner import kernel_entry
 from otolith.mpqp.law import Law
 from otolith.mpqp.leastdistance import LeastDistance
 from otolith.mpqp.prune import largest_ball
@@ -112,7 +112,7 @@ def _radii(form: LeastDistance, active: Bools, scale: Vec) -> Vec:
     return radius
 
 
-@kernel_entry
+@jit_entry
 def _measure(form: Form, work: Work, active: Bools, stretch: Vec, radius: Vec) -> None:
     """As `_radii`, with UNDECIDED where the simplex method runs out of steps."""
     lp = work.lp

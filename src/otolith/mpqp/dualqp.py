@@ -14,7 +14,7 @@ not be negative. `tie` finds a row that forbids a set; exchanging it in is a ste
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.mpqp.inner import inner
+from otolith.core.jit import jit_inner
 
 DEPENDENT = 1e-10  # squared length of a row outside the span of the active ones that counts as zero
 INFEASIBLE, FAILED = -1, -2
@@ -25,7 +25,7 @@ TIGHT, LOOSE = 1e-14, 1e-11  # violations that the QP first aims at, and ends wi
 RETRIED = 4.0  # times the first violation, which grows with rounding, the last is at least
 
 
-@inner
+@jit_inner
 def append_row(Q: Mat, A: Ints, k: int, L: Mat) -> bool:
     """Extend the factor of rows A[:k] by row A[k]; false when it depends on the others."""
     j = A[k]
@@ -43,7 +43,7 @@ def append_row(Q: Mat, A: Ints, k: int, L: Mat) -> bool:
     return True
 
 
-@inner
+@jit_inner
 def cholesky(Q: Mat, A: Ints, start: int, k: int, L: Mat) -> bool:
     """Factorise rows A[:k], the first `start` of which are done; false when they are dependent."""
     for a in range(start, k):  # noqa: SIM110 (compiled loop)
@@ -52,7 +52,7 @@ def cholesky(Q: Mat, A: Ints, start: int, k: int, L: Mat) -> bool:
     return True
 
 
-@inner
+@jit_inner
 def back_substitute(L: Mat, k: int, x: Vec) -> None:
     """Solve L' x = x in place."""
     for a in range(k - 1, -1, -1):
@@ -62,7 +62,7 @@ def back_substitute(L: Mat, k: int, x: Vec) -> None:
         x[a] = s * L[a, a]
 
 
-@inner
+@jit_inner
 def substitute(L: Mat, k: int, x: Vec) -> None:
     """Solve L L' x = x in place."""
     for a in range(k):
@@ -73,7 +73,7 @@ def substitute(L: Mat, k: int, x: Vec) -> None:
     back_substitute(L, k, x)
 
 
-@inner
+@jit_inner
 def right_hand_side(d: Mat, tau: Vec, dv: Vec) -> None:
     """Dv = d(τ)."""
     p = tau.shape[0]
@@ -85,7 +85,7 @@ def right_hand_side(d: Mat, tau: Vec, dv: Vec) -> None:
             dv[i] += t * d[c, i]
 
 
-@inner
+@jit_inner
 def slack_of(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> None:
     """Slack = dv + Q_·A λ."""
     for i in range(dv.shape[0]):
@@ -97,7 +97,7 @@ def slack_of(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> None:
                 slack[i] += t * Q[j, i]
 
 
-@inner
+@jit_inner
 def least(x: Vec) -> float:
     """Smallest entry, by four chains of comparisons that the processor follows side by side."""
     a, b, c, d = 1e300, 1e300, 1e300, 1e300
@@ -110,7 +110,7 @@ def least(x: Vec) -> float:
     return min(min(a, b), min(c, d))
 
 
-@inner
+@jit_inner
 def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -> float:
     """Solve for λ with the rows A active; returns the largest violation of λ ≥ 0 and slack ≥ 0.
 
@@ -129,7 +129,7 @@ def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -
     return max(worst, -SLACK_WEIGHT * least(slack)) / size
 
 
-@inner
+@jit_inner
 def tie(Q: Mat, delta: Vec, A: Ints, k: int, L: Mat, slack: Vec, x: Vec) -> int:
     """A row with slack zero, dependent on A, whose slack under δ is negative; -1 when there is none.
 
@@ -151,7 +151,7 @@ def tie(Q: Mat, delta: Vec, A: Ints, k: int, L: Mat, slack: Vec, x: Vec) -> int:
     return -1
 
 
-@inner
+@jit_inner
 def untie(Q: Mat, delta: Vec, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec, x: Vec) -> int:
     """Exchange active rows until no tie is left; returns k, which does not change."""
     for _ in range(4 * k):
@@ -173,7 +173,7 @@ def untie(Q: Mat, delta: Vec, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack:
     return k
 
 
-@inner
+@jit_inner
 def most_violated(slack: Vec, A: Ints, k: int, tolerance: float) -> int:
     """The inactive row with the least slack below -tolerance, or -1."""
     for a in range(k):
@@ -185,7 +185,7 @@ def most_violated(slack: Vec, A: Ints, k: int, tolerance: float) -> int:
     return chosen
 
 
-@inner
+@jit_inner
 def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Mat, x: Vec) -> int:
     """Make row j, violated by `gap`, active, dropping rows whose multiplier would turn negative.
 
@@ -223,7 +223,7 @@ def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Ma
         cholesky(Q, A, blocking, k, L)
 
 
-@inner
+@jit_inner
 def attempt_qp(
     Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, tolerance: float, loosest: float
 ) -> int:
@@ -241,7 +241,7 @@ def attempt_qp(
     return FAILED
 
 
-@inner
+@jit_inner
 def solve_qp(Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, grain: float) -> int:
     """Optimal active set of min ½|u|², M u ≤ dv, in A[:k] with λ; returns k, INFEASIBLE or FAILED."""
     tolerance, loosest, k = TIGHT * grain, max(LOOSE, RETRIED * TIGHT * grain), FAILED

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import jit_entry, jit_inner
 from otolith.mpqp.dualqp import cholesky, optimality, right_hand_side, substitute, tie
-from otolith.mpqp.inner import inner, kernel_entry
 from otolith.mpqp.region import (
     FLAT,
     SEEN,
@@ -67,7 +67,7 @@ def found_memory(p: int, regions: int, facets: int) -> Found:
     )  # fmt: skip
 
 
-@inner
+@jit_inner
 def optimal_at(form: Form, work: Work, k: int) -> bool:
     """Whether the rows near[:k] are the optimal active set at the point whose d(τ) is in dv."""
     if k > form.n or not cholesky(form.Q, work.near, 0, k, work.L):
@@ -79,7 +79,7 @@ def optimal_at(form: Form, work: Work, k: int) -> bool:
     return tie(form.Q, form.delta, work.near, k, work.L, work.slack, work.x) < 0
 
 
-@inner
+@jit_inner
 def copy_without(work: Work, k: int, left_out: int, added: int) -> int:
     """Near = A[:k] without the position `left_out` and with the row `added` (-1 for none)."""
     size = 0
@@ -93,7 +93,7 @@ def copy_without(work: Work, k: int, left_out: int, added: int) -> int:
     return size
 
 
-@inner
+@jit_inner
 def choices(form: Form, work: Work, k: int, i: int) -> int:
     """Positions of A that may leave when row i becomes active, in work.leave; 0 if infeasible beyond.
 
@@ -115,7 +115,7 @@ def choices(form: Form, work: Work, k: int, i: int) -> int:
     return count
 
 
-@inner
+@jit_inner
 def untied(form: Form, work: Work, table: SetTable, k: int) -> bool:
     """Whether A[:k], whose region is in work, stands for itself; else the sets tied with it are entered."""
     i = tie(form.Q, form.delta, work.A, k, work.L, work.slack, work.x)
@@ -127,7 +127,7 @@ def untied(form: Form, work: Work, table: SetTable, k: int) -> bool:
     return False
 
 
-@inner
+@jit_inner
 def postpone(work: Work, found: Found) -> int:
     """Note that the QP at work.tau must tell what lies beyond the next facet."""
     t = found.used[2]
@@ -138,7 +138,7 @@ def postpone(work: Work, found: Found) -> int:
     return UNKNOWN
 
 
-@inner
+@jit_inner
 def cross(form: Form, work: Work, table: SetTable, k: int, j: int, found: Found) -> int:
     """Code of the set beyond facet j, whose centre is in lp.y; all candidates are entered."""
     lp, i = work.lp, work.ids[j]
@@ -161,7 +161,7 @@ def cross(form: Form, work: Work, table: SetTable, k: int, j: int, found: Found)
     return postpone(work, found) if beyond == UNKNOWN else beyond
 
 
-@inner
+@jit_inner
 def record_facet(work: Work, found: Found, j: int, code: int) -> None:
     """Append facet j and what lies beyond it."""
     lp, f = work.lp, found.used[1]
@@ -174,7 +174,7 @@ def record_facet(work: Work, found: Found, j: int, code: int) -> None:
     found.used[1] = f + 1
 
 
-@inner
+@jit_inner
 def has_room(table: SetTable, found: Found, rows: int, n: int) -> bool:
     """Whether one more region fits, with all its facets and all sets beyond them."""
     sets = table.used[0] + rows * (n + 2) <= table.keys.shape[0]
@@ -183,7 +183,7 @@ def has_room(table: SetTable, found: Found, rows: int, n: int) -> bool:
     return bool(sets and regions and facets and found.used[2] + rows <= found.facet.shape[0])
 
 
-@kernel_entry
+@jit_entry
 def expand_many(
     form: Form, work: Work, table: SetTable, found: Found, span: Ints, tolerance: float, refused: Ints
 ) -> None:
@@ -225,7 +225,7 @@ def expand_many(
         found.start[region + 1] = found.used[1]
 
 
-@kernel_entry
+@jit_entry
 def insert_many(table: SetTable, A: Ints, count: Ints, codes: Ints32) -> None:
     """Enter the sets A[t, :count[t]] and note their codes; a negative count leaves its code alone."""
     for t in range(count.shape[0]):

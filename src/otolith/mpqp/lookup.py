@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import jit_allocating, jit_entry, jit_inner
 from otolith.mpqp.dualqp import INFEASIBLE, cholesky, optimality, right_hand_side, solve_qp, untie
-from otolith.mpqp.inner import inner, inner_maker, kernel_entry
 from otolith.mpqp.packed import Packed, Tables, opened
 from otolith.mpqp.region import Form
 from otolith.mpqp.sets import fold, seek, unpack
@@ -81,7 +81,7 @@ def answers(count: int, n: int) -> Answers:
     return Answers(np.empty((count, 2 * n)), np.empty((count, n + 2), dtype=np.int64))
 
 
-@inner_maker
+@jit_allocating
 def scratch(form: Form) -> Scratch:
     """Fresh memory."""
     q, m = form.d.shape
@@ -92,7 +92,7 @@ def scratch(form: Form) -> Scratch:
     )  # fmt: skip
 
 
-@inner
+@jit_inner
 def inside_domain(form: Form, tau: Vec) -> bool:
     """Whether τ lies in the box and in E, each widened by DOMAIN."""
     p = tau.shape[0]
@@ -108,7 +108,7 @@ def inside_domain(form: Form, tau: Vec) -> bool:
     return True
 
 
-@inner
+@jit_inner
 def twin(tables: Tables, r: int) -> int:
     """Region id of the mirror image."""
     h = tables.start.shape[0] - 1
@@ -117,7 +117,7 @@ def twin(tables: Tables, r: int) -> int:
     return int(r + h - tables.alone if r < h else r - (h - tables.alone))
 
 
-@inner
+@jit_inner
 def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
     """Stored region behind region r; `image` becomes the point as that region sees it."""
     h = tables.start.shape[0] - 1
@@ -127,7 +127,7 @@ def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
     return r if r < h else r - (h - tables.alone)
 
 
-@inner
+@jit_inner
 def worst_facet(tables: Tables, s: int, tau: Vec) -> int:
     """The facet of stored region s that τ violates most, or -1 when it violates none."""
     p = tau.shape[0]
@@ -141,7 +141,7 @@ def worst_facet(tables: Tables, s: int, tau: Vec) -> int:
     return chosen
 
 
-@inner
+@jit_inner
 def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
     """Region that a walk from region r ends in, or MISSED; `image` is scratch."""
     h = tables.start.shape[0] - 1
@@ -156,7 +156,7 @@ def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
     return MISSED
 
 
-@inner
+@jit_inner
 def certify(tables: Tables, r: int, w: Scratch) -> tuple[int, float]:
     """Number of active rows of region r and the violation of optimality at w.tau; fills w.A, w.lam."""
     s = orient(tables, r, w.tau, w.image)
@@ -171,7 +171,7 @@ def certify(tables: Tables, r: int, w: Scratch) -> tuple[int, float]:
     return k, violation
 
 
-@inner
+@jit_inner
 def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
     """Region (or MISSED, OUTSIDE, UNSOLVED) and number of active rows at w.tau, by solving the QP."""
     form = tables.form
@@ -187,7 +187,7 @@ def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
     return (twin(tables, s) if image else int(s)), k
 
 
-@inner
+@jit_inner
 def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
     """τ of θ; false when a number is not finite."""
     finite = True
@@ -197,7 +197,7 @@ def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
     return bool(finite)
 
 
-@inner
+@jit_inner
 def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
     """Z at w.tau with the rows w.A[:k] active."""
     n, p = tables.Z.shape[0], w.tau.shape[0]
@@ -212,7 +212,7 @@ def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
             z[i] -= t * tables.V[j, i]
 
 
-@inner
+@jit_inner
 def write(tables: Tables, w: Scratch, r: int, k: int, reals: Vec, ints: Ints) -> None:
     """One row of `Answers`."""
     n = tables.Z.shape[0]
@@ -226,7 +226,7 @@ def write(tables: Tables, w: Scratch, r: int, k: int, reals: Vec, ints: Ints) ->
         ints[2 + a], reals[n + a] = tables.names[w.A[a]], tables.weights[w.A[a]] * w.lam[a]
 
 
-@inner
+@jit_inner
 def answer_each(tables: Tables, thetas: Mat, guess: int, reals: Mat, ints: Ints, w: Scratch) -> None:
     """The loop of `evaluate`, apart from it because here no array is counted."""
     for t in range(thetas.shape[0]):
@@ -241,14 +241,14 @@ def answer_each(tables: Tables, thetas: Mat, guess: int, reals: Mat, ints: Ints,
         guess = r if r >= 0 else guess
 
 
-@kernel_entry
+@jit_entry
 def evaluate(packed: Packed, thetas: Mat, guess: int, answers: Answers) -> None:
     """Answers at θ (N, p), each walk starting where the last one ended, the first at `guess`."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     answer_each(tables, thetas, guess, answers.reals, answers.ints, scratch(tables.form))
 
 
-@inner
+@jit_inner
 def contains(tables: Tables, r: int, tau: Vec, margin: float) -> bool:
     """Whether τ satisfies the stored rows of region r, each tightened by `margin`."""
     p, h = tau.shape[0], tables.start.shape[0] - 1
@@ -263,7 +263,7 @@ def contains(tables: Tables, r: int, tau: Vec, margin: float) -> bool:
     return True
 
 
-@inner
+@jit_inner
 def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
     """Count the regions whose rows hold τ with `margin`; the first of them go to `hits`."""
     h = tables.start.shape[0] - 1
@@ -276,7 +276,7 @@ def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
     return count
 
 
-@inner
+@jit_inner
 def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int]:
     """Region whose rows hold w.tau, and its number of active rows; MISSED when the table has none.
 
@@ -304,7 +304,7 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
     return best, k
 
 
-@kernel_entry
+@jit_entry
 def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
     """Fill regions (N,) and z (N, n) from the table alone: a walk, else all regions."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
@@ -319,7 +319,7 @@ def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> N
         regions[t] = r
 
 
-@kernel_entry
+@jit_entry
 def census(packed: Packed, taus: Mat, margin: float, counts: Ints) -> None:
     """How many regions hold each τ (N, p) with `margin` to spare."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))

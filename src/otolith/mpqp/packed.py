@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import jit_allocating
 from otolith.mpqp.expand import Ints32, Rows32
-from otolith.mpqp.inner import inner_maker
 from otolith.mpqp.leastdistance import LeastDistance
 from otolith.mpqp.region import Form, kernel_form
 from otolith.mpqp.sets import SetTable, Words
@@ -82,7 +82,7 @@ def pack(
     )  # fmt: skip
 
 
-@inner_maker
+@jit_allocating
 def opened(packed: Packed, key: Words) -> Tables:
     """The tables behind the five arrays, nothing copied; `key` (2, words) is scratch."""
     reals, ints, longs = packed.reals, packed.ints, packed.longs

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import jit_entry
 from otolith.mpqp.expand import insert_many
-from otolith.mpqp.inner import kernel_entry
 from otolith.mpqp.law import Evaluation
 from otolith.mpqp.leastdistance import LeastDistance, least_distance
 from otolith.mpqp.lookup import (
@@ -144,7 +144,7 @@ def _without_facets(form: LeastDistance, sets: SetTable) -> Packed:
     )  # fmt: skip
 
 
-@kernel_entry
+@jit_entry
 def try_sets(packed: Packed, tried: Ints, theta: Vec, answers: Answers) -> int:
     """The first of the sets `tried` that is optimal at θ, its answer in row 0; -1 when none is."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))

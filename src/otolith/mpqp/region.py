@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.jit import jit_inner
 from otolith.mpqp.dualqp import cholesky
-from otolith.mpqp.inner import inner
 from otolith.mpqp.leastdistance import LeastDistance
 from otolith.mpqp.simplex import (
     Program,
@@ -108,7 +108,7 @@ def work_memory(form: Form) -> Work:
     )  # fmt: skip
 
 
-@inner
+@jit_inner
 def multiplier_rows(form: Form, work: Work, k: int) -> bool:
     """T = Q_AA⁻¹ d_A; false when the active rows are dependent."""
     L, T = work.L, work.T
@@ -130,7 +130,7 @@ def multiplier_rows(form: Form, work: Work, k: int) -> bool:
     return True
 
 
-@inner
+@jit_inner
 def raw_rows(form: Form, work: Work, k: int) -> None:
     """Half-spaces a'τ ≤ b of all constraints, not normalised, in columns off + i."""
     m, p = form.d.shape[1], form.d.shape[0] - 1
@@ -148,7 +148,7 @@ def raw_rows(form: Form, work: Work, k: int) -> None:
             target[off + work.A[a]] = -sign * work.T[a, c]
 
 
-@inner
+@jit_inner
 def position_of(A: Ints, k: int, i: int) -> int:
     """Where row i stands in A[:k], or -1."""
     for a in range(k):
@@ -157,7 +157,7 @@ def position_of(A: Ints, k: int, i: int) -> int:
     return -1
 
 
-@inner
+@jit_inner
 def halfspaces(form: Form, work: Work, k: int) -> int:
     """Unit half-spaces of the region of rows A[:k] in the linear program.
 
@@ -194,7 +194,7 @@ def halfspaces(form: Form, work: Work, k: int) -> int:
     return int(M)
 
 
-@inner
+@jit_inner
 def start_ball(work: Work, M: int) -> None:
     """Set the linear program to the largest ball in the region, its basis the first rows of the box."""
     lp = work.lp
@@ -206,7 +206,7 @@ def start_ball(work: Work, M: int) -> None:
     factorise(lp, -1)
 
 
-@inner
+@jit_inner
 def keep_basis(work: Work) -> None:
     """Remember the optimal basis of the largest ball: all facets start from it."""
     lp = work.lp
@@ -218,7 +218,7 @@ def keep_basis(work: Work) -> None:
             work.Binv[i, k] = lp.Binv[i, k]
 
 
-@inner
+@jit_inner
 def survey(work: Work, M: int, r: float) -> None:
     """Slack of every row at the centre, and how far it reaches into the simplex around the region.
 
@@ -249,7 +249,7 @@ def survey(work: Work, M: int, r: float) -> None:
         work.reach[j] -= work.gap[j]
 
 
-@inner
+@jit_inner
 def facet_norms(work: Work, M: int, j: int) -> None:
     """ν_i: length of row i within the hyperplane of row j; row j itself becomes an equality."""
     lp = work.lp
@@ -265,7 +265,7 @@ def facet_norms(work: Work, M: int, j: int) -> None:
     lp.nu[j] = 0.0
 
 
-@inner
+@jit_inner
 def drop_parallel(work: Work, M: int, j: int) -> bool:
     """Relax rows parallel to j that are looser, or equal and later; true when j itself is such a row.
 
@@ -291,7 +291,7 @@ def drop_parallel(work: Work, M: int, j: int) -> bool:
     return False
 
 
-@inner
+@jit_inner
 def ray_ball(work: Work, M: int, j: int) -> float:
     """Radius of the ball on facet j about the foot of the centre; negative when the foot is outside."""
     lp = work.lp
@@ -303,7 +303,7 @@ def ray_ball(work: Work, M: int, j: int) -> float:
     return least
 
 
-@inner
+@jit_inner
 def facet_start(work: Work, j: int) -> int:
     """Basis for facet j from that of the largest ball; returns the position of row j in it.
 
@@ -336,7 +336,7 @@ def facet_start(work: Work, j: int) -> int:
     return place
 
 
-@inner
+@jit_inner
 def facet_test(work: Work, M: int, j: int, centre: Vec, r: float) -> int:
     """NO_FACET, or SEEN with a centre of facet j in lp.y, or where its linear program starts (≥ 0)."""
     if work.dead[j] or work.reach[j] < -CLEAR:
@@ -351,7 +351,7 @@ def facet_test(work: Work, M: int, j: int, centre: Vec, r: float) -> int:
     return SEEN
 
 
-@inner
+@jit_inner
 def facet_threshold(r: float) -> float:
     """Least ball that makes a facet of a region with radius r."""
     return max(FACET_LEAST, min(FACET * r, FACET_MOST))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Ints
-from otolith.mpqp.inner import inner, kernel_entry
+from otolith.core.jit import jit_entry, jit_inner
 
 Words = NDArray[np.uint64]
 ONE = np.uint64(1)
@@ -70,7 +70,7 @@ def adopted(keys: Words, m: int, mirror: Ints) -> SetTable:
     return table
 
 
-@inner
+@jit_inner
 def first_slot(keys: Words, row: int, mask: int) -> int:
     """Where the search for a key begins."""
     h = np.uint64(0)
@@ -80,7 +80,7 @@ def first_slot(keys: Words, row: int, mask: int) -> int:
     return int(np.int64(h & np.uint64(mask)))
 
 
-@kernel_entry
+@jit_entry
 def rehash(table: SetTable) -> None:
     """Enter every key into the empty slots."""
     mask = table.slots.shape[0] - 1
@@ -91,7 +91,7 @@ def rehash(table: SetTable) -> None:
         table.slots[s] = i
 
 
-@inner
+@jit_inner
 def fold(table: SetTable, A: Ints, k: int) -> int:
     """Write the canonical key of rows A[:k] to key[0]; returns 1 when that is the mirror image."""
     key = table.key
@@ -115,7 +115,7 @@ def fold(table: SetTable, A: Ints, k: int) -> int:
     return 0
 
 
-@inner
+@jit_inner
 def seek(table: SetTable) -> int:
     """Slot that holds key[0], or the free slot where it belongs."""
     mask = table.slots.shape[0] - 1
@@ -132,7 +132,7 @@ def seek(table: SetTable) -> int:
     return s
 
 
-@kernel_entry
+@jit_entry
 def find(table: SetTable, A: Ints, k: int) -> int:
     """Code of the rows A[:k], or -1 when the table does not hold them."""
     image = fold(table, A, k)
@@ -140,7 +140,7 @@ def find(table: SetTable, A: Ints, k: int) -> int:
     return 2 * i + image if i >= 0 else -1
 
 
-@inner
+@jit_inner
 def insert(table: SetTable, A: Ints, k: int) -> int:
     """Code of the rows A[:k], entered when new; the caller keeps room for them."""
     image = fold(table, A, k)
@@ -154,7 +154,7 @@ def insert(table: SetTable, A: Ints, k: int) -> int:
     return int(2 * table.slots[s] + image)
 
 
-@kernel_entry
+@jit_entry
 def unpack(keys: Words, row: int, A: Ints) -> int:
     """Rows of a key in ascending order in A; returns how many."""
     k = 0

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.mpqp.inner import inner
+from otolith.core.jit import jit_inner
 
 RESIDUAL = 1e-11  # residual up to which an iterate is believed
 PRICE, PRICE_LATE = 1e-12, 1e-10  # violation of a row that makes it enter; after many pivots
@@ -49,7 +49,7 @@ def program(p: int, capacity: int) -> Program:
     )  # fmt: skip
 
 
-@inner
+@jit_inner
 def invert(B: Mat, X: Mat) -> None:
     """X becomes the inverse of B, which is destroyed (Gauss-Jordan, partial pivoting)."""
     q = B.shape[0]
@@ -77,7 +77,7 @@ def invert(B: Mat, X: Mat) -> None:
                     X[i, k] -= f * X[c, k]
 
 
-@inner
+@jit_inner
 def factorise(lp: Program, place: int) -> None:
     """Compute Binv and λ afresh from the basis; only the multiplier at `place` may be negative."""
     q = lp.lam.shape[0]
@@ -92,7 +92,7 @@ def factorise(lp: Program, place: int) -> None:
         lp.lam[i] = lp.Binv[i, p] if i == place else max(lp.Binv[i, p], 0.0)
 
 
-@inner
+@jit_inner
 def dual_residual(lp: Program) -> float:
     """Largest violation of Σ λ_j a_j = 0, Σ ν_j λ_j = 1."""
     q = lp.lam.shape[0]
@@ -108,7 +108,7 @@ def dual_residual(lp: Program) -> float:
     return max(worst, abs(total))
 
 
-@inner
+@jit_inner
 def point(lp: Program) -> float:
     """Y = (x, r) of the basis; returns r."""
     q = lp.lam.shape[0]
@@ -120,7 +120,7 @@ def point(lp: Program) -> float:
     return float(lp.y[q - 1])
 
 
-@inner
+@jit_inner
 def slacks(lp: Program, M: int) -> None:
     """price_j = b_j - a_j·x - ν_j r for j < M."""
     p = lp.A.shape[0]
@@ -133,7 +133,7 @@ def slacks(lp: Program, M: int) -> None:
             lp.price[j] -= x * lp.A[k, j]
 
 
-@inner
+@jit_inner
 def entering(price: Vec, M: int, fixed: int, bland: bool) -> int:
     """The row that enters, or -1 when none is violated."""
     chosen, worst = -1, -PRICE_LATE if bland else -PRICE
@@ -145,7 +145,7 @@ def entering(price: Vec, M: int, fixed: int, bland: bool) -> int:
     return chosen
 
 
-@inner
+@jit_inner
 def direction(lp: Program, j: int) -> None:
     """Step = Binv (a_j, ν_j)."""
     q = lp.lam.shape[0]
@@ -157,7 +157,7 @@ def direction(lp: Program, j: int) -> None:
         lp.step[i] = s
 
 
-@inner
+@jit_inner
 def leaving(lp: Program, sign: float, place: int) -> int:
     """Position that leaves as the entering multiplier moves along `sign`; -1 when nothing blocks."""
     limit, chosen, largest = 1e300, -1, 0.0
@@ -172,7 +172,7 @@ def leaving(lp: Program, sign: float, place: int) -> int:
     return chosen
 
 
-@inner
+@jit_inner
 def pivot(lp: Program, leave: int, enter: int, place: int) -> None:
     """Exchange the basic row at position `leave` for row `enter`."""
     q = lp.lam.shape[0]
@@ -193,7 +193,7 @@ def pivot(lp: Program, leave: int, enter: int, place: int) -> None:
     lp.basis[leave] = enter
 
 
-@inner
+@jit_inner
 def trusted(lp: Program, optimal: bool) -> bool:
     """Whether the point (at an optimum) or the multipliers (below a threshold) are accurate."""
     if not optimal:
@@ -204,7 +204,7 @@ def trusted(lp: Program, optimal: bool) -> bool:
     return worst <= RESIDUAL
 
 
-@inner
+@jit_inner
 def solve(lp: Program, M: int, place: int, stop: float) -> float:
     """Run from the present feasible basis; returns r, or any proven bound on r below `stop`.
 

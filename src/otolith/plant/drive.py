@@ -13,13 +13,13 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
-from otolith.core.motion import place_of, pose_of, twist_of
+from otolith.core.rotation import place_of, pose_of, twist_of
 from otolith.interfaces import PlatformState
 from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
 from otolith.plant.ideal import axis_dynamics, move_axes
 from otolith.platforms.hexapod import MOST, Hexapod, NoPose
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
-from otolith.platforms.supervisor import Keeps, Supervisor, supervise
+from otolith.safety.supervisor import Keeps, Supervisor, supervise
 
 PERIOD: Final = 1e-3  # [s] of the servos
 CLOSE: Final = 1e-12  # [m] on the legs, when a pose is found again from them
@@ -42,7 +42,7 @@ def _tick(
 
     Returns
     -------
-    What `otolith.platforms.supervisor.supervise` does.
+    What `otolith.safety.supervisor.supervise` does.
     """
     move_axes(motion, dynamics[0], dynamics[1], command)
     leg_motion(motion[0], motion[1], motion[2], of.joints, of.anchors, legs)

@@ -23,7 +23,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
-from otolith.core.motion import rotation_of, turn
+from otolith.core.rotation import rotation_of, turn
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.kinematics import inverse, jacobian_rate, solve
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
-from otolith.core.motion import (
+from otolith.core.rotation import (
     acceleration_of,
     felt_at,
     place_of,
@@ -20,7 +20,7 @@ from otolith.plant.drive import PERIOD, Drive
 from otolith.plant.dynamics import advance
 from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod, NoPose
-from otolith.platforms.supervisor import Intervention
+from otolith.safety.supervisor import Intervention
 
 
 @kernel

@@ -12,7 +12,7 @@ from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
 from otolith.core.lti import zero_order_hold
-from otolith.core.motion import felt_along
+from otolith.core.rotation import felt_along
 from otolith.interfaces import Command, PlatformState
 from otolith.platforms import Platform
 

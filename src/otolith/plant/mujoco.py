@@ -18,14 +18,14 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import GRAVITY
-from otolith.core.motion import place_of, velocity_of
+from otolith.core.rotation import place_of, velocity_of
 from otolith.interfaces import Command, PlatformState
 from otolith.plant.drive import PERIOD, Drive
 from otolith.plant.dynamics import servo
 from otolith.plant.hexapod import observed, periods
 from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod
-from otolith.platforms.supervisor import Intervention
+from otolith.safety.supervisor import Intervention
 
 STEPS: Final = 8  # of MuJoCo in a servo period; twice as many take twice the time
 LEG: Final = 0.1  # [kg], [kg m²] of each part of a leg, beside its armature

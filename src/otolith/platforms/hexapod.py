@@ -12,7 +12,7 @@ import numpy as np
 
 from otolith.core.arrays import Bools, Mat, Vec, freeze
 from otolith.core.errors import OtolithError
-from otolith.core.motion import place_of, pose_of, velocity_of
+from otolith.core.rotation import place_of, pose_of, velocity_of
 from otolith.platforms.kinematics import forward, inverse, leg_motion, lengths_along
 
 TOLERANCE: Final = 1e-13  # [m] on the legs; a metre has 2e-16

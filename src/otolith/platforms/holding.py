@@ -22,7 +22,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
-from otolith.core.motion import rotation_of
+from otolith.core.rotation import rotation_of
 from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 from otolith.platforms.kinematics import forward, inverse
 from otolith.platforms.reach import change_rates
@@ -64,7 +64,7 @@ class Ball(NamedTuple):
     """Leg lengths about which all poses are proved to hold; its arrays are written in place."""
 
     centre: Vec  # (6,) [m] leg lengths
-    place: Vec  # (7,) of the platform there, see `otolith.core.motion`
+    place: Vec  # (7,) of the platform there, see `otolith.core.rotation`
     radius: Vec  # (1,) [m] Euclidean, over the six legs
 
     @classmethod

@@ -1,7 +1,7 @@
 """Kinematics of six legs, compiled: lengths of a pose, their derivatives, and the pose of six lengths.
 
 Notation: place (p, q), velocity (v, ω), acceleration (a, α) of the motion reference point as in
-`otolith.core.motion`. Leg i runs from the base joint b_i (world, from the neutral reference point) to the
+`otolith.core.rotation`. Leg i runs from the base joint b_i (world, from the neutral reference point) to the
 platform joint p + r_i, r_i = R a_i: l_i = p + r_i − b_i, length L_i = |l_i|, direction n_i = l_i/L_i.
 L̇ = J (v, ω) with rows J_i = (n_i, r_i × n_i); L̈ = J (a, α) + J̇ (v, ω) (Merlet, Parallel Robots, 2006,
 chapters 3 and 5). J̇ follows from ṅ = (l̇ − n L̇)/L and ṙ = ω × r.
@@ -13,7 +13,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
-from otolith.core.motion import acceleration_of, place_of, rotation_of, turn, velocity_of
+from otolith.core.rotation import acceleration_of, place_of, rotation_of, turn, velocity_of
 
 SINGULAR = 1e-9  # smallest pivot [-] of a Jacobian that counts as regular; good ones have 0.1
 

@@ -28,7 +28,7 @@ from otolith.platforms.bounds import (
 )
 from otolith.platforms.geometry import HexapodTable
 from otolith.platforms.hexapod import Hexapod
-from otolith.platforms.sentences import sentence, toml_fields
+from otolith.platforms.validation_messages import sentence, toml_fields
 
 INVARIANCE = 2.0  # least c_v²/c_u, see `Braking`
 

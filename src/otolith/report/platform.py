@@ -17,10 +17,10 @@ from otolith.core.errors import InputError
 from otolith.core.frames import AXES
 from otolith.plant.dynamics import frequencies
 from otolith.platforms import Platform
+from otolith.platforms.combined_limits import together
 from otolith.platforms.fit import table_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach, reach_ends
-from otolith.platforms.together import together
 from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
 from otolith.report.view import FRAMES_PER_SECOND, frames_of, platform_view

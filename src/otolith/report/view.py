@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.motion import place_of
+from otolith.core.rotation import place_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.report.page import asset
 from otolith.simulate import Run

@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import GRAVITY
 from otolith.platforms.bounds import Within
-from otolith.platforms.sentences import sentence, toml_fields
+from otolith.platforms.validation_messages import sentence, toml_fields
 
 CARS: Final = ("tesla-model-s",)
 AIR_DENSITY: Final = 1.2  # [kg/m³] at 20 °C

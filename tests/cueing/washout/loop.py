@@ -8,9 +8,9 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.frames import SURGE_PITCH, Dof
 from otolith.cueing.washout.feedforward import Washout
+from otolith.cueing.washout.tuning import Tuning, load_tuning
 from otolith.plant.ideal import Ideal
 from otolith.platforms import Platform, load
-from otolith.platforms.tuning import Tuning, load_tuning
 from otolith.scenarios import Scenario
 from otolith.simulate import Run, simulate
 

@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.washout.adaptive import AdaptiveChannels, adaptive
 from otolith.cueing.washout.feedforward import Demand
-from otolith.platforms.tuning import Tuning
+from otolith.cueing.washout.tuning import Tuning
 from tests.cueing.washout.loop import Task, along, drive
 
 T = 0.01

@@ -7,7 +7,7 @@ from scipy import signal
 
 from otolith.core.arrays import Vec
 from otolith.cueing.washout.filters import Bank, at_period_ends, one_period_late, rotation, tilt, translation
-from otolith.platforms.tuning import SecondOrder, ThirdOrder
+from otolith.cueing.washout.tuning import SecondOrder, ThirdOrder
 
 T = 0.01
 SECOND = SecondOrder(natural_radps=3.0, damping=0.7)

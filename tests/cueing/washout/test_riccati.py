@@ -7,8 +7,8 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from otolith.core.frames import GRAVITY
 from otolith.cueing.washout.riccati import lq_problem
+from otolith.cueing.washout.tuning import load_tuning, tunings
 from otolith.perception import Vestibular
-from otolith.platforms.tuning import load_tuning, tunings
 
 KINDS = {"pair": (True, True), "yaw": (True, False), "heave": (False, True)}
 EVERY = pytest.mark.parametrize("kind", KINDS)

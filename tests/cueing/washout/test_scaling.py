@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from otolith.core.errors import InputError
 from otolith.cueing.washout.scaling import Cubic
-from otolith.platforms.tuning import Adaptive, Classical, load_tuning, parse_tuning, tunings
+from otolith.cueing.washout.tuning import Adaptive, Classical, load_tuning, parse_tuning, tunings
 
 POSITIVE = st.floats(0.1, 10.0)
 

@@ -18,9 +18,9 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import Dof
-from otolith.cueing.mpc.along import Along
 from otolith.cueing.mpc.choose import Chooser
 from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
+from otolith.cueing.mpc.guess_as_hint import GuessAsHint
 from otolith.cueing.mpc.motion import in_six_axes, model_state
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.rows import plausible
@@ -65,7 +65,7 @@ class Mpc:
         self._guess: Guess = guess or NoGuess()
         self._entry, self._hint, self._missed = entry, hint, False
         if entry is Entry.WORKING_SET and self._guess.active:
-            self._hint = Along(self._guess, self.problem, self.engine.memory)
+            self._hint = GuessAsHint(self._guess, self.problem, self.engine.memory)
             self._guess = NoGuess()
         self._chooser = Chooser(self.problem.structure, settings.blocks)
         self._plan = np.zeros((settings.horizon, len(self.problem.axes.axis)))

@@ -21,6 +21,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, pairs_of
 from otolith.core.lti import StateSpace
+from otolith.cueing.washout import tuning as tables
 from otolith.cueing.washout.classical import coordinate
 from otolith.cueing.washout.feedforward import PERIOD, Demand, Motion, Task, Washout, cued
 from otolith.cueing.washout.filters import (
@@ -32,8 +33,7 @@ from otolith.cueing.washout.filters import (
     rotation,
     tilt,
 )
-from otolith.platforms import tuning as tables
-from otolith.platforms.tuning import SecondOrder
+from otolith.cueing.washout.tuning import SecondOrder
 
 NEUTRAL = 1.0  # P₀
 

@@ -15,10 +15,10 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, GRAVITY, Dof, pairs_of
 from otolith.core.lti import Complexes
+from otolith.cueing.washout import tuning as tables
 from otolith.cueing.washout.feedforward import PERIOD, Demand, Motion, Task, Washout, cued, tilt_for
 from otolith.cueing.washout.filters import Bank, at_period_ends, one_period_late, rotation, tilt, translation
-from otolith.platforms import tuning as tables
-from otolith.platforms.tuning import Tuning
+from otolith.cueing.washout.tuning import Tuning
 
 
 class ClassicalChannels:

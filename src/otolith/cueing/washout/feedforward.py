@@ -21,11 +21,11 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import AXES, GRAVITY, Dof, pairs_of
-from otolith.core.motion import place_of, rotation_of, twist_of
+from otolith.core.rotation import place_of, rotation_of, twist_of
 from otolith.cueing.washout.scaling import Cubic
+from otolith.cueing.washout.tuning import Tuning
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.platforms import Platform
-from otolith.platforms.tuning import Tuning
 from otolith.safety.stopping import HUGE, Stopping
 
 PERIOD: Final = 0.01  # [s]

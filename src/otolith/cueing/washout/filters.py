@@ -20,7 +20,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.filter import Filter
 from otolith.core.lti import StateSpace, diagonal
-from otolith.platforms.tuning import SecondOrder, ThirdOrder
+from otolith.cueing.washout.tuning import SecondOrder, ThirdOrder
 
 
 def denominator(tuning: SecondOrder) -> list[float]:

@@ -17,10 +17,10 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import Dof
+from otolith.cueing.washout import tuning as tables
 from otolith.cueing.washout.feedforward import PERIOD, Demand, Motion, Task, Washout
 from otolith.cueing.washout.riccati import LqProblem, lq_problem
 from otolith.perception import Vestibular
-from otolith.platforms import tuning as tables
 
 GRID = 33  # values of α
 

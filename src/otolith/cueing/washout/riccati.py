@@ -31,8 +31,8 @@ from scipy.linalg import block_diag, solve_continuous_are
 from otolith.core.arrays import Mat
 from otolith.core.frames import GRAVITY
 from otolith.core.lti import StateSpace, diagonal
+from otolith.cueing.washout.tuning import Optimal
 from otolith.perception import Vestibular
-from otolith.platforms.tuning import Optimal
 
 TRAVEL: Final = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])  # of (∫s, s, v)
 

@@ -2,7 +2,7 @@
 
 Notation as in `otolith.qp.stage`. The rows enter the recursions as ½ w_r r² + c_r r with r the row's
 value, w DIAGONAL and c GRADIENT of the workspace: an augmented Lagrangian or a barrier, see the
-templates. Backward in k, with P, p the cost-to-go ½ xᵀP x + pᵀx of x_{k+1} from the stages after k:
+kernels. Backward in k, with P, p the cost-to-go ½ xᵀP x + pᵀx of x_{k+1} from the stages after k:
 
     S = P + Dᵀ D + diag(W) + Σ_r w_r C_rᵀ C_r              Hessian in x_{k+1}
     s = p + Dᵀ e + p_k + Σ_r c_r C_rᵀ                      its gradient
@@ -40,7 +40,7 @@ def function(name: str, arguments: str, *bodies: Iterable[str], result: str = ""
     """Text of one compiled function."""
     lines = [f"    {line}" for line in chain(*bodies)]
     ending = [f"    return {result}"] if result else []
-    return "\n".join(["@pure", f"def {name}({arguments}):", *lines, *ending]) + "\n"
+    return "\n".join(["@jit_fused", f"def {name}({arguments}):", *lines, *ending]) + "\n"
 
 
 def loop(header: str, *bodies: Iterable[str]) -> Lines:

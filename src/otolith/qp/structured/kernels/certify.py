@@ -4,7 +4,7 @@ A maximum forgets NaN; so every test is written to *accept* (`x < limit`), and a
 """
 
 from otolith.core.arrays import Vec
-from otolith.qp.structured.template.given import (
+from otolith.qp.structured.kernels.kernel_symbols import (
     ACCUMULATOR,
     GRADIENT,
     HI,
@@ -27,17 +27,17 @@ from otolith.qp.structured.template.given import (
     UPPER,
     VALUE,
     N,
+    jit_fused,
+    jit_inlined,
     kernel,
     least_of_rows,
-    pure,
     rollout,
     stationarity,
-    woven,
 )
-from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, largest, smallest
-from otolith.qp.structured.template.working import FAR
+from otolith.qp.structured.kernels.reductions import clear_lanes, fold_maximum, largest, smallest
+from otolith.qp.structured.kernels.working import FAR
 
-# --- template ---
+# --- pasted into the generated module ---
 
 HARD = 1e9  # penalties from here on mean that the row is hard
 PROOF = 1e-9  # relative margin by which infeasibility must be proved
@@ -59,7 +59,7 @@ def well_posed(W: Vec) -> bool:
     return good == NUMBERS + STATE_WEIGHTS + 2 * ROWS
 
 
-@pure
+@jit_fused
 def reach_of_rows(W: Vec) -> None:
     """The largest |value| that each row of a stage has at any, at all stages; zero for the padding."""
     for r in range(STAGE_ROWS):
@@ -101,7 +101,7 @@ def judge_rows(W: Vec, whole: float) -> float:
     return worst if good == ROWS else INFINITY
 
 
-@woven
+@jit_inlined
 def certificate(W: Vec) -> float:
     """`otolith.qp.stage.stage_residual` of U and MULTIPLIER, from the inputs alone."""
     rollout(W)

@@ -13,7 +13,7 @@ from otolith.qp.engines import StageMemory
 CLOSE: Final = 1e-3  # of a bound: as near as that counts as being at it
 
 
-class Along:
+class GuessAsHint:
     """Turns a guess of controls into a hint."""
 
     def __init__(self, guess: Guess, problem: Problem, memory: StageMemory) -> None:

@@ -16,8 +16,8 @@ m₂ = τ − dσ dν. In the workspace the upper sides of all rows come first, 
 """
 
 from otolith.core.arrays import Vec
-from otolith.qp.structured.template.certify import impossible
-from otolith.qp.structured.template.given import (
+from otolith.qp.structured.kernels.certify import impossible
+from otolith.qp.structured.kernels.kernel_symbols import (
     ACCUMULATOR,
     DELTA,
     DIAGONAL,
@@ -48,16 +48,16 @@ from otolith.qp.structured.template.given import (
     backward,
     factor,
     forward,
-    pure,
+    jit_fused,
+    jit_inlined,
     rollout,
     stationarity,
-    woven,
 )
-from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest, smallest
+from otolith.qp.structured.kernels.reductions import clear_lanes, fold_maximum, fold_sum, largest, smallest
 
 ITERATIONS = 0
 
-# --- template ---
+# --- pasted into the generated module ---
 
 SIDES = 2 * ROWS
 MARGIN = 0.1  # initial t, as a part of the distance between the two sides, at least
@@ -68,7 +68,7 @@ CLOSER = 1e-2  # factor on both each time that a working set guessed from them d
 SHORT = 0.8  # steps below this raise the question whether the problem is feasible at all
 
 
-@pure
+@jit_fused
 def distances(W: Vec) -> None:
     """Distances d of all sides from the rows' values."""
     for i in range(ROWS):
@@ -77,7 +77,7 @@ def distances(W: Vec) -> None:
         W[DISTANCE + ROWS + i] = W[VALUE + i] - W[LO + i]
 
 
-@pure
+@jit_fused
 def start_sides(W: Vec, mu: float) -> None:
     """Interior t, σ, λ, ν near the present point, with t λ and σ ν about µ."""
     distances(W)
@@ -94,7 +94,7 @@ def start_sides(W: Vec, mu: float) -> None:
             W[E2 + i] = 0.0
 
 
-@pure
+@jit_fused
 def weigh_sides(W: Vec) -> float:
     """δ and the reciprocals of all sides, their weights in the stage problem; the sum of t λ + σ ν."""
     clear_lanes(W)
@@ -110,7 +110,7 @@ def weigh_sides(W: Vec) -> float:
     return fold_sum(W)
 
 
-@pure
+@jit_fused
 def pull_of_sides(W: Vec, corrected: float) -> None:
     """Gradient of the rows at r = 0: λ + δ (e − d) of the upper sides minus that of the lower ones."""
     for i in range(ROWS):
@@ -121,7 +121,7 @@ def pull_of_sides(W: Vec, corrected: float) -> None:
         W[GRADIENT + i] = up - down
 
 
-@pure
+@jit_fused
 def predict(W: Vec) -> tuple[float, float]:
     """Largest relative decrease of the affine step, and its sum of dt dλ + dσ dν."""
     distances(W)
@@ -139,7 +139,7 @@ def predict(W: Vec) -> tuple[float, float]:
     return fold_maximum(W), fold_sum(W)
 
 
-@pure
+@jit_fused
 def correct(W: Vec, tau: float) -> None:
     """m₁/λ and m₂/ν with the centring τ."""
     for i in range(SIDES):
@@ -148,7 +148,7 @@ def correct(W: Vec, tau: float) -> None:
     pull_of_sides(W, 1.0)
 
 
-@pure
+@jit_fused
 def decrease(W: Vec) -> float:
     """Largest relative decrease of the full step; dλ goes to SCRATCH of the distances."""
     distances(W)
@@ -166,7 +166,7 @@ def decrease(W: Vec) -> float:
     return fold_maximum(W)
 
 
-@pure
+@jit_fused
 def advance(W: Vec, alpha: float) -> None:
     """Step of length α in t, σ, λ, ν."""
     for i in range(SIDES):
@@ -178,7 +178,7 @@ def advance(W: Vec, alpha: float) -> None:
         W[NU + i] -= alpha * dlam
 
 
-@woven
+@jit_inlined
 def newton(W: Vec, mu: float) -> float:
     """One predictor-corrector step; its length."""
     pull_of_sides(W, 0.0)
@@ -195,7 +195,7 @@ def newton(W: Vec, mu: float) -> float:
     return alpha
 
 
-@pure
+@jit_fused
 def guess_from_sides(W: Vec) -> None:
     """Working set and multipliers that the sides' values suggest."""
     for i in range(ROWS):
@@ -206,14 +206,14 @@ def guess_from_sides(W: Vec) -> None:
         W[MULTIPLIER + i] = W[LAMBDA + i] if up > down else (-W[LAMBDA + j] if down > 0.0 else 0.0)
 
 
-@pure
+@jit_fused
 def net_multipliers(W: Vec) -> None:
     """Multipliers y = λ_upper − λ_lower of all rows."""
     for i in range(ROWS):
         W[MULTIPLIER + i] = W[LAMBDA + i] - W[LAMBDA + ROWS + i]
 
 
-@woven
+@jit_inlined
 def enter(W: Vec) -> None:
     """Start in the interior, near the plan; the cost's gradient there is the scale of the multipliers."""
     for i in range(N * INPUTS):
@@ -225,7 +225,7 @@ def enter(W: Vec) -> None:
     start_sides(W, COMPLEMENTARITY * largest(1.0, steepest))
 
 
-@woven
+@jit_inlined
 def approach(W: Vec, close: float, infeasibility: float, limit: int) -> tuple[float, bool]:
     """Iterate until `close`; the part of the initial infeasibility that is left, and whether it is proved.
 

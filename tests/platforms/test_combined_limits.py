@@ -9,7 +9,7 @@ import pytest
 
 from otolith.core.errors import InputError
 from otolith.platforms import Platform, load
-from otolith.platforms.together import Together, holds_all, reach_share, reaches_all, together
+from otolith.platforms.combined_limits import Together, holds_all, reach_share, reaches_all, together
 
 DAVSI, FOUR = load("davsi"), load("davsi-4dof")
 LEGS = FOUR.six_legs()

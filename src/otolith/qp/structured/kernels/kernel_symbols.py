@@ -1,13 +1,12 @@
-"""What the generated module provides to the templates; declared here for readers and type checkers.
+"""What the generated module provides to the kernels; declared here for readers and type checkers.
 
 A part of the workspace is known by its offset in the flat vector W, see `otolith.qp.structured.layout`.
 """
 
 from otolith.core.arrays import Vec
-from otolith.core.jit import kernel
-from otolith.qp.structured.jit import pure, woven
+from otolith.core.jit import jit_fused, jit_inlined, kernel
 
-__all__ = ["kernel", "pure", "woven"]
+__all__ = ["jit_fused", "jit_inlined", "kernel"]
 
 N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = NX = START = 0
 LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = EXCESS = 0

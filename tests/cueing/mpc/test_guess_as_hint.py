@@ -6,8 +6,8 @@ from numpy.testing import assert_array_equal
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
-from otolith.cueing.mpc.along import CLOSE, Along
 from otolith.cueing.mpc.guess import NoGuess
+from otolith.cueing.mpc.guess_as_hint import CLOSE, GuessAsHint
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
 from otolith.platforms import load
@@ -38,7 +38,7 @@ def test_rows_at_their_bounds_along_the_guess_are_named(form: str) -> None:
     weights = problem.circle.weights
     controls = np.tile([0.3, 5.0, -0.2, -0.5], (settings.horizon, 1))  # surge at its command bound
     x = np.array([0.0, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0, -0.1, 0.0, -0.39, 0.0, 0.0])
-    found = Along(Fixed(controls), problem, memory).sets(x, np.zeros(2), controls)
+    found = GuessAsHint(Fixed(controls), problem, memory).sets(x, np.zeros(2), controls)
     state, rows = x.copy(), []
     for u in controls:
         state = problem.structure.A @ state + problem.structure.B @ u
@@ -57,4 +57,4 @@ def test_rows_at_their_bounds_along_the_guess_are_named(form: str) -> None:
 def test_no_guess_is_no_hint() -> None:
     problem = Problem(load("thesis"), (SURGE_PITCH,), FORMS["full"])
     memory = CondensedEngine(problem.structure, tolerance=1e-6).memory
-    assert Along(NoGuess(), problem, memory).sets(np.zeros(6), np.zeros(1), np.zeros((50, 2))) is None
+    assert GuessAsHint(NoGuess(), problem, memory).sets(np.zeros(6), np.zeros(1), np.zeros((50, 2))) is None

@@ -6,8 +6,9 @@ the answer (reverse communication): a hint that is not needed is never made.
 """
 
 from otolith.core.arrays import Vec
-from otolith.qp.structured.template.certify import certificate, impossible, well_posed
-from otolith.qp.structured.template.given import (
+from otolith.qp.structured.kernels.certify import certificate, impossible, well_posed
+from otolith.qp.structured.kernels.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
+from otolith.qp.structured.kernels.kernel_symbols import (
     INFO,
     INPUTS,
     MULTIPLIER,
@@ -20,20 +21,19 @@ from otolith.qp.structured.template.given import (
     N,
     U,
     condense_blocks,
+    jit_inlined,
     kernel,
     rollout,
     states_within,
-    woven,
 )
-from otolith.qp.structured.template.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
-from otolith.qp.structured.template.working import STUCK, attempt, consider_hint, settle
+from otolith.qp.structured.kernels.working import STUCK, attempt, consider_hint, settle
 
 STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = HINTED = 0
 TOLERANCE = EXCHANGES = POLISH = ITERATION_LIMIT = 0
 OPTIMAL = INFEASIBLE = LIMIT = INVALID = ASKING = UNDECIDED = 0
 ON_REQUEST = REFUSED = GIVEN = 0
 
-# --- template ---
+# --- pasted into the generated module ---
 
 ATTEMPTS = 3  # interior points, each closer, that a working set is guessed from
 
@@ -48,7 +48,7 @@ def forget(W: Vec) -> None:
         W[PLAN + i] = 0.0
 
 
-@woven
+@jit_inlined
 def accept(W: Vec) -> bool:
     """Certify the point at hand and keep it when it is below the tolerance."""
     residual = certificate(W)
@@ -60,7 +60,7 @@ def accept(W: Vec) -> bool:
     return True
 
 
-@woven
+@jit_inlined
 def search_inside(W: Vec) -> int:
     """Status after the interior point, each time closer to the optimum when its guess does not settle."""
     limit, polish = int(W[SETTING + ITERATION_LIMIT]), int(W[SETTING + POLISH])
@@ -77,7 +77,7 @@ def search_inside(W: Vec) -> int:
     return LIMIT
 
 
-@woven
+@jit_inlined
 def begin(W: Vec) -> int:
     """Check a problem and try the set at hand, which leaves in NEEDED how many changes it needs."""
     W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
@@ -89,7 +89,7 @@ def begin(W: Vec) -> int:
     return ASKING if W[OFFERED] == ON_REQUEST and 0.0 < W[NEEDED] < STUCK else UNDECIDED
 
 
-@woven
+@jit_inlined
 def search(W: Vec) -> int:
     """Status of a well-posed problem whose set at hand has been tried."""
     exchanges = int(W[SETTING + EXCHANGES])

@@ -27,7 +27,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
-from otolith.core.motion import place_of
+from otolith.core.rotation import place_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.holding import FLOOR, Ball, Joints, place_ball, way_holds
 

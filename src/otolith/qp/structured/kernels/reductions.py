@@ -5,44 +5,44 @@ folded at the end.
 """
 
 from otolith.core.arrays import Vec
-from otolith.qp.structured.template.given import ACCUMULATOR, INFINITY, LANES, pure
+from otolith.qp.structured.kernels.kernel_symbols import ACCUMULATOR, INFINITY, LANES, jit_fused
 
-# --- template ---
+# --- pasted into the generated module ---
 
 
-@pure
+@jit_fused
 def largest(a: float, b: float) -> float:
     """The larger of two numbers."""
     return a if a > b else b
 
 
-@pure
+@jit_fused
 def smallest(a: float, b: float) -> float:
     """The smaller of two numbers."""
     return a if a < b else b
 
 
-@pure
+@jit_fused
 def min_of(g: float, low: float, high: float) -> float:
     """Minimum of g u over low ≤ u ≤ high."""
     return g * high if g < 0.0 else (g * low if g > 0.0 else 0.0)
 
 
-@pure
+@jit_fused
 def taken(g: float, reach: float, low: float, high: float) -> float:
     """What a row that moves by `reach` with the input takes of its pull g: all of it where no bound does."""
     unbounded = (g < 0.0 and high == INFINITY) or (g > 0.0 and low == -INFINITY)
     return -g / reach if unbounded else 0.0
 
 
-@pure
+@jit_fused
 def clear_lanes(W: Vec) -> None:
     """Set both groups of accumulators to zero."""
     for j in range(2 * LANES):
         W[ACCUMULATOR + j] = 0.0
 
 
-@pure
+@jit_fused
 def fold_maximum(W: Vec) -> float:
     """Maximum of the first group."""
     worst = 0.0
@@ -51,7 +51,7 @@ def fold_maximum(W: Vec) -> float:
     return worst
 
 
-@pure
+@jit_fused
 def fold_sum(W: Vec) -> float:
     """Sum of the second group."""
     total = 0.0

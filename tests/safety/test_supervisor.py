@@ -10,7 +10,7 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.platforms import load
 from otolith.platforms.hexapod import LegOutsideStroke
-from otolith.platforms.supervisor import Reason, Supervisor
+from otolith.safety.supervisor import Reason, Supervisor
 
 DAVSI = load("davsi").six_legs()
 DT = 1e-3
@@ -138,7 +138,7 @@ def test_an_intervention_lasts_from_its_first_period_to_its_last() -> None:
 
 
 def test_what_it_remembers_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("otolith.platforms.supervisor.KEPT", 2)
+    monkeypatch.setattr("otolith.safety.supervisor.KEPT", 2)
     supervisor, home = Supervisor(DAVSI), DAVSI.lengths(STILL)
     for _ in range(4):
         supervisor.follow(np.full(6, np.nan), STILL)

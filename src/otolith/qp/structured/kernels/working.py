@@ -22,7 +22,7 @@ in practice; the interior point covers the rest. Stages after the last change ke
 """
 
 from otolith.core.arrays import Vec
-from otolith.qp.structured.template.given import (
+from otolith.qp.structured.kernels.kernel_symbols import (
     ACCUMULATOR,
     DIAGONAL,
     DOUBTED,
@@ -49,14 +49,14 @@ from otolith.qp.structured.template.given import (
     backward,
     factor,
     forward,
-    pure,
-    woven,
+    jit_fused,
+    jit_inlined,
 )
-from otolith.qp.structured.template.lanes import clear_lanes, fold_maximum, fold_sum, largest, smallest
+from otolith.qp.structured.kernels.reductions import clear_lanes, fold_maximum, fold_sum, largest, smallest
 
 CHANGES = FACTORISATIONS = REFINEMENTS = HINTED = 0
 
-# --- template ---
+# --- pasted into the generated module ---
 
 FAR = 1e6  # bounds beyond this are not imposed; the certificate still sees them
 PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
@@ -68,7 +68,7 @@ SLOW = 0.05  # part of the distances left by a step from which on the steps to c
 STUCK = 1e9  # stands for the changes of a set that neither asks for any nor converges
 
 
-@pure
+@jit_fused
 def impose(W: Vec) -> None:
     """Write the working set into the stage problem; multipliers of free rows become zero."""
     for i in range(ROWS):
@@ -83,7 +83,7 @@ def impose(W: Vec) -> None:
         W[GRADIENT + i] = y - rho * b
 
 
-@pure
+@jit_fused
 def step_multipliers(W: Vec) -> float:
     """One step y ← y + ρ (r − b) on active rows; the largest |r − b| max(1, |y|)."""
     clear_lanes(W)
@@ -100,7 +100,7 @@ def step_multipliers(W: Vec) -> float:
     return fold_maximum(W)
 
 
-@pure
+@jit_fused
 def foresee(W: Vec, factor: float) -> None:
     """Take `factor` more of the step that the multipliers of active rows have just made."""
     for i in range(ROWS):
@@ -111,7 +111,7 @@ def foresee(W: Vec, factor: float) -> None:
         W[GRADIENT + i] += step
 
 
-@pure
+@jit_fused
 def met(W: Vec) -> bool:
     """Whether active rows are at their sides, the nearer the larger their multipliers."""
     worst = 0.0
@@ -123,7 +123,7 @@ def met(W: Vec) -> bool:
     return worst < PRIMAL
 
 
-@pure
+@jit_fused
 def find_violations(W: Vec) -> float:
     """How far free rows are out of their bounds, EXCESS, with MARK 1 where they are; the number of these."""
     clear_lanes(W)
@@ -139,7 +139,7 @@ def find_violations(W: Vec) -> float:
     return fold_sum(W)
 
 
-@pure
+@jit_fused
 def keep_peaks(W: Vec) -> None:
     """Unmark a violation where the same row is further out at a stage beside it."""
     for i in range((N - 1) * STAGE_ROWS):
@@ -148,7 +148,7 @@ def keep_peaks(W: Vec) -> None:
         W[MARK + STAGE_ROWS + i] = 0.0 if next_ < here else W[MARK + STAGE_ROWS + i]
 
 
-@pure
+@jit_fused
 def wrong_signs(W: Vec) -> float:
     """Number of active rows whose multiplier points the wrong way."""
     count = 0.0
@@ -158,7 +158,7 @@ def wrong_signs(W: Vec) -> float:
     return count
 
 
-@pure
+@jit_fused
 def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
     """One exchange: add the marked rows, drop those with wrong signs; the rows that changed, also in MARK."""
     clear_lanes(W)
@@ -181,7 +181,7 @@ def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
     return fold_sum(W)
 
 
-@pure
+@jit_fused
 def last_changed_stage(W: Vec) -> int:
     """The last stage with a changed row; there must be one."""
     i = N * STAGE_ROWS - 1
@@ -190,7 +190,7 @@ def last_changed_stage(W: Vec) -> int:
     return i // STAGE_ROWS
 
 
-@woven
+@jit_inlined
 def review(W: Vec, stalled: bool) -> float:
     """Exchange rows at the present point, see above; the number of changes."""
     violated = find_violations(W)
@@ -203,7 +203,7 @@ def review(W: Vec, stalled: bool) -> float:
     return exchange_rows(W, 0.0, 1.0)
 
 
-@woven
+@jit_inlined
 def refine(W: Vec) -> float:
     """One more multiplier step with the factors at hand."""
     backward(W, 0)
@@ -212,7 +212,7 @@ def refine(W: Vec) -> float:
     return step_multipliers(W)
 
 
-@woven
+@jit_inlined
 def attempt(W: Vec, last: int, stalled: bool) -> float:
     """Solve for the set at hand with the factors of the stages after `last`, and exchange its rows.
 
@@ -233,7 +233,7 @@ def attempt(W: Vec, last: int, stalled: bool) -> float:
     return changes if changes > 0.0 or off < PRIMAL or met(W) else STUCK
 
 
-@pure
+@jit_fused
 def try_hint(W: Vec) -> None:
     """Put the hint in the place of the set, and that aside, in the groups of rows where the set was changed.
 
@@ -253,7 +253,7 @@ def try_hint(W: Vec) -> None:
         W[MULTIPLIER + i] = y if sigma * y > 0.0 else 0.0
 
 
-@pure
+@jit_fused
 def give_hint_up(W: Vec) -> None:
     """Take the set back that was put aside; no stage has factors of it any more."""
     for i in range(ROWS):
@@ -261,7 +261,7 @@ def give_hint_up(W: Vec) -> None:
     W[MARK + N * STAGE_ROWS - 1] = 1.0
 
 
-@woven
+@jit_inlined
 def consider_hint(W: Vec, changes: float) -> float:
     """Try the hint against a set that needed `changes`; what the one that stays needs, as `attempt`."""
     try_hint(W)
@@ -273,7 +273,7 @@ def consider_hint(W: Vec, changes: float) -> float:
     return changes
 
 
-@woven
+@jit_inlined
 def settle(W: Vec, changes: float, limit: int) -> bool:
     """Go on from a set that needed `changes`; True when one of `limit` sets, the first included, has settled.
 

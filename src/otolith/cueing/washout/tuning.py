@@ -11,10 +11,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from otolith.core.errors import InputError, one_of
 from otolith.platforms.bounds import Within, refuse
-from otolith.platforms.sentences import sentence, toml_fields
+from otolith.platforms.validation_messages import sentence, toml_fields
 
 T = TypeVar("T", bound="_Table")
-_FOLDER: Final = files("otolith.platforms") / "tunings"
+_FOLDER: Final = files("otolith.cueing.washout") / "tunings"
 
 Corner = Annotated[float, BeforeValidator(Within(1e-3, 100.0, "rad/s", "", "deg/s").number)]  # [rad/s]
 Damping = Annotated[float, BeforeValidator(Within(0.3, 5.0, "").number)]  # [-]

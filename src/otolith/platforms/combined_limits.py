@@ -23,7 +23,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
-from otolith.core.motion import place_of, rotation_of
+from otolith.core.rotation import place_of, rotation_of
 from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 from otolith.platforms.platform import Platform, Rotation, Translation
 from otolith.platforms.reach import change_rates
