@@ -161,7 +161,9 @@ def test_a_flipped_bit_in_settings_is_read_or_refused_and_nothing_else(
     tmp_path: Path, read: Callable[[str], object]
 ) -> None:
     path = tmp_path / "davsi.toml"
-    folder = resources.files("otolith.platforms") / ("catalog" if read is files.read_platform else "tunings")
+    of_platforms = read is files.read_platform
+    package, folder_name = ("platforms", "catalog") if of_platforms else ("cueing.washout", "tunings")
+    folder = resources.files(f"otolith.{package}") / folder_name
     path.write_text((folder / "davsi.toml").read_text(encoding="utf-8"))
     read(str(path))
     for _ in flipped(path, count=300):

@@ -43,7 +43,9 @@ def test_several_scenarios_come_in_one_report_with_a_ranking(
 def test_a_tuning_of_the_users_is_taken_and_recorded(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shipped = (package_files("otolith.platforms") / "tunings" / "thesis.toml").read_text(encoding="utf-8")
+    shipped = (package_files("otolith.cueing.washout") / "tunings" / "thesis.toml").read_text(
+        encoding="utf-8"
+    )
     softer = tmp_path / "softer.toml"
     softer.write_text(shipped.replace("slope = 1.0\n", "slope = 0.4\n"), encoding="utf-8")
     used = {}

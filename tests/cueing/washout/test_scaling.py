@@ -38,7 +38,7 @@ def test_every_shipped_tuning_loads_under_its_own_name(name: str) -> None:
 
 def _changed(change: str) -> str:
     """The shipped tuning of the DAVSi with "old->new" carried out."""
-    text = (files("otolith.platforms") / "tunings" / "davsi.toml").read_text(encoding="utf-8")
+    text = (files("otolith.cueing.washout") / "tunings" / "davsi.toml").read_text(encoding="utf-8")
     old, new = change.split("->")
     assert old in text
     return text.replace(old, new)
