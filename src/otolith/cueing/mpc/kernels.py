@@ -3,13 +3,13 @@
 Notation: x (nx,) the motion of all degrees of freedom, `otolith.cueing.mpc.motion`; N steps, M blocks of
 them; C channels, `otolith.cueing.mpc.objective`. The force felt through a tilt θ, under an outer tilt φ,
 
-    f = a + g cos φ sin θ      (φ is the pitch, where sway-roll is cued with surge-pitch; else the cosine is
-    1),
+    f = a + g cos φ sin θ,
 
-is linearised about the motion (x̄, θ̄, φ̄) that the previous plan leads to. A physical channel takes value
-and slope, f ≈ D x + const. A sensed one keeps the slope of small tilts, g θ, so that the organs stay linear;
-what that lacks, Δ = g (cos φ sin θ − θ), is evaluated along the plan, and what the organ senses of it is
-added: a Gauss-Newton step with the exact value and a fixed slope.
+where φ is the pitch if sway-roll is cued with surge-pitch and zero otherwise, is linearised about the
+motion (x̄, θ̄, φ̄) that the previous plan leads to. A physical channel takes value and slope, f ≈ D x +
+const. A sensed one keeps the slope of small tilts, g θ, so that the organs stay linear; what that lacks, Δ
+= g (cos φ sin θ − θ), is evaluated along the plan, and what the organ senses of it is added: a Gauss-Newton
+step with the exact value and a fixed slope.
 """
 
 from typing import Final, NamedTuple

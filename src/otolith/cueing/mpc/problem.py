@@ -1,14 +1,15 @@
 """The MPC of any set of degrees of freedom as a stage problem: one problem for 2, 4, 6 and more axes.
 
 Notation: x (nx,) the motion of all degrees of freedom (`otolith.cueing.mpc.motion`), o the states of the
-organs of the channels that are sensed (`otolith.cueing.mpc.objective`), z = (x, o); u (nu,) the commands. Per
-step k = 1 … N:
+organs of the channels that are sensed (`otolith.cueing.mpc.objective`), z = (x, o); u (nu,) the commands.
+Per step k = 1 … N:
 
-    min Σ_k Σ_c ½ w_c (h_c(z_k) − r_c,k)² + ½ Σ_i W_i x_{k,i}² + ½ R ‖u_{k−1} − u_ref,k−1‖² s.t. the rows of
-    every degree of freedom (eq. 4.10), the limit circle of section 4.2, bounds on the commands,
+    min Σ_k Σ_c ½ w_c (h_c(z_k) − r_c,k)² + ½ Σ_i W_i x_{k,i}² + ½ R ‖u_{k−1} − u_ref,k−1‖²
 
-h_c what is felt or sensed through channel c, r_c what should be. z follows one linear system, discretised
-exactly for held commands; only h and the circle are linearised, about the previous plan (`kernels`).
+subject to the rows of every degree of freedom (eq. 4.10), the limit circle of section 4.2 and bounds on the
+commands; h_c what is felt or sensed through channel c, r_c what should be. The vector z follows one linear
+system, discretised exactly for held commands; only h and the circle are linearised, about the previous plan
+(`kernels`).
 
 Inputs may be held over M blocks of steps; the cost is still that of every step, the rows are those of the
 blocks' ends (`otolith.qp.blocked`). Without blocks every step is one, M = N.
