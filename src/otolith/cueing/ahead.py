@@ -123,7 +123,7 @@ class Ahead:
     def _observe(self, state: PlatformState) -> bool:
         """Correct what is believed by a measurement; False where it is none."""
         measured = np.stack([state.pose, state.twist, state.acceleration])
-        if not np.abs(measured).max() <= HUGE:  # so written, a NaN is none
+        if not np.abs(measured).max() <= HUGE:  # a NaN fails every comparison
             return False
         delay = self._lag + self._dead_time
         correct(self._believed, measured, np.stack(self._given), self._lag, delay, self._share)

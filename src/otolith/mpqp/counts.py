@@ -137,7 +137,7 @@ def _measure(form: Form, work: Work, active: Bools, stretch: Vec, radius: Vec) -
 
 
 def _by_general_solver(form: LeastDistance, A: Ints, stretch: Vec) -> float:
-    """The same for one set by an interior linear program of scipy."""
+    """Decide it for one active set by scipy's interior-point linear program."""
     affine = affine_slacks(form, A)
     affine[A] = affine_multipliers(form, A)
     rows = affine[np.linalg.norm(affine[:, :-1], axis=1) >= _NULL]

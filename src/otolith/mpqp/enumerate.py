@@ -172,7 +172,7 @@ def _oracle(form: LeastDistance) -> Packed:
 
 
 def _grown(found: Found, facets: int) -> Found:
-    """The same regions in arrays with room for more."""
+    """Copy the regions into arrays with room for more."""
     regions, used = int(found.used[0]), int(found.used[1])
     if regions + 2 >= len(found.radius):
         found = found._replace(

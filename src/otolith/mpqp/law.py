@@ -40,7 +40,7 @@ class Evaluations(NamedTuple):
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """The same memory, seen through an array that cannot be written to."""
+    """Return a view of an array's memory that cannot be written to."""
     view = array.view()
     view.setflags(write=False)
     return view

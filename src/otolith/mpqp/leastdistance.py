@@ -81,7 +81,7 @@ class LeastDistance:
         return tau
 
     def without(self, dropped: Ints) -> "LeastDistance":
-        """The same problem with some rows left out; the symmetry is looked for anew."""
+        """Return this problem with some rows left out; its symmetry is looked for anew."""
         keep = np.setdiff1d(np.arange(len(self.rows)), dropped)
         rows = _Rows(
             self.rows[keep], self.weights[keep], self.place[keep], self.Q[np.ix_(keep, keep)],
@@ -90,7 +90,7 @@ class LeastDistance:
         return _assemble(self.centre, self.half, rows.in_unit(_unit(1.0, rows.place)), self.Z, self.E, self.e)
 
     def unsymmetric(self) -> "LeastDistance":
-        """The same problem with its central symmetry not made use of."""
+        """Return this problem with its central symmetry not made use of."""
         names = ("centre", "half", "rows", "weights", "place", "Q", "d", "V", "Z", "E", "e")
         return LeastDistance(
             **{name: getattr(self, name) for name in names}, mirror=np.empty(0, dtype=np.int64)
@@ -108,7 +108,7 @@ class _Rows(NamedTuple):
     V: Mat
 
     def in_unit(self, sigma: float) -> "_Rows":
-        """The same with a unit of u that is `sigma` times the present one."""
+        """Return this problem with a unit of u that is `sigma` times the present one."""
         return self._replace(
             weights=sigma * self.weights, place=self.place / sigma, d=self.d / sigma, V=sigma * self.V
         )

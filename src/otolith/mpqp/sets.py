@@ -47,7 +47,7 @@ def set_table(m: int, mirror: Ints, capacity: int = 1 << 12) -> SetTable:
 
 
 def grown(table: SetTable, capacity: int) -> SetTable:
-    """The same table with room for at least `capacity` keys."""
+    """Copy a table into one with room for at least `capacity` keys."""
     size = len(table.keys)
     if capacity <= size:
         return table

@@ -43,7 +43,7 @@ class Machine(NamedTuple):
 
 
 def machine(hexapod: Hexapod) -> Machine:
-    """The same machine for the kernels."""
+    """The machine's numbers as plain arrays, which compiled kernels read."""
     return Machine(*(getattr(hexapod, name) for name in Machine._fields))
 
 

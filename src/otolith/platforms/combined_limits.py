@@ -164,7 +164,10 @@ def _speed_share(hexapod: Hexapod, poses: Mat, speeds: Vec) -> float:
 
 
 def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations: Vec) -> float:
-    """The same of axis accelerations (6,) in motion: curved paths take a part of what the legs can do."""
+    """The largest share of axis accelerations (6,), at most 1, that the legs can give while all axes move.
+
+    Curved paths take a part of what the legs can do.
+    """
     signs = [np.array([1.0, a, 0.0, b, c, 0.0]) for a, b, c in itertools.product((-1.0, 1.0), repeat=3)]
     share = 1.0
     for pose in poses:

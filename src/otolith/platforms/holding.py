@@ -164,6 +164,6 @@ def way_holds(start: Vec, end: Vec, of: Joints, ball: Ball) -> tuple[bool, int]:
         for i in range(6):
             at[i] += share * (end[i] - at[i])
         why = place_ball(at, of, ball)
-        if not ball.radius[0] >= FLOOR:  # so written, a NaN does not hold
+        if not ball.radius[0] >= FLOOR:  # a NaN fails every comparison
             return False, why
     return False, why

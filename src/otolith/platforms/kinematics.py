@@ -94,7 +94,7 @@ def solve(M: Mat, r: Vec) -> bool:
         for i in range(c + 1, n):
             if abs(M[i, c]) > abs(M[p, c]):
                 p = i
-        if not abs(M[p, c]) > SINGULAR:  # so written, a NaN is singular
+        if not abs(M[p, c]) > SINGULAR:  # a NaN fails every comparison
             return False
         if p != c:
             for j in range(c, n):
@@ -125,7 +125,7 @@ def forward(wanted: Vec, joints: Mat, anchors: Mat, place: Vec, tolerance: float
         close = True
         for i in range(6):
             step[i] = wanted[i] - lengths[i]
-            close = close and abs(step[i]) <= tolerance  # so written, a NaN is not close
+            close = close and abs(step[i]) <= tolerance  # a NaN fails every comparison
         if close:
             return iteration
         if not solve(J, step):

@@ -59,7 +59,7 @@ def leg_end(joints: Mat, anchors: Mat, stroke: tuple[float, float], axis: int, s
         l0, L0 = a - b, 0.0
         for k in range(3):
             L0 += l0[k] * l0[k]
-        if not stroke[0] ** 2 <= L0 <= stroke[1] ** 2:  # so written, a NaN is out of reach
+        if not stroke[0] ** 2 <= L0 <= stroke[1] ** 2:  # a NaN fails every comparison
             return 0.0
         for k in range(2):
             B = stroke[k] ** 2

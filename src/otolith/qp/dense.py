@@ -130,7 +130,7 @@ class DenseSolver:
         return flag, np.asarray(z), np.asarray(info["lam"]), changes
 
     def _run_soft(self, slacked: Slacked, start: Ints) -> tuple[int, Vec, Vec, int]:
-        """The same for a problem with soft rows: proximal steps until the slacks stand still."""
+        """Solve a problem with soft rows by proximal steps, until the slacks stand still."""
         slack, working_set, changes = slacked.no_slack(), slacked.start(start), 0
         for _ in range(_PROXIMAL_STEPS):
             flag, z, y, more = self._run(slacked.about(slack), working_set)

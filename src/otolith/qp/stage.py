@@ -65,12 +65,12 @@ class StageProblem:
 
     @property
     def states(self) -> int:
-        """Nx."""
+        """Number of states of one stage."""
         return len(self.B)
 
     @property
     def inputs(self) -> int:
-        """Nu."""
+        """Number of inputs of one stage."""
         return int(self.B.shape[1])
 
     @property
@@ -229,7 +229,7 @@ def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
 
 
 def condense(qp: StageQp) -> Qp:
-    """The same problem in U alone, stage by stage (n = N·nu): bounds are the inputs', A the others' rows."""
+    """Eliminate the states: a problem in U (n = N·nu) with bounds on inputs, A made from all other rows."""
     problem = qp.problem
     N, nu, nr = problem.horizon, problem.inputs, problem.rows - problem.inputs
     Phi, Gamma = predict(problem.A, problem.B, N)  # (N, nx, nx), (N, nx, n)

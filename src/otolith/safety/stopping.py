@@ -321,7 +321,7 @@ class Stopping:
         """
         measured = self._measured
         measured[0], measured[1], measured[2] = state.pose, state.twist, state.acceleration
-        plausible = bool(np.abs(measured).max() <= HUGE)  # so written, a NaN is not
+        plausible = bool(np.abs(measured).max() <= HUGE)  # a NaN fails every comparison
         if plausible:
             np.multiply(self._cued, measured, out=self._believed)
         return plausible

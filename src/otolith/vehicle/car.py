@@ -160,7 +160,7 @@ class Car(_Table):
 
     @property
     def wheelbase(self) -> float:
-        """[m]."""
+        """Distance between the axles [m]."""
         return self.body.cg_to_front_axle_m + self.body.cg_to_rear_axle_m
 
     @property

@@ -92,7 +92,7 @@ class Road:
         return np.stack([x - offset * np.sin(psi), y + offset * np.cos(psi), z], axis=1)
 
     def limited(self, speed: float) -> "Road":
-        """The same road with no more than `speed` [m/s] anywhere."""
+        """Return a copy of the road on which nobody may drive faster than `speed` [m/s]."""
         return replace(self, speed_limit=np.minimum(self.speed_limit, speed))
 
 

@@ -80,7 +80,7 @@ class CoarseProblem:
     side: Ints  # (m,) +1 or -1
 
     def only(self, constraints: Ints) -> "CoarseProblem":
-        """The same with some of the constraints."""
+        """Keep only the constraints whose numbers are given."""
         whole, kept = self.problem, constraints
         problem = replace(whole, G=whole.G[kept], w=whole.w[kept], S=whole.S[kept])
         return CoarseProblem(problem, self.row[kept], self.side[kept])

@@ -62,6 +62,6 @@ def describe(x: Vec, wanted: Vec, braking: Mat, features: Vec) -> None:
 
 @kernel
 def describe_all(x: Mat, wanted: Mat, braking: Mat, features: Mat) -> None:
-    """The same for many questions, line by line."""
+    """Features (n, 15P) of many states (n, 6P) and forces wanted (n, P), line by line as `describe`."""
     for i in range(len(x)):
         describe(x[i], wanted[i], braking, features[i])

@@ -57,7 +57,7 @@ class MissingHint:
         """Nothing to forget."""
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """Have none."""
+        """Return None: there is no hint to give."""
         del x, wanted, plan
         return None
 
@@ -71,7 +71,7 @@ class NoGuess:
         """Nothing to forget."""
 
     def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
-        """Make none."""
+        """Return None: there is no guess to make."""
         del x, wanted, plan
         return None
 

@@ -180,7 +180,7 @@ class Washout:
         if self._astray(state):
             self.reset(state)
         given = np.concatenate([reference.specific_force, reference.angular_rate])
-        if not np.all(np.abs(given) <= HUGE):  # so written, a NaN is no reference
+        if not np.all(np.abs(given) <= HUGE):  # a NaN fails every comparison
             return self._stop()
         if self._stopped:
             self.reset(PlatformState(pose=self._pose, twist=self._twist))

@@ -57,7 +57,7 @@ class ForceScaling(_Cubic):
 
 
 class RateScaling(_Cubic):
-    """The same for angular rate."""
+    """Scaling of a reference's angular rate: slope, and where it saturates."""
 
     largest_degps: Rate
     limit_degps: Rate

@@ -68,7 +68,7 @@ class Problems:
 
     @property
     def inputs(self) -> int:
-        """2P."""
+        """Number of commands of one step."""
         return self._problem.structure.inputs
 
     def engine(self, make: Callable[..., StageEngine]) -> StageEngine:
