@@ -10,7 +10,6 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
 from otolith.core.rotation import place_of, rotation_of
-from otolith.plant.drive import check_gains
 from otolith.plant.dynamics import (
     Machine,
     advance,
@@ -20,6 +19,7 @@ from otolith.plant.dynamics import (
     machine,
     mass_matrix,
 )
+from otolith.plant.servo_targets import check_gains
 from otolith.platforms import load
 from otolith.platforms.hexapod import Hexapod
 

@@ -80,7 +80,7 @@ def test_ten_times_beyond_the_workspace_no_leg_breaks_a_limit() -> None:
     low, high = DAVSI.stroke
     for k in range(6000):
         plant.step(commanding(30.0 * shaking(1e-3 * k)), 1e-3)
-        targets = plant.drive.targets
+        targets = plant.servo_targets.targets
         assert low <= targets[0].min() <= targets[0].max() <= high
         assert np.abs(targets[1]).max() <= DAVSI.speed * (1 + 1e-9)
         assert low - 1e-3 < plant.legs[0].min() <= plant.legs[0].max() < high + 1e-3 or k == 0

@@ -11,7 +11,7 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import GRAVITY
 from otolith.vehicle import Road, load_car, road
 from otolith.vehicle.car import CarNumbers
-from otolith.vehicle.drive import road_numbers
+from otolith.vehicle.closed_loop import road_numbers
 from otolith.vehicle.dynamics import EXTRAS, STATES, RoadNumbers, advance, rates, tyre
 from otolith.vehicle.profile import Plan
 

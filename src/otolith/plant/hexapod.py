@@ -16,8 +16,8 @@ from otolith.core.rotation import (
     velocity_of,
 )
 from otolith.interfaces import Command, PlatformState
-from otolith.plant.drive import PERIOD, Drive
 from otolith.plant.dynamics import advance
+from otolith.plant.servo_targets import PERIOD, ServoTargets
 from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod, NoPose
 from otolith.safety.supervisor import Intervention
@@ -56,8 +56,8 @@ class HexapodPlant:
     """Six legs with digital servos under one rigid body; lumped legs, no friction, no play.
 
     The commanded accelerations become set-points behind the lag of eq. 4.9 and pass the supervisor
-    (`otolith.plant.drive`); the servos know the platform's weight in the set-point's pose, and nothing of
-    its inertia. Force and rate are sensed at the head, rotation and lever arm included.
+    (`otolith.plant.servo_targets`); the servos know the platform's weight in the set-point's pose, and
+    nothing of its inertia. Force and rate are sensed at the head, rotation and lever arm included.
 
     Raises
     ------
@@ -67,7 +67,7 @@ class HexapodPlant:
     dead_time: Final = 0.0  # its servos know where they shall be; what their springs add is no delay
 
     def __init__(self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD) -> None:
-        self.drive = Drive(hexapod, lag=lag, period=period)
+        self.servo_targets = ServoTargets(hexapod, lag=lag, period=period)
         self.legs = np.zeros((3, 6))  # lengths [m], speeds [m/s], forces [N] at the last servo period
         self._head = hexapod.head
         self._place, self._velocity, self._acceleration = np.zeros(7), np.zeros(6), np.zeros(6)
@@ -76,18 +76,18 @@ class HexapodPlant:
     @property
     def interventions(self) -> tuple[Intervention, ...]:
         """When and why the supervisor gave less than was asked."""
-        return self.drive.supervisor.interventions
+        return self.servo_targets.supervisor.interventions
 
     def reset(self, state: PlatformState) -> None:
         """Put the platform to `state`; the errors are the supervisor's."""
-        self.drive.reset(state)
+        self.servo_targets.reset(state)
         place_of(state.pose, self._place)
         velocity_of(state.pose, state.twist, self._velocity)
         acceleration_of(state.pose, state.twist, state.acceleration, self._acceleration)
 
     def step(self, command: Command, dt: float) -> PlatformState:
         """Follow the commanded accelerations (6,) for dt [s], a multiple of the servos' period."""
-        drive = self.drive
+        drive = self.servo_targets
         for _ in range(periods(dt, drive.period)):
             before = drive.targets.copy()  # of the period's start, when the legs are sampled
             drive.tick(command.acceleration)

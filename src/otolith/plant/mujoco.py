@@ -20,9 +20,9 @@ from otolith.core.arrays import Vec
 from otolith.core.frames import GRAVITY
 from otolith.core.rotation import place_of, velocity_of
 from otolith.interfaces import Command, PlatformState
-from otolith.plant.drive import PERIOD, Drive
 from otolith.plant.dynamics import servo
 from otolith.plant.hexapod import observed, periods
+from otolith.plant.servo_targets import PERIOD, ServoTargets
 from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod
 from otolith.safety.supervisor import Intervention
@@ -46,7 +46,7 @@ class MujocoHexapod:
     def __init__(
         self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD, steps: int = STEPS
     ) -> None:
-        self.drive, self._steps = Drive(hexapod, lag=lag, period=period), steps
+        self.servo_targets, self._steps = ServoTargets(hexapod, lag=lag, period=period), steps
         self.model: Any = mujoco.MjModel.from_xml_string(mjcf(hexapod, period / steps))
         self.data: Any = mujoco.MjData(self.model)
         self._hexapod = hexapod
@@ -59,11 +59,11 @@ class MujocoHexapod:
     @property
     def interventions(self) -> tuple[Intervention, ...]:
         """When and why the supervisor gave less than was asked."""
-        return self.drive.supervisor.interventions
+        return self.servo_targets.supervisor.interventions
 
     def reset(self, state: PlatformState) -> None:
         """Put the platform to `state`; the errors are the supervisor's."""
-        self.drive.reset(state)
+        self.servo_targets.reset(state)
         data, place, velocity = self.data, np.empty(7), np.empty(6)
         mujoco.mj_resetData(self.model, data)
         place_of(state.pose, place)
@@ -81,7 +81,7 @@ class MujocoHexapod:
         data = self.data
         self._legs[0] = self._neutral + data.qpos[self._slides]
         self._legs[1] = data.qvel[self._rates]
-        servo(self._legs, self.drive.targets, self.drive.machine)
+        servo(self._legs, self.servo_targets.targets, self.servo_targets.machine)
         data.ctrl[:] = self._legs[2]
         mujoco.mj_step(self.model, data, self._steps)
 
@@ -98,7 +98,7 @@ class MujocoHexapod:
 
     def step(self, command: Command, dt: float) -> PlatformState:
         """Follow the commanded accelerations (6,) for dt [s], a multiple of the servos' period."""
-        drive, data = self.drive, self.data
+        drive, data = self.servo_targets, self.data
         for _ in range(periods(dt, drive.period)):
             before = self._velocity()
             self._hold()

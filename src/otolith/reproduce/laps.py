@@ -33,7 +33,7 @@ from otolith.scenarios import Scenario
 from otolith.scenarios.perceived import perceived
 from otolith.simulate import Run, simulate
 from otolith.vehicle.car import load_car
-from otolith.vehicle.drive import drive
+from otolith.vehicle.closed_loop import drive
 from otolith.vehicle.driver import Driver
 from otolith.vehicle.roads import road
 from otolith.vehicle.study import SPEEDS, hockenheim_reference

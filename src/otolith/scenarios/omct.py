@@ -13,7 +13,7 @@ import numpy as np
 
 from otolith.core.frames import AXES
 from otolith.scenarios.scenario import Scenario
-from otolith.scenarios.waves import Along, Faded, Sine
+from otolith.scenarios.waves import Along, FadeIn, Sine
 
 FREQUENCIES: Final = tuple(10.0 ** (0.2 * k - 1.0) for k in range(12))  # [rad/s] 0.100, 0.158, … 15.849
 
@@ -92,7 +92,7 @@ def sinusoid(axis: str, omega: float, amplitude: float, sweep: Sweep) -> Scenari
     amplitude : [m/s² or rad/s].
     """
     settle, measured = sweep.times(omega)
-    wave = Faded(Sine(amplitude, omega / (2.0 * math.pi)), start=0.0, rise=0.5 * settle)
+    wave = FadeIn(Sine(amplitude, omega / (2.0 * math.pi)), start=0.0, rise=0.5 * settle)
     index = AXES.index(axis)
     signal, still = Along(index % 3, wave), Along(index % 3, _nothing)
     force, rate = (signal, still) if index < 3 else (still, signal)

@@ -15,7 +15,7 @@ import numpy as np
 
 from otolith.core.errors import InputError
 from otolith.scenarios.scenario import Scenario
-from otolith.scenarios.waves import Along, Chirp, Faded, Pulse, Scaled, Sine, Sum, Wave
+from otolith.scenarios.waves import Along, Chirp, FadeIn, Pulse, Scaled, Sine, Sum, Wave
 
 FORCES: Final = {"longitudinal": 0, "lateral": 1, "vertical": 2}  # name -> index of the specific force
 AXES: Final = (*FORCES, "yaw")
@@ -154,7 +154,7 @@ def multisine(
         Sine(float(a), float(f), start, float(p))
         for a, f, p in zip(amplitudes, frequencies, phases, strict=True)
     )
-    return _scenario(Faded(Sum(sines), start, RISE), duration, axis, f"random multisine, seed {seed}")
+    return _scenario(FadeIn(Sum(sines), start, RISE), duration, axis, f"random multisine, seed {seed}")
 
 
 def chirp(

@@ -62,7 +62,7 @@ class Chirp:
 
 
 @dataclass(frozen=True, slots=True)
-class Faded:
+class FadeIn:
     """A wave that grows from nothing over `rise` seconds after `start`, by a raised cosine."""
 
     wave: Wave

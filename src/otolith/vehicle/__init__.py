@@ -2,7 +2,7 @@
 
 from otolith.vehicle.car import Car, load_car, parse_car
 from otolith.vehicle.centreline import parse_centreline, parse_gpx
-from otolith.vehicle.drive import drive
+from otolith.vehicle.closed_loop import drive
 from otolith.vehicle.driver import Driver
 from otolith.vehicle.lap import Lap
 from otolith.vehicle.road import Road

@@ -7,7 +7,7 @@ from otolith.perception import otoliths, sense
 from otolith.scenarios import Scenario, log_scenario
 from otolith.scenarios.perceived import perceived
 from otolith.vehicle.car import load_car
-from otolith.vehicle.drive import drive
+from otolith.vehicle.closed_loop import drive
 from otolith.vehicle.driver import Driver
 from otolith.vehicle.roads import road
 

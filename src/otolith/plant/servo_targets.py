@@ -77,7 +77,7 @@ def _resume(motion: Mat, place: Vec, before: Vec, lengths: Vec, speeds: Vec, of:
     return True
 
 
-class Drive:
+class ServoTargets:
     """Set-point generator, inverse kinematics, supervisor, and the weight that the servos carry."""
 
     def __init__(self, hexapod: Hexapod, *, lag: float, period: float = PERIOD) -> None:

@@ -11,7 +11,7 @@ from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
 from otolith.vehicle import Driver, Lap, Road, drive, load_car, road
 from otolith.vehicle.centreline import smooth_path
-from otolith.vehicle.drive import LeftTheRoad, check_arrival
+from otolith.vehicle.closed_loop import LeftTheRoad, check_arrival
 from otolith.vehicle.profile import Limits
 from otolith.vehicle.road import from_clothoids, plain
 from otolith.vehicle.roughness import roughened
