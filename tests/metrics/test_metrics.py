@@ -20,7 +20,7 @@ def test_rmse_and_travel_of_constants_are_the_constants(handmade: Run) -> None:
 
 
 def test_effort_gives_the_distribution_and_counts_what_failed(handmade: Run) -> None:
-    effort = metrics.effort(handmade)
+    effort = metrics.summarise(handmade)
     assert effort["changes"] == {"mean": 1.0, "median": 0.0, "p99": pytest.approx(7.46), "max": 8.0}
     assert effort["step_time_us"]["max"] == pytest.approx(10.0)
     assert effort["status"] == {"decided": 9, "fallback (infeasible)": 1}

@@ -3,7 +3,7 @@ import re
 import pytest
 
 from otolith.metrics import compare
-from otolith.report import MEASURES, render_contest, save_figure
+from otolith.report import criterion_named, render_contest, save_figure
 from otolith.report.figures import overview_figure
 from otolith.report.overview import false_cue_panel, overview_panels, use_panel
 from tests.report.test_html import Page
@@ -30,14 +30,14 @@ def test_one_page_ranks_every_algorithm_on_every_scenario(contest) -> None:
         for key in ("force", "tilt", "position", "false-cues"):
             assert f"s{number}-surge-pitch-compare-{key}" in page.plots
         assert f"s{number}-reach-compare-use" in page.plots
-    assert {"all-overview-rmse", "all-overview-use"} <= set(page.plots)
+    assert {"all-overview-rmse", "all-overview-workspace"} <= set(page.plots)
     for words in ("2 algorithms on 2 scenarios", "gentle", "hard", "Mean rank", "mean rank decides"):
         assert words in page.text
     assert page.fetched == []
 
 
 def test_a_broken_limit_stands_in_the_table_and_costs_the_rank(contest) -> None:
-    text = render_contest(contest, by=MEASURES["false-cues"])
+    text = render_contest(contest, by=criterion_named("false-cues"))
     table = text[text.index("Who is best") : text.index("At a glance")]
     broken = contest["hard"][1]["bold"]["violations"]
     assert broken > 0

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from otolith.metrics import summarise
+from otolith.metrics import Reading, summarise
 from otolith.platforms import load
-from otolith.report.gauges import DOCS, Gauge, gauges, gauges_html
+from otolith.report.gauges import DOCS, gauges, gauges_html
 
 
-def by_title(summary: dict[str, Any]) -> dict[str, Gauge]:
-    return {gauge.title: gauge for gauge in gauges(summary)}
+def by_title(summary: dict[str, Any]) -> dict[str, Reading]:
+    return {gauge.scale.title: gauge.reading for gauge in gauges(summary)}
 
 
 def test_a_platform_that_stands_still_is_at_the_end_of_the_scale(make_run) -> None:
@@ -72,7 +72,7 @@ def test_every_figure_points_to_a_heading_of_its_page(make_run) -> None:
     }
     found = gauges(summarise(make_run(400)))
     assert len(found) == 5
-    assert {gauge.more for gauge in found} <= headings
+    assert {gauge.section for gauge in found} <= headings
 
 
 def test_what_a_summary_does_not_hold_has_no_gauge() -> None:

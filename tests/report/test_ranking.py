@@ -1,17 +1,17 @@
+import math
+
 import pytest
 
 from otolith.core.errors import InputError
+from otolith.report.overview import USE
 from otolith.report.ranking import (
-    MEASURES,
-    Measure,
-    largest_use,
-    measure_named,
-    misleading,
-    perceived,
+    Criterion,
+    criteria,
+    criterion_named,
     standings,
 )
 
-RMSE = MEASURES["rmse"]
+RMSE = criterion_named("rmse")
 
 
 def summary(rmse: float, violations: int = 0) -> dict[str, object]:
@@ -56,15 +56,16 @@ def test_measures_add_up_what_the_summary_says() -> None:
         "perceived_rmse": {"surge-pitch": 3.0, "sway-roll": 4.0},
         "workspace": {"surge": {"largest": 0.4}, "pitch": {"largest": 1.2}},
     }
-    assert misleading(told) == 6.0
-    assert perceived(told) == 5.0
-    assert largest_use(told) == 1.2
+    assert criterion_named("false-cues").of(told) == 6.0
+    assert criterion_named("perceived").of(told) == 5.0
+    assert USE.of(told) == pytest.approx(120.0)
+    assert all(math.isnan(one.of({})) for one in criteria().values())
 
 
 def test_an_unknown_measure_says_which_there_are() -> None:
-    assert isinstance(measure_named("perceived"), Measure)
+    assert isinstance(criterion_named("perceived"), Criterion)
     with pytest.raises(InputError, match="one of rmse, perceived, false-cues"):
-        measure_named("beauty")
+        criterion_named("beauty")
 
 
 def test_a_limit_that_is_soft_for_one_is_held_against_none() -> None:

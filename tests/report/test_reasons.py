@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from otolith.report.ranking import MEASURES, standings
+from otolith.report.ranking import criterion_named, standings
 from otolith.report.reasons import why
 
-RMSE = MEASURES["rmse"]
+RMSE = criterion_named("rmse")
 
 
 def summary(rmse: float, *, use: float = 0.5, misled: float = 0.0, broken: int = 0) -> dict[str, Any]:

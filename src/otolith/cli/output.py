@@ -1,7 +1,6 @@
 """What commands print."""
 
 import json
-import math
 import re
 import sys
 import threading
@@ -153,18 +152,12 @@ def progress_line(now: "Progress") -> str:
 
 def sentence(summary: dict[str, Any]) -> str:
     """One run in one line: its key figures, every decision that failed, every limit that was passed."""
-    from otolith.metrics import between_nodes, breaches, failures  # on use: it imports scipy.signal
+    from otolith.metrics import MEASURES, between_nodes, breaches, failures
 
-    changes, micro = summary["changes"], summary["step_time_us"]
-    errors = [] if summary["rmse"] is None else [f"{summary['rmse']:.4f} m/s²"]
-    errors += [
-        f"{axis} {math.degrees(error):.3f} deg/s" for axis, error in summary.get("rate_rmse", {}).items()
-    ]
-    figures = (
-        f"{summary['cueing']} on {summary['scenario']}: RMSE {', '.join(errors)}, "
-        f"changes {changes['mean']:.2f} mean / {changes['p99']:.0f} p99 / {changes['max']:.0f} max, "
-        f"step {micro['median']:.0f} us median"
-    )
+    known = [(measure.line, summary.get(measure.name)) for measure in MEASURES.values()]
+    figures = ", ".join(line(value) for line, value in known if line is not None and value is not None)
     failed, passed = failures(summary), breaches(summary)
     said = [*(failed or ["no decision failed"]), *(passed or ["all limits kept at every node"])]
-    return "; ".join([figures, *said, *between_nodes(summary)])
+    return "; ".join(
+        [f"{summary['cueing']} on {summary['scenario']}: {figures}", *said, *between_nodes(summary)]
+    )

@@ -16,13 +16,13 @@ from otolith.cli.options import CUEING_HELP, Choices, takes_choices
 from otolith.cli.output import Force, file_name, print_json, screen, sentence
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
-from otolith.report.ranking import MEASURES, measure_named, standings
+from otolith.report.ranking import criteria, criterion_named, standings
 from otolith.simulate import Run
 
 if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad input is refused sooner
     from matplotlib.figure import Figure
 
-    from otolith.report.ranking import Measure, Standing
+    from otolith.report.ranking import Criterion, Standing
 
     Contest = Mapping[str, tuple[Sequence[Run], Mapping[str, Any]]]
 
@@ -81,7 +81,7 @@ def compare(
     by: Annotated[
         str | None,
         typer.Option(
-            help="What is ranked by: " + ", ".join(MEASURES) + " (default: rmse, or rate for yaw alone)."
+            help="What is ranked by: " + ", ".join(criteria()) + " (default: rmse, or rate for yaw alone)."
         ),
     ] = None,
     tuning: Tuning = None,
@@ -94,7 +94,7 @@ def compare(
     console = screen()
     dofs = dofs_named(choices.dofs.split(","))
     by = by or ("rate" if all(dof.feels_rate for dof in dofs) else "rmse")
-    measure = measure_named(by, [dof.name for dof in dofs])
+    criterion = criterion_named(by, [dof.name for dof in dofs])
     scenarios = [choices.scenario, *(more or [])]
     names = cueing or list(registry.FOUR_MODELS)
     _refuse_twice("SCENARIO", scenarios)
@@ -110,14 +110,14 @@ def compare(
     contest = {of_one[0].scenario: (of_one, metrics.compare(of_one)) for of_one in runs}
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     several = len(contest) > 1
-    ranked = standings(summaries, measure)
+    ranked = standings(summaries, criterion)
     with files.whole_folder(folder, command="compare", force=force) as made:
         for scenario, (of_one, _) in contest.items():
             for result in of_one:
                 own = file_name(result.cueing)
                 name = f"{file_name(scenario)}-{own}" if several else own
                 files.write_run(result, made / f"{name}.h5")
-        said = _write_comparison(made, contest, (by, measure), ranked)
+        said = _write_comparison(made, contest, (by, criterion), ranked)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _tell(said if json else None, every, folder, console)
     for one in ranked:
@@ -132,21 +132,21 @@ def _refuse_twice(option: str, names: Sequence[str | None]) -> None:
 
 
 def _write_comparison(
-    folder: Path, contest: "Contest", by: tuple[str, "Measure"], ranked: Sequence["Standing"]
+    folder: Path, contest: "Contest", by: tuple[str, "Criterion"], ranked: Sequence["Standing"]
 ) -> dict[str, Any]:
     """Page, figures and key figures of a comparison; gives the key figures."""
     from otolith import report
 
-    name, measure = by
+    name, criterion = by
     if len(contest) > 1:
         summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
         ranking = [one.as_json() for one in ranked]
         said: dict[str, Any] = {"ranked_by": name, "ranking": ranking, "scenarios": summaries}
-        page, figures = report.render_contest(contest, by=measure, date=_today()), _contest_figures(contest)
+        page, figures = report.render_contest(contest, by=criterion, date=_today()), _contest_figures(contest)
     else:
         ((only, account),) = contest.values()
         said = dict(account)
-        page = report.render_comparison(only, said, by=measure, date=_today())
+        page = report.render_comparison(only, said, by=criterion, date=_today())
         figures = _figures(only[0].dofs, lambda dof: report.comparison_figure(only, dof))
     _write(folder, said, page, figures)
     return said

@@ -1,20 +1,29 @@
 """Key figures of a run. They read a `Run` and know no algorithm."""
 
-from otolith.metrics.effort import distribution, effort
+from otolith.metrics.catalogue import MEASURES
+from otolith.metrics.effort import distribution
 from otolith.metrics.false_cues import FalseCue, false_cues
 from otolith.metrics.limits import Excess, excesses
+from otolith.metrics.measure import Better, Column, Measure, Reading, Scale, Topic
 from otolith.metrics.perceived import perceived_error, perceived_rate_rmse, perceived_rmse
 from otolith.metrics.rating import mismatch_rating
 from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_weighting
 from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
-from otolith.metrics.summary import compare, fidelity, summarise
+from otolith.metrics.summary import compare, summarise
 from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
 from otolith.metrics.verdict import between_nodes, breaches, failures, held_back
 from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
 __all__ = [
+    "MEASURES",
+    "Better",
+    "Column",
     "Excess",
     "FalseCue",
+    "Measure",
+    "Reading",
+    "Scale",
+    "Topic",
     "WorkspaceUse",
     "between_nodes",
     "breaches",
@@ -22,11 +31,9 @@ __all__ = [
     "correlation",
     "delay",
     "distribution",
-    "effort",
     "excesses",
     "failures",
     "false_cues",
-    "fidelity",
     "held_back",
     "illness_percent",
     "mean_absolute_difference",

@@ -1,5 +1,6 @@
 """Which axes a run cued, by the names of its degrees of freedom."""
 
+from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, DOFS
 from otolith.simulate import Run
 
@@ -17,3 +18,18 @@ def rate_axes(run: Run) -> dict[str, int]:
 def moving_axes(run: Run) -> dict[str, int]:
     """Axes of the platform that were used, by name, with their index in a six-vector."""
     return {AXES[i]: i for name in run.dofs for i in DOFS[name].axes}
+
+
+def by_force(run: Run, values: Vec) -> dict[str, float]:
+    """Values of the forces along x, y, z (3,), by name of the degrees of freedom that were cued."""
+    return {name: float(values[axis]) for name, axis in force_axes(run).items()}
+
+
+def by_axis(run: Run, values: Vec) -> dict[str, float]:
+    """Values of the platform's axes (6,), by name of the axes that were used."""
+    return {name: float(values[axis]) for name, axis in moving_axes(run).items()}
+
+
+def by_rate(run: Run, values: Vec) -> dict[str, float]:
+    """Values of the rates about x, y, z (3,), by name of the degrees of freedom cued for their rate."""
+    return {name: float(values[axis]) for name, axis in rate_axes(run).items()}

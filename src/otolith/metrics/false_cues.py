@@ -15,7 +15,7 @@ Two forces below τ are no cue, even if they differ by τ. A delayed cue shows a
 `otolith.metrics.similarity.delay` measures it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -26,6 +26,7 @@ from otolith.metrics.axes import force_axes
 from otolith.simulate import Run
 
 KINDS: Final = ("inverted", "unwanted", "missing", "scaled")
+MISLEADING: Final = KINDS[:3]  # a scaled cue does not mislead
 THRESHOLD: Final = 0.17  # [m/s²] of horizontal force in common use, as by Reid & Nahon (UTIAS 296, 1985)
 SHORTEST: Final = 0.05  # [s] our choice: what is shorter is no cue
 
@@ -76,6 +77,11 @@ def false_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHOR
 def totals(cues: Sequence[FalseCue]) -> dict[str, dict[str, Any]]:
     """Count, duration [s], peak [m/s²] and integral [m/s] of all cues of each kind, as plain JSON values."""
     return {kind: _total([cue for cue in cues if cue.kind == kind]) for kind in KINDS}
+
+
+def misleading_time(cues: Mapping[str, Mapping[str, Mapping[str, float]]]) -> float:
+    """Time with inverted, unwanted or missing cues over all axes [s], of `totals` by degree of freedom."""
+    return float(sum(of_axis[kind]["duration_s"] for of_axis in cues.values() for kind in MISLEADING))
 
 
 def spans(condition: Bools) -> list[tuple[int, int]]:

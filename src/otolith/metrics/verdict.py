@@ -4,12 +4,10 @@ Everything is read from a run's summary (`otolith.metrics.summarise`), so that n
 a hard limit of the machine is "broken"; what an algorithm may pass, or a driver may notice, is "exceeded".
 """
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 from otolith.interfaces import Status
-
-Summary = Mapping[str, Any]
+from otolith.metrics.measure import Summary
 
 FAILURES: Final = {  # status of a decision -> what it did then, and why
     "fallback": "fell back to braking",

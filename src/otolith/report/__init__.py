@@ -10,23 +10,24 @@ if TYPE_CHECKING:
     from otolith.report.comparison import render_comparison, render_contest
     from otolith.report.figures import comparison_figure, cueing_figure, overview_figure, save_figure
     from otolith.report.html import render
-    from otolith.report.ranking import MEASURES, Standing, measure_named, standings
+    from otolith.report.ranking import Criterion, Standing, criteria, criterion_named, standings
     from otolith.report.timing import step_time_figure
 
 _MODULES: Final = {
     "comparison": ("render_comparison", "render_contest"),
     "figures": ("comparison_figure", "cueing_figure", "overview_figure", "save_figure"),
     "html": ("render",),
-    "ranking": ("MEASURES", "Standing", "measure_named", "standings"),
+    "ranking": ("Criterion", "Standing", "criteria", "criterion_named", "standings"),
     "timing": ("step_time_figure",),
 }
 
 __all__ = [
-    "MEASURES",
+    "Criterion",
     "Standing",
     "comparison_figure",
+    "criteria",
+    "criterion_named",
     "cueing_figure",
-    "measure_named",
     "overview_figure",
     "render",
     "render_comparison",

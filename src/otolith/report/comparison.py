@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Final
 
+from otolith.metrics.measure import Summary
 from otolith.report import tables, texts
 from otolith.report.html import (
     DRAWN,
@@ -18,20 +19,19 @@ from otolith.report.motion import motion_comparison
 from otolith.report.overview import false_cue_panels, overview_panels, trade_panel, use_panel
 from otolith.report.page import Part, page, table
 from otolith.report.panels import Panel, changes_panel, require_one_scenario
-from otolith.report.ranking import MEASURES, ByCueing, Measure, Standing, standings
+from otolith.report.ranking import ByCueing, Criterion, Standing, criterion_named, standings
 from otolith.report.reasons import why
 from otolith.report.series import labels
-from otolith.report.tables import Summary
 from otolith.simulate import Run
 
-RMSE: Final = MEASURES["rmse"]
+RMSE: Final = criterion_named("rmse")
 
 
 def render_comparison(
     runs: Sequence[Run],
     summaries: Sequence[Summary] | Mapping[str, Summary],
     *,
-    by: Measure = RMSE,
+    by: Criterion = RMSE,
     date: str = "",
 ) -> str:
     """Page of several algorithms on one scenario.
@@ -74,7 +74,7 @@ def render_comparison(
 
 
 def render_contest(
-    contest: Mapping[str, tuple[Sequence[Run], ByCueing]], *, by: Measure = RMSE, date: str = ""
+    contest: Mapping[str, tuple[Sequence[Run], ByCueing]], *, by: Criterion = RMSE, date: str = ""
 ) -> str:
     """Page of several algorithms on several scenarios.
 
@@ -112,14 +112,14 @@ def render_contest(
     return page(title, "Comparison", lead, parts, scripts=DRAWN)
 
 
-def _why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Measure) -> str:
+def _why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Criterion) -> str:
     """The reasons, in words."""
     return (
         f'<ul class="why">{"".join(f"<li>{escape(text)}</li>" for text in why(scenarios, ranked, by))}</ul>'
     )
 
 
-def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Measure) -> str:
+def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Criterion) -> str:
     """The order, with rank and measure per scenario, and the rule that made it."""
     several = len(scenarios) > 1
     heads = ["Cueing", *(["Mean rank", "Wins"] if several else []), *scenarios]
@@ -134,7 +134,7 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Meas
             cells.append(f"<td{kind}>{tables.number(value)}<small>{note}</small></td>")
         rows.append((escape(one.cueing), cells))
     rule = (
-        f'<p class="note">{escape(by.words)} [{escape(by.unit)}] in each cell, smaller is better. '
+        f'<p class="note">{escape(by.label)} in each cell, {by.better} is better. '
         f"{texts.RULE}{texts.RULE_OVERALL if several else ''}</p>"
     )
     return f'<div class="wide">{table("models", heads, rows)}</div>{rule}'

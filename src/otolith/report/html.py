@@ -8,6 +8,7 @@ from typing import Final
 
 from otolith.core.frames import DOFS
 from otolith.metrics import between_nodes, breaches, failures, held_back
+from otolith.metrics.measure import Summary
 from otolith.report import tables, texts
 from otolith.report.gauges import gauges_html
 from otolith.report.motion import motion_panels
@@ -15,7 +16,7 @@ from otolith.report.page import Part, page
 from otolith.report.panels import Panel, effort_panels
 from otolith.report.plots import height, plot_json
 from otolith.report.series import MAX_POINTS, decimated
-from otolith.report.tables import Summary, number
+from otolith.report.tables import number
 from otolith.report.view import frames_of, platform_view
 from otolith.simulate import Run
 
@@ -113,7 +114,7 @@ def diagrams(prefix: str, panels: Sequence[Panel], *, points: int = MAX_POINTS) 
 
 def _diagram(name: str, panel: Panel, points: int) -> str:
     linked = " data-linked" if panel.over_time else ""
-    first, _, rest = texts.PANELS[panel.key].partition(". ")
+    first, _, rest = (panel.words or texts.PANELS[panel.key]).partition(". ")
     more = f" <details><summary>How to read it</summary><p>{rest}</p></details>" if rest else ""
     return (
         f"<figure><figcaption><h3>{escape(panel.title)}</h3><p>{first.removesuffix('.')}.</p>{more}"

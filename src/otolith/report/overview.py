@@ -9,17 +9,18 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.metrics import false_cues, workspace_use
+from otolith.metrics import MEASURES, false_cues, workspace_use
 from otolith.metrics.axes import force_axes
 from otolith.metrics.false_cues import KINDS
+from otolith.metrics.measure import EVERY_DOF, Better
 from otolith.report import palette
 from otolith.report.panels import Axis, Curve, Panel, require_one_scenario
-from otolith.report.ranking import MEASURES, ByCueing, Measure, largest_use, measures_for
+from otolith.report.ranking import ByCueing, Criterion, criterion
 from otolith.report.series import labels
 from otolith.simulate import Run
 
 COLORS: Final = dict(zip(KINDS, (palette.VERMILION, palette.ORANGE, palette.BLUE, palette.SKY), strict=True))
-USE: Final = Measure("Largest use of the reach", "%", lambda summary: 100.0 * largest_use(summary))
+USE: Final = criterion("workspace", "Reach used")
 
 
 def false_cue_panels(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
@@ -84,7 +85,7 @@ def use_panel(runs: Sequence[Run]) -> Panel:
     )
 
 
-def trade_panel(summaries: ByCueing, by: Measure, *, of: str = "") -> Panel:
+def trade_panel(summaries: ByCueing, by: Criterion, *, of: str = "") -> Panel:
     """What each algorithm gained for the travel that it took on one scenario: one mark each.
 
     Those that passed a hard limit are red and say so. `of` names the scenario in the title.
@@ -102,20 +103,20 @@ def trade_panel(summaries: ByCueing, by: Measure, *, of: str = "") -> Panel:
                 kind="marks",
             )
         )
-    largest = max((float(curve.y[0]) for curve in curves if np.isfinite(curve.y[0])), default=0.0) or 1.0
+    low, high = _span([curve.y for curve in curves], above=0.15, below=0.0)
     end = Curve(
         label="end of the reach",
         x=np.array([100.0, 100.0]),
-        y=np.array([0.0, 1.15 * largest]),
+        y=np.array([low, high]),
         color=palette.VERMILION,
         dash="dash",
         width=1.0,
     )
     words = f"{by.words} against travel"
     return Panel(
-        key="trade",
+        key="trade-up" if by.better is Better.HIGHER else "trade",
         title=f"{of}: {words}" if of else words,
-        axes=(Axis(label=f"{by.words} [{by.unit}]", span=(0.0, 1.15 * largest)),),
+        axes=(Axis(label=by.label, span=(low, high)),),
         curves=(*curves, end),
         x_label="largest use of the reach [%]",
         x_span=(0.0, 1.06 * max([100.0, *(float(curve.x[0]) for curve in curves)])),
@@ -123,36 +124,47 @@ def trade_panel(summaries: ByCueing, by: Measure, *, of: str = "") -> Panel:
 
 
 def overview_panels(scenarios: Mapping[str, ByCueing]) -> tuple[Panel, ...]:
-    """One small diagram per measure: algorithms as rows, scenarios as dots."""
+    """One small diagram for each number with a sentence of its own: algorithms as rows, scenarios as dots."""
     summary = next(iter(next(iter(scenarios.values())).values()))
-    known = measures_for(str(summary["dofs"]).split(",")) if "dofs" in summary else MEASURES
-    panels = {f"overview-{name}": measure for name, measure in known.items()} | {"overview-use": USE}
-    return tuple(_overview(key, measure, scenarios) for key, measure in panels.items())
+    dofs = str(summary["dofs"]).split(",") if "dofs" in summary else EVERY_DOF
+    return tuple(
+        _overview(f"overview-{name}", Criterion(measure, column), scenarios)
+        for name, measure in MEASURES.items()
+        for column in measure.columns
+        if column.says and measure.defined(dofs)
+    )
 
 
-def _overview(key: str, measure: Measure, scenarios: Mapping[str, ByCueing]) -> Panel:
+def _overview(key: str, by: Criterion, scenarios: Mapping[str, ByCueing]) -> Panel:
     names = list(next(iter(scenarios.values())))
     curves = []
     for k, (scenario, summaries) in enumerate(scenarios.items()):
-        x = np.array([measure.of(summaries[name]) for name in names])
         curves.append(
             Curve(
                 label=scenario,
-                x=x,
+                x=np.array([by.of(summaries[name]) for name in names]),
                 y=np.arange(len(names), dtype=np.float64),
                 color=palette.CYCLE[k % len(palette.CYCLE)],
                 kind="marks",
             )
         )
-    largest = max((float(np.max(curve.x)) for curve in curves), default=0.0)
     return Panel(
         key=key,
-        title=measure.words,
+        title=by.words,
         axes=(_rows(names),),
         curves=tuple(curves),
-        x_label=f"{measure.words} [{measure.unit}]",
-        x_span=(-0.03 * (largest or 1.0), 1.06 * (largest or 1.0)),
+        x_label=by.label,
+        x_span=_span([curve.x for curve in curves], above=0.06, below=0.03),
+        words=f"{by.column.says}.",
     )
+
+
+def _span(values: Sequence[Vec], *, above: float, below: float) -> tuple[float, float]:
+    """Span of an axis that holds zero and all values; margins at its ends are shares of its length."""
+    known = [float(value) for of_one in values for value in of_one if np.isfinite(value)]
+    low, high = min(0.0, *known, 0.0), max(0.0, *known, 0.0)
+    high = high if high > low else 1.0
+    return low - (below if low == 0.0 else above) * (high - low), high + above * (high - low)
 
 
 def _rows(names: Sequence[str]) -> Axis:

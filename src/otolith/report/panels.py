@@ -83,6 +83,7 @@ class Panel:
     bounds: tuple[Bound, ...] = ()
     x_label: str = "time [s]"
     x_span: Band = (0.0, 1.0)
+    words: str = ""  # what it shows; those of `otolith.report.texts.PANELS` under its key unless given
 
     @property
     def over_time(self) -> bool:

@@ -1,82 +1,82 @@
 """Who did best: a measure, an order within each scenario, and one over all of them.
 
 The rule. Within a scenario, algorithms that kept every hard limit come before those that passed one; a limit
-that is soft for one of them is held against none. Among equals the smaller measure is better; equal measures
+that is soft for one of them is held against none. Among equals the better measure decides; equal measures
 share a rank. Over several scenarios the mean rank decides, then whether every hard limit was kept in all of
 them, then the mean of the measure relative to the scenario's best. There are no weights to argue about.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
-from otolith.core.frames import DOFS, PAIRS
+from otolith.core.frames import PAIRS
+from otolith.metrics import MEASURES, Better, Column, Measure
+from otolith.metrics.measure import Summary
 
-Summary = Mapping[str, Any]
 ByCueing = Mapping[str, Summary]  # the summaries of one scenario
-MISLEADING: Final = ("inverted", "unwanted", "missing")  # kinds of false cues; a scaled one does not mislead
-_FORCE: Final = tuple(name for name, dof in DOFS.items() if not dof.feels_rate)
-_RATE: Final = tuple(name for name, dof in DOFS.items() if dof.feels_rate)
 _EQUAL: Final = 1e-9  # measures closer than this, relative to them, are equal
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
-    """What is ranked by: smaller is better."""
+class Criterion:
+    """What runs are ranked by: one number of a measure."""
 
-    words: str
-    unit: str
-    of: Callable[[Summary], float]
-    needs: tuple[str, ...] = ()  # degrees of freedom, of which one must be cued for it to be defined
+    measure: Measure
+    column: Column
 
+    @property
+    def words(self) -> str:
+        """What the number is called."""
+        return self.column.words
 
-def tracking(summary: Summary) -> float:
-    """RMSE of the felt specific force over all axes [m/s²]; NaN where none was cued."""
-    value = summary.get("rmse")
-    return math.nan if value is None else float(value)
+    @property
+    def unit(self) -> str:
+        """Unit of the number, SI."""
+        return self.column.unit or ""
 
+    @property
+    def label(self) -> str:
+        """Words and unit."""
+        return f"{self.words} [{self.unit}]" if self.unit else self.words
 
-def misleading(summary: Summary) -> float:
-    """Time with inverted, unwanted or missing cues over all axes [s]."""
-    kinds = summary.get("false_cues", {}).values()
-    return float(sum(of_axis[kind]["duration_s"] for of_axis in kinds for kind in MISLEADING))
+    @property
+    def better(self) -> Better:
+        """Which way it is better."""
+        return self.measure.better
 
-
-def perceived(summary: Summary) -> float:
-    """RMSE of the sensed specific force over all axes [m/s²]."""
-    return math.sqrt(sum(value**2 for value in summary.get("perceived_rmse", {}).values()))
-
-
-def turning(summary: Summary) -> float:
-    """RMSE of the wanted angular rate over all axes cued for it [rad/s]."""
-    return math.sqrt(sum(value**2 for value in summary.get("rate_rmse", {}).values()))
-
-
-def largest_use(summary: Summary) -> float:
-    """Largest share of the reach used along any axis; above 1 the platform would have hit its end."""
-    return max((use["largest"] for use in summary.get("workspace", {}).values()), default=0.0)
+    def of(self, summary: Summary) -> float:
+        """The number of a run; NaN where its summary does not hold it."""
+        value = self.column.number(summary.get(self.measure.name))
+        return math.nan if value is None else float(value)
 
 
-MEASURES: Final = {
-    "rmse": Measure("Tracking error (RMSE)", "m/s²", tracking, _FORCE),
-    "perceived": Measure("Perceived error (RMSE)", "m/s²", perceived, _FORCE),
-    "false-cues": Measure("Time with misleading cues", "s", misleading, _FORCE),
-    "rate": Measure("Yaw rate error (RMSE)", "rad/s", turning, _RATE),
-}
+def criterion(name: str, head: str) -> Criterion:
+    """The number that the measure `name` shows in the column `head` of a comparison."""
+    measure = MEASURES[name]
+    return Criterion(measure, next(column for column in measure.columns if column.head == head))
 
 
-def measures_for(dofs: Sequence[str]) -> dict[str, Measure]:
-    """Those of `MEASURES` that are defined where these degrees of freedom are cued."""
-    return {name: measure for name, measure in MEASURES.items() if set(measure.needs) & set(dofs)}
+def criteria(dofs: Sequence[str] | None = None) -> dict[str, Criterion]:
+    """What runs can be ranked by, by the name on the command line, where these degrees of freedom are cued.
+
+    Without `dofs`, what runs of any degrees of freedom can be ranked by.
+    """
+    return {
+        column.by: Criterion(measure, column)
+        for measure in MEASURES.values()
+        for column in measure.columns
+        if column.by and (dofs is None or measure.defined(dofs))
+    }
 
 
-def measure_named(name: str, dofs: Sequence[str] = PAIRS) -> Measure:
-    """Look one of `MEASURES` up, or say in one sentence which there are for these degrees of freedom."""
-    known = measures_for(dofs)
+def criterion_named(name: str, dofs: Sequence[str] = PAIRS) -> Criterion:
+    """Look one of `criteria` up, or say in one sentence which there are for these degrees of freedom."""
+    known = criteria(dofs)
     if name not in known:
-        where = "" if name not in MEASURES else f" where {','.join(dofs)} is cued"
+        where = "" if name not in criteria() else f" where {','.join(dofs)} is cued"
         raise InputError("--by", repr(name), one_of(known, name) + where)
     return known[name]
 
@@ -112,7 +112,7 @@ class Standing:
         }
 
 
-def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Standing]:
+def standings(scenarios: Mapping[str, ByCueing], by: Criterion) -> list[Standing]:
     """All algorithms, best first; every scenario has the same ones.
 
     Raises
@@ -122,9 +122,9 @@ def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Stand
     names = list(next(iter(scenarios.values()), {}))
     if not names or any(set(summaries) != set(names) for summaries in scenarios.values()):
         raise ValueError("a ranking needs the same algorithms in every scenario, and at least one")
-    values = [[measure.of(summaries[name]) for name in names] for summaries in scenarios.values()]
+    values = [[by.of(summaries[name]) for name in names] for summaries in scenarios.values()]
     broken = [_broken([summaries[name] for name in names]) for summaries in scenarios.values()]
-    ranks = [_ranks(*of_scenario) for of_scenario in zip(values, broken, strict=True)]
+    ranks = [_ranks(*of_scenario, by.better) for of_scenario in zip(values, broken, strict=True)]
     found = [
         Standing(
             cueing=name,
@@ -134,8 +134,10 @@ def standings(scenarios: Mapping[str, ByCueing], measure: Measure) -> list[Stand
         )
         for i, name in enumerate(names)
     ]
-    best = [min(row) for row in values]
-    return sorted(found, key=lambda one: (one.mean_rank, any(one.broken), _relative(one.values, best)))
+    best = [by.better.of_all(row) for row in values]
+    return sorted(
+        found, key=lambda one: (one.mean_rank, any(one.broken), _relative(one.values, best, by.better))
+    )
 
 
 def _broken(summaries: Sequence[Summary]) -> list[int]:
@@ -149,16 +151,24 @@ def _broken(summaries: Sequence[Summary]) -> list[int]:
     return [int(one.get("violations") or 0) - free for one, free in zip(summaries, forgiven, strict=True)]
 
 
-def _ranks(values: Sequence[float], broken: Sequence[int]) -> list[int]:
-    keys = [(count > 0, value) for value, count in zip(values, broken, strict=True)]
-    return [1 + sum(_better(other, key) for other in keys) for key in keys]
+def _ranks(values: Sequence[float], broken: Sequence[int], better: Better) -> list[int]:
+    """1 for the best; equal ones share a rank, and as many of the next ranks are left out."""
+    sign = -1.0 if better is Better.HIGHER else 1.0
+    keys = [(count > 0, sign * value) for value, count in zip(values, broken, strict=True)]
+    return [1 + sum(_before(other, key) for other in keys) for key in keys]
 
 
-def _better(one: tuple[bool, float], other: tuple[bool, float]) -> bool:
+def _before(one: tuple[bool, float], other: tuple[bool, float]) -> bool:
     if one[0] != other[0]:
         return other[0]
     return one[1] < other[1] - _EQUAL * abs(other[1])
 
 
-def _relative(values: Sequence[float], best: Sequence[float]) -> float:
-    return sum(value / least if least > 0.0 else 1.0 for value, least in zip(values, best, strict=True))
+def _relative(values: Sequence[float], best: Sequence[float], better: Better) -> float:
+    """How far the values are from the best ones, as a sum of ratios that are at least 1."""
+    pairs = zip(values, best, strict=True)
+    if better is Better.HIGHER:
+        return sum(
+            math.inf if value <= 0.0 < most else most / value if most > 0.0 else 1.0 for value, most in pairs
+        )
+    return sum(value / least if least > 0.0 else 1.0 for value, least in pairs)

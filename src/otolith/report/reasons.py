@@ -1,15 +1,19 @@
 """Why one algorithm is ranked before the others, in words: its lead, what it took, who was ruled out."""
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Final
 
-from otolith.metrics import breaches
-from otolith.report.ranking import ByCueing, Measure, Standing, largest_use, misleading
+from otolith.metrics import Better, breaches
+from otolith.metrics.measure import Summary
+from otolith.report.ranking import ByCueing, Criterion, Standing, criterion
 
 CLOSE: Final = 0.02  # a lead smaller than this share is said to be small
+USED: Final = criterion("workspace", "Reach used")
+MISLED: Final = criterion("false_cues", "Misled")
 
 
-def why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Measure) -> list[str]:
+def why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Criterion) -> list[str]:
     """One sentence or two per scenario, and before them one on all where there are several."""
     said = [_in_one(k, name, of_one, ranked, by) for k, (name, of_one) in enumerate(scenarios.items())]
     return ([_over_all(ranked)] if len(scenarios) > 1 else []) + said
@@ -23,7 +27,7 @@ def _over_all(ranked: Sequence[Standing]) -> str:
         if len(kept) == 1 and kept[0] is best[0]:
             reason = "it alone kept every hard limit"
         else:
-            reason = "its measure, relative to the best of each scenario, is the smallest in the mean"
+            reason = "its measure, relative to the best of each scenario, is the best in the mean"
             reason += " of those that kept every hard limit" if 0 < len(kept) < len(best) else ""
         return (
             f"Over all, {names} tie with a mean rank of {best[0].mean_rank:.2f}; "
@@ -36,31 +40,33 @@ def _wins(one: Standing) -> str:
     return f"{one.wins} win" + ("" if one.wins == 1 else "s")
 
 
-def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing], by: Measure) -> str:
+def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing], by: Criterion) -> str:
     """What decided scenario k: the lead, what it took, and whom limits ruled out."""
     order = sorted(ranked, key=lambda one: one.ranks[k])
     best = [one for one in order if one.ranks[k] == 1]
     after = order[len(best)] if len(order) > len(best) else None
-    value = f"{by.words[0].lower()}{by.words[1:]} {best[0].values[k]:.3g} {by.unit}"
+    value = f"{by.words[0].lower()}{by.words[1:]} {best[0].values[k]:.3g} {by.unit}".rstrip()
     if len(best) > 1:
         text = f"{scenario}: {_listed([one.cueing for one in best])} tie for the first place, {value}"
     else:
         text = f"{scenario}: {best[0].cueing} is best, {value}"
     if after is not None:
-        text += _against(best[0], after, k, of_one)
-    return f"{text}.{_ruled_out(k, of_one, order, best[0])}"
+        text += _against(best[0], after, k, of_one, by)
+    return f"{text}.{_ruled_out(k, of_one, order, best[0], by)}"
 
 
-def _against(best: Standing, after: Standing, k: int, of_one: ByCueing) -> str:
+def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Criterion) -> str:
     """How far the next one is behind, and what each of the two took."""
     mine, other = best.values[k], after.values[k]
     if bool(best.broken[k]) != bool(after.broken[k]):
         lead = f"; {after.cueing} comes next"
-    elif mine > 0.0:
-        more = other / mine - 1.0
+    elif mine > 0.0 and other > 0.0:
+        word, more = (
+            ("less", 1.0 - other / mine) if by.better is Better.HIGHER else ("more", other / mine - 1.0)
+        )
         size = "only " if more < CLOSE else ""
         percent = f"{100.0 * more:.0f}" if more > 0.1 else f"{100.0 * more:.2g}"
-        lead = f"; {after.cueing} has {size}{percent} % more"
+        lead = f"; {after.cueing} has {size}{percent} % {word}"
     else:
         lead = f"; {after.cueing} has {other:.3g}"
     took = [_took(of_one[one.cueing]) for one in (best, after)]
@@ -71,23 +77,23 @@ def _against(best: Standing, after: Standing, k: int, of_one: ByCueing) -> str:
     return f"{lead}. {best.cueing} {took[0]}, {after.cueing} {took[1]}"
 
 
-def _took(summary: Mapping[str, Any]) -> str:
-    if "workspace" not in summary or "false_cues" not in summary:
+def _took(summary: Summary) -> str:
+    used, misled = USED.of(summary), MISLED.of(summary)
+    if math.isnan(used) or math.isnan(misled):
         return ""
-    return (
-        f"used {100.0 * largest_use(summary):.0f} % of the reach and misled for {misleading(summary):.1f} s"
-    )
+    return f"used {used:.0f} {USED.unit} of the reach and misled for {misled:.1f} {MISLED.unit}"
 
 
-def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing) -> str:
-    """Those whose measure is smaller but who passed a hard limit; or that all passed one."""
+def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing, by: Criterion) -> str:
+    """Those whose measure is better but who passed a hard limit; or that all passed one."""
     if best.broken[k]:
         return " All of them passed a hard limit." if all(one.broken[k] for one in order) else ""
-    out = [one for one in order if one.broken[k] and one.values[k] < best.values[k]]
     said = []
-    for one in out:
-        first = next(iter(breaches(of_one[one.cueing])), "a hard limit was passed")
-        said.append(f" {one.cueing} has a smaller one, {one.values[k]:.3g}, and is ruled out: {first}.")
+    for one in order:
+        mine, other = one.values[k], best.values[k]
+        if one.broken[k] and (mine > other if by.better is Better.HIGHER else mine < other):
+            first = next(iter(breaches(of_one[one.cueing])), "a hard limit was passed")
+            said.append(f" {one.cueing} has a {by.better} one, {mine:.3g}, and is ruled out: {first}.")
     return "".join(said)
 
 

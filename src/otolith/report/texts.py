@@ -1,4 +1,4 @@
-"""The words of a page: what each panel shows, and what each key figure means."""
+"""The words of a page: what each panel shows. What each key figure is called stands in `otolith.metrics`."""
 
 from typing import Final
 
@@ -62,13 +62,12 @@ PANELS: Final = {
         "How far each algorithm went, as a share of what the platform can. Beyond the dashed line the "
         "platform would have hit its end; far below it, room was left that could have carried cues."
     ),
-    "overview-rmse": "How far the felt force was from the wanted one, in the mean of squares.",
-    "overview-perceived": "The same after the inner ear: the difference that can be sensed.",
-    "overview-false-cues": "How long cues were inverted, unwanted or missing.",
-    "overview-rate": "How far the felt yaw rate was from the wanted one, in the mean of squares.",
-    "overview-use": "The share of the reach that was used at most; beyond 100 % the limit was passed.",
     "trade": (
         "Low and to the left is best: little error for little travel. An algorithm further right spends more "
+        "of the reach for what it gains; one beyond the dashed line would have hit its end."
+    ),
+    "trade-up": (
+        "High and to the left is best: much gained for little travel. An algorithm further right spends more "
         "of the reach for what it gains; one beyond the dashed line would have hit its end."
     ),
     "compare-changes": (
@@ -86,8 +85,7 @@ LIMITS: Final = (
 
 RULE: Final = (
     "Within a scenario, algorithms that kept every hard limit come before those that passed one; a limit "
-    "that is soft for one of them is held against none. Then the smaller measure is better, and equal ones "
-    "share a rank."
+    "that is soft for one of them is held against none. Then the measure decides; equal ones share a rank."
 )
 RULE_OVERALL: Final = (
     " Over all scenarios the mean rank decides, then whether every hard limit was kept in all of them, then "
@@ -101,49 +99,7 @@ DOFS: Final = {
     "yaw": "Yaw",
 }
 
-# key -> (words, unit)
-NAMES: Final = {
-    "rmse": ("Tracking error of specific force (RMSE)", "m/s²"),
-    "rmse_per_pair": ("Tracking error per axis pair (RMSE)", "m/s²"),
-    "wanted_rms": ("Size of what was wanted (RMS)", "m/s², deg/s"),
-    "rate_rmse": ("Tracking error of angular rate (RMSE)", "deg/s"),
-    "perceived_rate_rmse": ("Tracking error after the semicircular canals (RMSE)", "deg/s"),
-    "travel_rms": ("Travel used (RMS)", "m, deg"),
-    "correlation": ("Correlation of felt and wanted", ""),
-    "delay_s": ("Delay", "s"),
-    "scale_ratio": ("Mean size, felt over wanted", ""),
-    "mean_absolute_difference": ("Mean absolute difference", "m/s²"),
-    "perceived_rmse": ("Tracking error after the otoliths (RMSE)", "m/s²"),
-    "false_cues": ("False cues by kind", ""),
-    "mismatch_rating": ("Predicted mismatch rating", "m/s²"),
-    "sickness_dose": ("Motion sickness dose", "m/s^1.5"),
-    "workspace": ("Share of the reach used", ""),
-    "duration_s": ("duration", "s"),
-    "peak": ("peak", "m/s²"),
-    "integral": ("integral", "m/s"),
-    "largest": ("largest", ""),
-    "near_limit": ("time beyond 90 %", ""),
-    "rms": ("RMS", ""),
-    "changes": ("Working-set changes per step", ""),
-    "changes_against_implicit_percent": ("Mean changes against implicit", "%"),
-    "step_time_us": ("Time per step (thread CPU time)", "µs"),
-    "residual_max": ("Largest optimality residual (certificate)", ""),
-    "status": ("Decisions by status", ""),
-    "guesses_missed": ("Guesses that could not be had", ""),
-    "violations": ("Nodes beyond a hard limit", ""),
-    "supervisor": ("What the supervisor of the legs kept", ""),
-    "times": ("times", ""),
-    "seconds": ("together", "s"),
-    "behind_m": ("farthest behind", "m"),
-    "soft_exceeded": ("Nodes beyond a soft limit", ""),
-    "mean": ("mean", ""),
-    "median": ("median", ""),
-    "p50": ("median", ""),
-    "p99": ("99th percentile", ""),
-    "max": ("max", ""),
-}
-
-UNITS: Final = {  # ending of a name nobody told us about -> its unit
+UNITS: Final = {  # ending of a name that no measure has -> its unit
     "_percent": "%",
     "_us": "µs",
     "_ms": "ms",
