@@ -3,6 +3,7 @@ import math
 import pytest
 
 from otolith.core.errors import InputError
+from otolith.metrics import Better, Column, Measure
 from otolith.report.overview import USE
 from otolith.report.ranking import (
     Criterion,
@@ -10,6 +11,7 @@ from otolith.report.ranking import (
     criterion_named,
     standings,
 )
+from otolith.report.reasons import why
 
 RMSE = criterion_named("rmse")
 
@@ -82,3 +84,38 @@ def test_a_limit_that_is_soft_for_one_is_held_against_none() -> None:
     assert (best.cueing, second.broken) == ("mpc", (2,))
     hard = with_limit(2.0, soft=False)
     assert {one.broken for one in standings({"x": {"a": hard, "b": washout}}, RMSE)} == {(7,)}
+
+
+def greater(*, name: str = "grip") -> Criterion:
+    """A number of which more is better."""
+    measure = Measure(
+        name=name,
+        words="Grip",
+        unit="",
+        of=None,
+        better=Better.HIGHER,
+        columns=(Column("Grip", by=name),),
+        section="",
+    )
+    return Criterion(measure, measure.columns[0])
+
+
+def test_where_greater_is_better_the_order_turns_and_limits_still_come_first() -> None:
+    by_hand = {
+        "x": {"a": {"grip": 4.0}, "b": {"grip": 2.0}, "c": {"grip": 8.0, "violations": 1}},
+        "y": {"a": {"grip": 1.0}, "b": {"grip": 3.0}, "c": {"grip": -1.0}},
+    }
+    ranked = standings(by_hand, greater())
+    assert {one.cueing: one.ranks for one in ranked} == {"a": (1, 2), "b": (2, 1), "c": (3, 3)}
+    # both have rank 1.5: a is worse than the best by 8/4 + 3/1, b by 8/2 + 3/3
+    assert [one.cueing for one in ranked] == ["a", "b", "c"]
+    by_hand["y"]["a"] = {"grip": 0.5}
+    assert [one.cueing for one in standings(by_hand, greater())] == ["b", "a", "c"]
+
+
+def test_the_reason_says_less_where_greater_is_better() -> None:
+    scenarios = {"x": {"a": {"grip": 4.0}, "b": {"grip": 3.0}, "c": {"grip": 8.0, "violations": 1}}}
+    (text,) = why(scenarios, standings(scenarios, greater()), greater())
+    assert text == (
+        "x: a is best, grip 4; b has 25 % less. c has a greater one, 8, and is ruled out: a hard limit was passed."
+    )
