@@ -86,28 +86,23 @@ def test_a_limit_that_is_soft_for_one_is_held_against_none() -> None:
     assert {one.broken for one in standings({"x": {"a": hard, "b": washout}}, RMSE)} == {(7,)}
 
 
-def greater(*, name: str = "grip") -> Criterion:
+def greater() -> Criterion:
     """A number of which more is better."""
+    column = Column("Grip", by="grip", words="Grip")
     measure = Measure(
-        name=name,
-        words="Grip",
-        unit="",
-        of=None,
-        better=Better.HIGHER,
-        columns=(Column("Grip", by=name),),
-        section="",
+        name="grip", words="Grip", unit="", of=None, better=Better.HIGHER, columns=(column,), section=""
     )
-    return Criterion(measure, measure.columns[0])
+    return Criterion(measure, column)
 
 
 def test_where_greater_is_better_the_order_turns_and_limits_still_come_first() -> None:
     by_hand = {
         "x": {"a": {"grip": 4.0}, "b": {"grip": 2.0}, "c": {"grip": 8.0, "violations": 1}},
-        "y": {"a": {"grip": 1.0}, "b": {"grip": 3.0}, "c": {"grip": -1.0}},
+        "y": {"a": {"grip": 2.0}, "b": {"grip": 3.0}, "c": {"grip": -1.0}},
     }
     ranked = standings(by_hand, greater())
     assert {one.cueing: one.ranks for one in ranked} == {"a": (1, 2), "b": (2, 1), "c": (3, 3)}
-    # both have rank 1.5: a is worse than the best by 8/4 + 3/1, b by 8/2 + 3/3
+    # both have rank 1.5: a is behind the best by 8/4 + 3/2, b by 8/2 + 3/3
     assert [one.cueing for one in ranked] == ["a", "b", "c"]
     by_hand["y"]["a"] = {"grip": 0.5}
     assert [one.cueing for one in standings(by_hand, greater())] == ["b", "a", "c"]
@@ -117,5 +112,6 @@ def test_the_reason_says_less_where_greater_is_better() -> None:
     scenarios = {"x": {"a": {"grip": 4.0}, "b": {"grip": 3.0}, "c": {"grip": 8.0, "violations": 1}}}
     (text,) = why(scenarios, standings(scenarios, greater()), greater())
     assert text == (
-        "x: a is best, grip 4; b has 25 % less. c has a greater one, 8, and is ruled out: a hard limit was passed."
+        "x: a is best, grip 4; b has 25 % less. c has a greater one, 8, and is ruled out: a hard limit was "
+        "passed."
     )
