@@ -53,8 +53,8 @@ def test_a_column_is_told_in_degrees_where_it_turns() -> None:
     column = MEASURES["rate_rmse"].columns[0]
     assert column.heading == "Yaw rate error [deg/s]"
     assert column.number({"yaw": 0.1}) == pytest.approx(0.1)
-    assert column.shown({"yaw": 0.1}) == pytest.approx(5.729578)
-    assert column.shown(None) is None
+    assert column.in_degrees(0.1) == pytest.approx(5.729578)
+    assert column.in_degrees(column.number(None)) is None
 
 
 def smoothness(run: Run) -> float:

@@ -4,7 +4,8 @@ import pytest
 
 from otolith.core.errors import InputError
 from otolith.metrics import Better, Column, Measure
-from otolith.report.overview import USE
+from otolith.report.comparison import ranking_table
+from otolith.report.overview import USE, trade_panel
 from otolith.report.ranking import (
     Criterion,
     criteria,
@@ -115,3 +116,20 @@ def test_the_reason_says_less_where_greater_is_better() -> None:
         "x: a is best, grip 4; b has 25 % less. c has a greater one, 8, and is ruled out: a hard limit was "
         "passed."
     )
+
+
+def test_what_turns_is_ranked_in_radians_and_told_in_degrees() -> None:
+    rate = criterion_named("rate", ["yaw"])
+    scenarios = {"x": {"a": {"rate_rmse": {"yaw": 0.1}}, "b": {"rate_rmse": {"yaw": 0.2}}}}
+    ranked = standings(scenarios, rate)
+    assert ranked[0].as_json()["values"] == [pytest.approx(0.1)]
+    assert why(scenarios, ranked, rate) == [
+        "x: a is best, yaw rate error (RMSE) 5.73 deg/s; b has 100 % more."
+    ]
+    assert "11.46" in ranking_table(ranked, ["x"], rate)
+    assert "Yaw rate error (RMSE) [deg/s] in each cell, smaller is better." in ranking_table(
+        ranked, ["x"], rate
+    )
+    panel = trade_panel(scenarios["x"], rate)
+    assert panel.axes[0].label == "Yaw rate error (RMSE) [deg/s]"
+    assert [float(curve.y[0]) for curve in panel.curves[:2]] == pytest.approx([5.729578, 11.459156])

@@ -63,9 +63,8 @@ class Column:
         """The number of a measure's value, SI; None where there is no value."""
         return None if value is None else self.of(value)
 
-    def shown(self, value: Any) -> Any:
-        """The number in the unit of `heading`."""
-        number = self.number(value)
+    def in_degrees(self, number: Any) -> Any:
+        """The number in the unit of `heading`; None stays None."""
         return math.degrees(number) if number is not None and "rad" in (self.unit or "") else number
 
 

@@ -131,7 +131,7 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Crit
             note = f"hard limits passed {tables.number(broken)}×, " if broken else ""
             note += f"rank {rank}" + (", tied" if shared else "")
             kind = " class=out" if broken else (" class=best" if rank == 1 else "")
-            cells.append(f"<td{kind}>{tables.number(value)}<small>{note}</small></td>")
+            cells.append(f"<td{kind}>{tables.number(by.shown(value))}<small>{note}</small></td>")
         rows.append((escape(one.cueing), cells))
     rule = (
         f'<p class="note">{escape(by.label)} in each cell, {by.better} is better. '

@@ -98,7 +98,7 @@ def trade_panel(summaries: ByCueing, by: Criterion, *, of: str = "") -> Panel:
             Curve(
                 label=f"{name} (passed a hard limit)" if beyond else name,
                 x=np.array([USE.of(summary)]),
-                y=np.array([by.of(summary)]),
+                y=np.array([by.shown(by.of(summary))]),
                 color=palette.VERMILION if beyond else kept[k % len(kept)],
                 kind="marks",
             )
@@ -142,7 +142,7 @@ def _overview(key: str, by: Criterion, scenarios: Mapping[str, ByCueing]) -> Pan
         curves.append(
             Curve(
                 label=scenario,
-                x=np.array([by.of(summaries[name]) for name in names]),
+                x=np.array([by.shown(by.of(summaries[name])) for name in names]),
                 y=np.arange(len(names), dtype=np.float64),
                 color=palette.CYCLE[k % len(palette.CYCLE)],
                 kind="marks",

@@ -14,7 +14,7 @@ from typing import Any, Final
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import PAIRS
 from otolith.metrics import MEASURES, Better, Column, Measure
-from otolith.metrics.measure import Summary
+from otolith.metrics.measure import Summary, in_degrees
 
 ByCueing = Mapping[str, Summary]  # the summaries of one scenario
 _EQUAL: Final = 1e-9  # measures closer than this, relative to them, are equal
@@ -34,8 +34,8 @@ class Criterion:
 
     @property
     def unit(self) -> str:
-        """Unit of the number, SI."""
-        return self.column.unit or ""
+        """Unit in which pages show the number: what turns, in degrees."""
+        return in_degrees(self.column.unit)
 
     @property
     def label(self) -> str:
@@ -48,9 +48,13 @@ class Criterion:
         return self.measure.better
 
     def of(self, summary: Summary) -> float:
-        """The number of a run; NaN where its summary does not hold it."""
+        """The number of a run, SI; NaN where its summary does not hold it."""
         value = self.column.number(summary.get(self.measure.name))
         return math.nan if value is None else float(value)
+
+    def shown(self, number: float) -> float:
+        """A number that `of` gives, in `unit`."""
+        return float(self.column.in_degrees(number))
 
 
 def criterion(name: str, head: str) -> Criterion:

@@ -45,7 +45,7 @@ def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing],
     order = sorted(ranked, key=lambda one: one.ranks[k])
     best = [one for one in order if one.ranks[k] == 1]
     after = order[len(best)] if len(order) > len(best) else None
-    value = f"{by.words[0].lower()}{by.words[1:]} {best[0].values[k]:.3g} {by.unit}".rstrip()
+    value = f"{by.words[0].lower()}{by.words[1:]} {by.shown(best[0].values[k]):.3g} {by.unit}".rstrip()
     if len(best) > 1:
         text = f"{scenario}: {_listed([one.cueing for one in best])} tie for the first place, {value}"
     else:
@@ -68,7 +68,7 @@ def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Crit
         percent = f"{100.0 * more:.0f}" if more > 0.1 else f"{100.0 * more:.2g}"
         lead = f"; {after.cueing} has {size}{percent} % {word}"
     else:
-        lead = f"; {after.cueing} has {other:.3g}"
+        lead = f"; {after.cueing} has {by.shown(other):.3g}"
     took = [_took(of_one[one.cueing]) for one in (best, after)]
     if not all(took):
         return lead
@@ -93,7 +93,9 @@ def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standi
         mine, other = one.values[k], best.values[k]
         if one.broken[k] and (mine > other if by.better is Better.HIGHER else mine < other):
             first = next(iter(breaches(of_one[one.cueing])), "a hard limit was passed")
-            said.append(f" {one.cueing} has a {by.better} one, {mine:.3g}, and is ruled out: {first}.")
+            said.append(
+                f" {one.cueing} has a {by.better} one, {by.shown(mine):.3g}, and is ruled out: {first}."
+            )
     return "".join(said)
 
 

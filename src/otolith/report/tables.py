@@ -77,7 +77,7 @@ def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
         if all(summary.get(measure.name) is None for summary in summaries):
             continue
         for column in (one for one in measure.columns if one.head):
-            numbers = [column.shown(value) for value in values]
+            numbers = [column.in_degrees(column.number(value)) for value in values]
             heads.append(column.heading)
             cells.append(_column(numbers, (measure.name,), better=measure.better))
             if column.against:
