@@ -14,6 +14,7 @@ import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from otolith import __version__  # noqa: E402
+from otolith.cli import plugins  # noqa: E402
 from otolith.cli.given import refuse_lost  # noqa: E402
 from otolith.core.errors import OtolithError  # noqa: E402
 
@@ -53,10 +54,6 @@ COMMANDS: Final = {
         "tune:tune_",
         "Find constant washout weights of the implicit MPC that track the scenarios with little travel.",
     ),
-    "reproduce": (
-        "reproduce:reproduce_",
-        "Compute tables and figures of the thesis again, and put the published numbers beside ours.",
-    ),
     "bench": (
         "bench:bench_",
         "Time one full real-time-iteration step of every QP engine on the same recorded problems.",
@@ -69,7 +66,14 @@ COMMANDS: Final = {
 
 
 def program(called: str) -> typer.Typer:
-    """The command line, of which one command is imported and the others are names with a line of help."""
+    """The command line, of which one command is imported and the others are names with a line of help.
+
+    What other distributions add is looked for only where the command that is called is not our own.
+    """
+    own = called in COMMANDS
+    others = {} if own else plugins.commands()
+    if not own and called not in others:
+        plugins.refuse_absent(called)
     app = typer.Typer(
         name="otolith",
         help="Motion cueing for driving simulators: run, compare and judge cueing algorithms. Works offline, "
@@ -79,14 +83,20 @@ def program(called: str) -> typer.Typer:
         rich_markup_mode=None,  # texts are shown as they are: to rich, [km/h] would be markup
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    app.callback()(_options)
+    app.callback(epilog=None if own else plugins.shadowed(COMMANDS))(_options)
     for name, (target, line) in COMMANDS.items():
-        command = imported(target) if name == called else _uncalled
-        if isinstance(command, typer.Typer):
-            app.add_typer(command, name=name)
-        else:
-            app.command(name, help=line if command is _uncalled else None, short_help=line)(command)
+        _add(app, name, imported(target) if name == called else _uncalled, line)
+    for name, entry in others.items():
+        if name not in COMMANDS:
+            _add(app, name, plugins.load(entry) if name == called else _uncalled, plugins.help_line(entry))
     return app
+
+
+def _add(app: typer.Typer, name: str, command: Any, line: str) -> None:
+    if isinstance(command, typer.Typer):
+        app.add_typer(command, name=name)
+    else:
+        app.command(name, help=line if command is _uncalled else None, short_help=line)(command)
 
 
 def _options(

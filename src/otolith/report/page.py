@@ -67,8 +67,9 @@ def page(
 
 @cache
 def asset(name: str) -> str:
-    """A file that pages carry within."""
-    return (files("otolith.report") / "assets" / name).read_text(encoding="utf-8")
+    """A file that pages carry within: one of Otolith's by its name, another package's as "package:name"."""
+    package, _, own = name.rpartition(":")
+    return (files(package or "otolith.report") / "assets" / own).read_text(encoding="utf-8")
 
 
 def keyed(parts: Sequence[Part]) -> dict[str, Part]:

@@ -1,0 +1,170 @@
+"""What the thesis does not print, tried: the terminal weight, ACADO's regularisation, how the solver starts.
+
+Each variant changes one thing of the implicit MPC, so that its effect can be told from all others.
+"""
+
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib import import_module
+from importlib.util import find_spec
+from io import StringIO
+from typing import Any, Final, cast
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.cueing.mpc.guess import Guess
+from otolith.cueing.mpc.problem import Problem
+from otolith.qp.certificate import kkt_residual
+from otolith.qp.condensed import CondensedSolver
+from otolith.qp.dense import DenseSolver
+from otolith.qp.engines import CondensedEngine, StageMemory, expand
+from otolith.qp.problem import Qp, Solution, Status
+from otolith.qp.stage import OnRequest, StageProblem, StageSolution
+
+_REST: Final = 1e-12  # of a gradient at z = 0, below which nothing is asked for
+QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)
+ACADO: Final = "acado"  # solver of a loop: qpOASES's way as ACADO starts it, see `otolith_thesis.parametric`
+
+
+def has_qpoases() -> bool:
+    """Whether the thesis's own solver can be run."""
+    return find_spec("casadi") is not None
+
+
+class Start(StrEnum):
+    """Where the active-set method starts from."""
+
+    PREVIOUS = "previous"  # the last answer's working set, as it was
+    SHIFTED = "shifted"  # the same, one stage on
+    COLD = "cold"  # nothing active
+
+
+class StartedEngine:
+    """The dense engine, started from a chosen working set."""
+
+    def __init__(self, problem: StageProblem, *, start: Start, **options: Any) -> None:
+        self._engine, self._start = CondensedEngine(problem, **options), start
+        self.memory = self._engine.memory
+        self._set = np.zeros(self.memory.lower.shape, dtype=np.int64)
+
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Solve what lies in the memory."""
+        del start, hint
+        begin = self._set if self._start is Start.SHIFTED else np.zeros_like(self._set)
+        solution = self._engine.run(begin)
+        self._set = np.vstack([solution.working_set[1:], solution.working_set[-1:]])
+        return solution
+
+    def reset(self) -> None:
+        """Forget the last answer."""
+        self._engine.reset()
+        self._set[:] = 0
+
+
+class _WarmQpOases:
+    """qpOASES (Ferreau et al., 2014) through casadi, which keeps it and hot-starts every further solve."""
+
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance = tolerance
+        self._solver: Any = None
+
+    def solve(self, qp: Qp, start: Ints) -> Solution:
+        """Solve from qpOASES's own last working set; `start` is not its kind."""
+        del start
+        b, none = qp.bounds, np.full(len(qp.g) - qp.bounds, np.inf)
+        with redirect_stdout(StringIO()):  # it prints its notice at any level, where results may be wanted
+            solver = self._solver = self._solver or self._made(qp)
+            found = solver(
+                h=qp.H,
+                g=qp.g,
+                a=qp.A,
+                lba=qp.lower[b:],
+                uba=qp.upper[b:],
+                lbx=np.concatenate([qp.lower[:b], -none]),
+                ubx=np.concatenate([qp.upper[:b], none]),
+            )
+        z, of_rows, of_bounds = (np.asarray(found[name].full()).ravel() for name in ("x", "lam_a", "lam_x"))
+        y = np.concatenate([of_bounds[:b], of_rows])
+        residual = kkt_residual(qp, z, y)
+        if np.max(np.abs(qp.g)) < _REST and not y.any():  # its accuracy is absolute, and this is rest
+            residual = float(np.max(np.abs(qp.H @ z + qp.g)))
+        status = Status.OPTIMAL if residual < self.tolerance else Status.UNCERTIFIED
+        return Solution(status, z, y, int(solver.stats()["iter_count"]), residual)
+
+    def _made(self, qp: Qp) -> Any:
+        casadi = import_module("casadi")
+        sparsity = {name: casadi.Sparsity.dense(*M.shape) for name, M in (("h", qp.H), ("a", qp.A))}
+        return casadi.conic(
+            "hot", "qpoases", sparsity, {"printLevel": "none", "error_on_fail": False, "sparse": False}
+        )
+
+
+class QpOasesEngine:
+    """The thesis's own solver on the condensed problem, hot-started (Table D.1); needs casadi."""
+
+    def __init__(self, problem: StageProblem, *, tolerance: float, blocks: tuple[int, ...] = ()) -> None:
+        self._problem, self._tolerance = problem, 10.0 * tolerance  # what its default accuracy reaches
+        self.memory = CondensedEngine(problem, tolerance=tolerance, blocks=blocks).memory
+        self.reset()
+
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Solve what lies in the memory."""
+        del start, hint
+        return self._solver.solve(expand(self._problem, self.memory))
+
+    def reset(self) -> None:
+        """Forget the last answer."""
+        dense = cast(DenseSolver, _WarmQpOases(self._tolerance))  # the same one method
+        self._solver = CondensedSolver(self._problem, dense)
+
+
+class TerminalWeight:
+    """A problem whose last stage counts `factor` times (eq. 4.6 names a terminal cost, no weight)."""
+
+    def __init__(self, problem: Problem, factor: float) -> None:
+        self._problem, self._factor = problem, factor
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._problem, name)
+
+    def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
+        """Write as the problem does, then weigh the last stage."""
+        self._problem.write(memory, x, plan, wanted, u_ref)
+        memory.output[-1] *= np.sqrt(self._factor)
+        memory.error[-1] *= np.sqrt(self._factor)
+        memory.state_weight[-1] *= self._factor
+
+
+@dataclass(frozen=True, slots=True)
+class Damped:
+    """A guess as control reference, with ACADO's Levenberg-Marquardt term λ‖u − u_plan‖² in it.
+
+    R‖u − g‖² + λ‖u − p‖² has the minimiser of (R + λ)‖u − (R g + λ p)/(R + λ)‖²: the term draws the
+    controls to the previous plan p like a reference (Table D.1: λ = 1e-4, a tenth of R).
+    """
+
+    guess: Guess
+    control_weight: float  # R
+    damping: float  # λ
+
+    @property
+    def active(self) -> bool:
+        """Whether the guess within is asked for."""
+        return self.guess.active
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self.guess.reset()
+
+    def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
+        """Mix guess and previous plan; None where a guess was wanted and could not be had."""
+        inner = self.guess.controls(x, wanted, plan)
+        if inner is None and self.active:
+            return None
+        about = np.zeros_like(plan) if inner is None else inner
+        mixed: Mat = (self.control_weight * about + self.damping * plan) / (
+            self.control_weight + self.damping
+        )
+        return mixed
