@@ -28,6 +28,17 @@ FACTOR = 1.0
 def double(x):
     return 2.0 * x
 """
+TAKER = """
+from otolith.core.jit import kernel
+
+@kernel
+def pair_of(pair):
+    return pair.x
+
+@kernel
+def half_of(pair):
+    return 0.5 * pair.x
+"""
 
 
 def package(folder: Path) -> Path:
@@ -40,19 +51,24 @@ def package(folder: Path) -> Path:
     return small
 
 
-def run(small: Path, *, first: str = "call", cache: Path | None = None) -> tuple[float, int]:
-    """What the caller returns in a process of its own, and how often its code came from the cache."""
+def python(code: str, small: Path, cache: Path | None = None) -> str:
+    """What a program that knows the package prints in a process of its own."""
     source = Path(otolith.__file__).parents[1]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(small.parent), str(source)])}
     if cache is not None:
         environment["NUMBA_CACHE_DIR"] = str(cache)
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def run(small: Path, *, first: str = "call", cache: Path | None = None) -> tuple[float, int]:
+    """What the caller returns in a process of its own, and how often its code came from the cache."""
     code = (
         "from small.caller import call; from small.callee import double;"
         f"{first}(1.0); print(call(1.0), sum(call.stats.cache_hits.values()))"
     )
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    value, hits = done.stdout.split()
+    value, hits = python(code, small, cache).split()
     return float(value), int(hits)
 
 
@@ -78,6 +94,21 @@ def test_code_of_functions_that_moved_is_removed(tmp_path: Path) -> None:
         assert run(small) == (2.0, 0)
     kept = sorted(path.suffix for path in (small / "__pycache__").glob("caller.*.nb?"))
     assert kept == [".nbc", ".nbi"]
+
+
+@pytest.mark.parametrize("called", ["pair_of", "half_of"])
+def test_code_for_a_type_whose_module_was_moved_is_made_anew(tmp_path: Path, called: str) -> None:
+    """As after a `git pull`: what is kept names a module that is gone; what was compiled has not changed."""
+    small = package(tmp_path)
+    (small / "caller.py").write_text(TAKER)
+    (small / "old.py").write_text("from typing import NamedTuple\nclass Pair(NamedTuple):\n    x: float\n")
+    take = "from small.caller import *; from small.{} import Pair; print({}(Pair(6.0)))"
+    assert python(take.format("old", "pair_of"), small) == "6.0"
+    (small / "old.py").rename(small / "new.py")
+    for _ in range(2):
+        assert float(python(take.format("new", called), small)) == {"pair_of": 6.0, "half_of": 3.0}[called]
+    count = f"{called}.stats.cache_hits.values()"
+    assert python(f"{take.format('new', called)}; print(sum({count}))", small).split()[1] == "1"
 
 
 def test_what_another_numba_has_written_is_left_alone(tmp_path: Path) -> None:

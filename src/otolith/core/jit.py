@@ -22,6 +22,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _FREEDOMS: Final = {"contract", "nsz", "reassoc", "arcp"}  # of fast-math, those that keep NaN and infinity
 
+# What unpickling raises where the code kept is for a type whose module or class was moved since.
+_MOVED: Final = (ImportError, AttributeError)
 _swept: set[tuple[str, str]] = set()  # folders and modules whose stale code this process has removed
 
 
@@ -111,7 +113,11 @@ class SourceCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Machine code of a signature, or None; the stamp is made when it is first asked for."""
         self._stamp()
-        return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except _MOVED:
+            _remove(Path(self._cache_file._index_path))
+            return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the machine code of a signature, after what the module kept under other stamps is removed."""
@@ -130,16 +136,26 @@ class SourceCache(FunctionCache):
         _swept.add((folder, stem))
         for index in Path(folder).glob(f"{stem}.*.nbi"):
             if _stamp_of(index) not in (None, self._cache_file._source_stamp):
-                for stale in (*index.parent.glob(f"{index.stem}.*.nbc"), index):
-                    stale.unlink(missing_ok=True)
+                _remove(index)
+
+
+def _remove(index: Path) -> None:
+    """Remove an index of numba's, and the machine code that it lists."""
+    for stale in (*index.parent.glob(f"{index.stem}.*.nbc"), index):
+        stale.unlink(missing_ok=True)
 
 
 def _stamp_of(index: Path) -> Any:
-    """The stamp in an index of numba's; None when another version of numba wrote it, or it is damaged."""
+    """The stamp in an index of numba's; None when another version of numba wrote it, or it is damaged.
+
+    An index that names a type which was moved or renamed has the stamp "", which no source has.
+    """
     try:
         with index.open("rb") as file:
             if pickle.load(file) != numba.__version__:  # noqa: S301 (numba loads the same file)
                 return None
             return pickle.load(file)[0]  # noqa: S301
+    except _MOVED:
+        return ""
     except (OSError, EOFError, pickle.UnpicklingError):
         return None
