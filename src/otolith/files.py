@@ -13,7 +13,7 @@ import numpy as np
 
 from otolith.core.disk import TABLE_BYTES, read_text, whole, write_text
 from otolith.core.errors import CorruptFile, InputError, one_of
-from otolith.core.folders import check_file, check_folder, enlist, whole_folder
+from otolith.core.folders import PICTURES, check_file, check_folder, enlist, whole_folder
 from otolith.core.hdf5 import read_sealed, write_sealed
 from otolith.cueing.washout.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.logfiles import recorded
@@ -29,9 +29,9 @@ if TYPE_CHECKING:  # roads and cars are imported on use: most commands have none
     from otolith.vehicle import Car, Lap, Road
 
 __all__ = [
+    "PICTURES",
     "check_file",
     "check_folder",
-    "check_lap_name",
     "enlist",
     "read_car",
     "read_hint",
@@ -103,17 +103,11 @@ def read_car(name_or_path: str) -> "Car":
     return parse_car(read_text(path, "car"), path.name)
 
 
-def check_lap_name(path: Path) -> None:
-    """Refuse, before any work, a name that `write_lap` could not use."""
-    if path.suffix.lower() not in (".csv", ".h5"):
-        raise InputError("file for the drive", path.name, "a name that ends in .csv or .h5")
-
-
 def write_lap(lap: "Lap", path: Path) -> None:
     """Store a drive as CSV, or as HDF5 with one data set per column; `read_log` reads either."""
     from otolith.vehicle.lap import COLUMNS
 
-    check_lap_name(path)
+    check_file(path, ".csv", ".h5")
     data = lap.columns()
     if path.suffix.lower() == ".csv":
         with whole(path) as temporary:

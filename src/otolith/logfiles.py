@@ -7,6 +7,7 @@ from typing import Final
 from otolith import registry
 from otolith.core.disk import read_bytes
 from otolith.core.errors import InputError, damage_told
+from otolith.scenarios.blocks import has_blocks, parse_blocks
 from otolith.scenarios.columns import recognise
 from otolith.scenarios.erg import parse_erg
 from otolith.scenarios.jsonlog import looks_like_json, parse_json
@@ -51,8 +52,11 @@ def recorded(
     if found is None:
         text, notes = decode(_text(path), path.name)
         if not (path.suffix.lower() in JSON or looks_like_json(text)):
-            return split(text, path.name, notes, header=header, units=units)
-        found = parse_json(text, path.name)
+            if not has_blocks(text):
+                return split(text, path.name, notes, header=header, units=units)
+            found = parse_blocks(text, path.name, notes)
+        else:
+            found = parse_json(text, path.name)
     for option, line in (("--header", header), ("--units", units)):
         if line is not None:
             raise InputError(option, "given", f"left out, for {path.name} is no table of text")

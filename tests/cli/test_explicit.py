@@ -90,3 +90,11 @@ def test_wrong_options_are_one_sentence(
     done(["explicit", "build", "--out", str(tmp_path / "law.h5"), *arguments], code=2)
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "law.h5").exists()
+
+
+@pytest.mark.parametrize("command", ["explicit", "hint"])
+def test_a_law_or_hint_that_could_not_be_read_by_its_name_is_refused(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done([command, "build", "--out", str(tmp_path / "law.txt")], code=2)
+    assert "law.txt, must be a name that ends in .h5" in capsys.readouterr().err

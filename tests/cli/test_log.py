@@ -155,3 +155,14 @@ def test_a_wrong_word_is_one_sentence(
 def test_options_for_logs_are_refused_without_one(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("run", "sine-1", "--axes", "sae", "--events", "cut") == 2
     assert "--axes and --events is given, must be used together with --log" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "endings"),
+    [("--out", "picture", ".pdf or .png or .svg"), ("--save-mapping", "map.csv", ".toml")],
+)
+def test_a_name_with_the_wrong_ending_is_refused_before_the_log_is_read(
+    folder: Path, capsys: pytest.CaptureFixture[str], option: str, name: str, endings: str
+) -> None:
+    assert run("log", "check", "absent.csv", option, name) == 2
+    assert f"name of the output is {name}, must be a name that ends in {endings}" in capsys.readouterr().err

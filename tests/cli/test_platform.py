@@ -109,7 +109,7 @@ def test_the_template_of_legs_keeps_what_it_promises() -> None:
     [
         ([], "--legs, --axes is missing, must be one of the two"),
         (["--legs", "--axes"], "--legs, --axes is both given, must be one of the two"),
-        (["--legs", "--out", "rig.txt"], "--out is 'rig.txt', must be a file that ends in .toml"),
+        (["--legs", "--out", "rig.txt"], "name of the output is rig.txt, must be a name that ends in .toml"),
     ],
 )
 def test_a_new_file_needs_its_kind(

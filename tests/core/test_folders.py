@@ -125,3 +125,10 @@ def test_places_that_cannot_be_replaced_are_refused(tmp_path: Path, monkeypatch:
     with pytest.raises(InputError, match="not writable"):
         folders.check_file(tmp_path / "file" / "law.h5")
     folders.check_file(tmp_path / "new" / "law.h5")
+
+
+def test_a_name_that_could_not_be_read_again_is_refused(tmp_path: Path) -> None:
+    folders.check_file(tmp_path / "LAW.H5", ".h5")
+    told = r"law\.txt, must be a name that ends in \.csv or \.h5"
+    with pytest.raises(InputError, match=told):
+        folders.check_file(tmp_path / "law.txt", ".csv", ".h5")

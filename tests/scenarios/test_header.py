@@ -68,14 +68,21 @@ def test_whatever_stands_before_the_table_is_not_read(junk: list[str], units: bo
         (
             lines("t,ax"),
             "number of names in line 1 of log.csv is 2, must be 3, as in the rows from line 2 on "
-            "(state the line of the names with --header LINE)",
+            "(complete that line, or state the line of the names with --header LINE)",
         ),
         (
             lines("Title", "t,ax,ay,az", ""),
             "number of names in line 2 of log.csv is 4, must be 3, as in the rows from line 4 on "
-            "(state the line of the names with --header LINE)",
+            "(complete that line, or state the line of the names with --header LINE)",
         ),
-        (lines("t,ax,ay", rows=[*ROWS, "0.4,0.5"]), "number of values in line 6 of log.csv is 2, must be 3"),
+        (
+            lines("t,ax,ay", rows=[*ROWS, "0.4,0.5", *ROWS]),
+            "number of values in line 6 of log.csv is 2, must be 3",
+        ),
+        (
+            lines("t,ax,ay", rows=[*ROWS, "0.4,0.5,1,2"]),
+            "number of values in line 6 of log.csv is 4, must be 3",
+        ),
         (lines("t,ax,ay", "0.0,0.1", rows=ROWS), "number of values in line 2 of log.csv is 2, must be 3"),
         (["t,ax", "a,b"], "number of rows in log.csv is 0, must be at least 2"),
     ],
@@ -84,6 +91,47 @@ def test_the_line_to_blame_is_named(text: list[str], sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         split("\n".join(text), "log.csv")
     assert str(caught.value).startswith(sentence)
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\n\n"])
+@pytest.mark.parametrize("torn", ["0.4", "0.4,0.5", "0.4,"])
+def test_a_last_row_that_was_torn_off_is_left_out_and_said(torn: str, end: str) -> None:
+    table = split("\n".join(lines("t,ax,ay", rows=[*ROWS, torn])) + end, "log.csv")
+    assert table.body == ROWS
+    cells = torn.count(",") + 1
+    assert f"log.csv: the last row, line 6, is torn: {cells} of 3 cells; left out" in table.notes
+
+
+@pytest.mark.parametrize("mark", [",", " ", "\t", ";"])
+@pytest.mark.parametrize("quote", ["", '"'])
+@pytest.mark.parametrize("header", [None, 1])
+def test_numbers_of_rows_need_no_name_as_r_writes_them(mark: str, quote: str, header: int | None) -> None:
+    names = mark.join(f"{quote}{name}{quote}" for name in ("t", "ax", "ay"))
+    rows = [f"{quote}{i}{quote}{mark}{row.replace(',', mark)}" for i, row in enumerate(ROWS, 7)]
+    table = split("\n".join([names, *rows]), "log.csv", header=header)
+    assert table.names == ["row", "t", "ax", "ay"]
+    assert [list(map(float, row.split(table.delimiter)))[1:] for row in table.body] == [
+        list(map(float, row.split(","))) for row in ROWS
+    ]
+
+
+def test_values_without_a_name_are_no_numbers_of_rows() -> None:
+    with pytest.raises(InputError, match=r"number of names in line 1 of log\.csv is 2, must be 3"):
+        split("\n".join(["t,ax", "0,0.1,1", "50,0.2,2", "100,0.3,3"]), "log.csv")
+
+
+@pytest.mark.parametrize(("e", "mark"), [("D", ","), ("d", " "), ("D", ";")])
+def test_exponents_of_fortran_are_read(e: str, mark: str) -> None:
+    rows = [mark.join(f"{float(c):.3E}".replace("E", e) for c in row.split(",")) for row in ROWS]
+    table = split("\n".join([mark.join(("t", "ax", "ay")), *rows]), "log.csv")
+    read = [list(map(float, line.split(table.delimiter))) for line in table.body]
+    assert read == [list(map(float, row.split(","))) for row in ROWS]
+
+
+def test_units_in_cells_reach_their_columns() -> None:
+    rows = ["0.0 s,0.1 g,1", "0.1 s,0.2 g,2", "0.2 s,,3"]
+    table = split("\n".join(["time,ax,ay", *rows]), "log.csv")
+    assert (table.units, table.body) == (["s", "g", ""], ["0.0,0.1,1", "0.1,0.2,2", "0.2,,3"])
 
 
 def test_a_user_states_the_lines_where_the_guess_fails() -> None:

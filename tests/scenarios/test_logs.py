@@ -280,3 +280,8 @@ def test_reading_is_fast() -> None:
     started = time.process_time()
     assert len(parse_log("t,ax,ay\n" + rows, "log.csv").t) == n
     assert time.process_time() - started < 3.0
+
+
+def test_a_file_whose_end_was_never_written_is_read() -> None:
+    written = text("t,ax", T, AX)
+    assert decode(written.encode() + b"\0" * 5000, "log.csv")[0] == written

@@ -69,8 +69,7 @@ def drive_(
     if roughness is not None:
         way = roughened(way, roughness, np.random.default_rng(seed))
     path = out or Path("out") / f"{way.name}-{speed:g}.csv"
-    files.check_lap_name(path)
-    files.check_file(path)
+    files.check_file(path, ".csv", ".h5")
     with working(console, "driving; the car is compiled on first use (10 to 20 s), then cached"):
         lap = drive(
             way.limited(speed / 3.6),

@@ -70,7 +70,7 @@ def build(
         raise InputError("--tolerance", tolerance, "greater than 0 and less than 0.1")
     console = screen()
     description = files.read_platform(platform)
-    files.check_file(out)
+    files.check_file(out, ".h5")
     with working(console, "preparing; kernels are compiled on first use (about 15 s), then cached") as tell:
         law = joint_law(
             description,

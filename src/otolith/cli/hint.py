@@ -63,7 +63,7 @@ def build_(
     console = screen()
     described, pairs = files.read_platform(platform), pairs_named(dofs)
     settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
-    files.check_file(out)
+    files.check_file(out, ".h5")
     with working(console, "preparing; kernels are compiled on first use (10 to 30 s), then cached") as tell:
         hint = build(
             described,

@@ -63,8 +63,9 @@ def check(
     }
     chosen |= {"offsets": offsets, "mapping": mapping, "dofs": dofs}
     picture = out or Path("out") / f"{file.stem}-check.png"
-    for place in (picture, save_mapping or picture):
-        files.check_file(place)
+    files.check_file(picture, *files.PICTURES)
+    if save_mapping is not None:
+        files.check_file(save_mapping, ".toml")
     understood = files.understand_log(file, log_settings(chosen))
     from otolith.report.drive_log import log_figure, log_summary
     from otolith.report.figures import save_figure

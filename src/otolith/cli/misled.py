@@ -35,7 +35,7 @@ def map_(
     drive = _drive(result, log)
     cues = sorted(false_cues(result, threshold=threshold), key=lambda cue: -cue.integral)
     picture = out or run.with_name("map.png")
-    files.check_file(picture)
+    files.check_file(picture, *files.PICTURES)
     from otolith.report.figures import save_figure
     from otolith.report.lap import Marked, false_cue_map
 

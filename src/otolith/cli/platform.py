@@ -73,8 +73,7 @@ def new(
     if out is None:
         typer.echo(text, nl=False)
         return
-    if out.suffix != ".toml":
-        raise InputError("--out", repr(str(out)), "a file that ends in .toml")
+    files.check_file(out, ".toml")
     if out.exists() and not force:
         raise InputError(f"file {out}", "there already", "another one, or --force")
     files.write_text(out, text)

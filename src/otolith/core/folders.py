@@ -17,6 +17,7 @@ from otolith.core.disk import NotWritten, part_prefix, sweep, write_text
 from otolith.core.errors import InputError
 
 LIST: Final = ".otolith"  # name of the list: a line that names the command, then one file a line
+PICTURES: Final = (".pdf", ".png", ".svg")  # endings of the figures that can be drawn
 _TOLD: Final = 3  # names of foreign files that a sentence quotes
 
 
@@ -45,13 +46,19 @@ def check_folder(folder: Path, *, command: str, force: bool = False) -> None:
         )
 
 
-def check_file(path: Path) -> None:
-    """Refuse, before any work is done, a file that could not be written.
+def check_file(path: Path, *endings: str) -> None:
+    """Refuse, before any work is done, a file that could not be written, or not be read again by its name.
+
+    Parameters
+    ----------
+    endings : of the names that the file may have, with their dots, in lower case; none: any.
 
     Raises
     ------
-    InputError : it is a folder, or its own folder is not writable.
+    InputError : its name ends otherwise, it is a folder, or its own folder is not writable.
     """
+    if endings and path.suffix.lower() not in endings:
+        raise InputError("name of the output", str(path), f"a name that ends in {' or '.join(endings)}")
     if path.is_dir():
         raise InputError(f"output {path}", "a folder", "a file, or the name of one to make")
     _check_writable(path.parent)

@@ -19,6 +19,7 @@ from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 
 from otolith.core.errors import InputError
+from otolith.core.folders import PICTURES
 from otolith.report.motion import motion_comparison, motion_panels
 from otolith.report.overview import false_cue_panels, overview_panels, use_panel
 from otolith.report.panels import (
@@ -48,7 +49,6 @@ NAME: Final = 110.0  # [pt] that a row's name may take, with the gaps around it
 BESIDE: Final = 34.0  # [pt] of ticks and margin
 FONT: Final = 7.0  # [pt]
 SMALL: Final = 6.5  # [pt] in legends
-FORMATS: Final = (".pdf", ".png", ".svg")
 DASHES: Final[dict[str, Any]] = {
     "solid": "-",
     "dash": (0, (4, 1.8)),
@@ -100,8 +100,8 @@ def save_figure(figure: Figure, path: Path) -> None:
     InputError : the name ends otherwise.
     """
     suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        raise InputError("figure file", path.name, f"a name that ends in {', '.join(FORMATS)}")
+    if suffix not in PICTURES:
+        raise InputError("figure file", path.name, f"a name that ends in {', '.join(PICTURES)}")
     stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(suffix)
     with mpl.rc_context({"pdf.fonttype": 42, "svg.hashsalt": "otolith"}):  # journals refuse type 3
         figure.savefig(path, dpi=300, metadata=stamp)

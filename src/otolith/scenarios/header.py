@@ -9,9 +9,11 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 from otolith.core.errors import InputError
+from otolith.scenarios.inscribed import measured
 from otolith.scenarios.units import canonical, is_unit
 from otolith.scenarios.words import parted, tells
 
@@ -54,6 +56,11 @@ def is_number(text: str, *, comma: bool = False) -> bool:
     return "_" not in text
 
 
+def is_value(text: str, *, comma: bool = False) -> bool:
+    """Whether a cell is a number, alone or with a unit behind it."""
+    return is_number(text, comma=comma) or measured(text) is not None
+
+
 def find(lines: Sequence[str], source: str, header: int | None = None, units: int | None = None) -> Place:
     """Find the table in a text.
 
@@ -73,9 +80,10 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
     delimiter, width, start = _rows(lines, after, source)
     lines = _ended(lines, start, delimiter, width)
     if header is None:
-        at, names = _names(lines[:start], width, delimiter, source, start)
+        at, names = _names(lines, width, delimiter, source, start)
     else:
         at, names = header - 1, _split(lines[header - 1], delimiter, width)
+        names = _with_rows_named(names, lines[start:], width, delimiter)
         if len(names) != width:
             field = f"number of names in line {header} of {source}"
             raise InputError(field, len(names), f"{width}, as many as in the rows from line {start + 1} on")
@@ -141,7 +149,7 @@ def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int
     width = 0
     for line, row in [*rows, (-1, [])]:
         filled = [cell for cell in row if cell]
-        counted = sum(is_number(cell, comma=comma) or bool(_CLOCK.fullmatch(cell)) for cell in filled)
+        counted = sum(is_value(cell, comma=comma) or bool(_CLOCK.fullmatch(cell)) for cell in filled)
         if run and (len(row) != width or not counted):
             run = _without_names(run)
             numbers = sum(c for _, c, _ in run)
@@ -162,13 +170,14 @@ def _without_names(run: list[tuple[int, int, int]]) -> list[tuple[int, int, int]
 
 
 def _names(
-    preamble: Sequence[str], width: int, delimiter: str | None, source: str, start: int
+    lines: Sequence[str], width: int, delimiter: str | None, source: str, start: int
 ) -> tuple[int, list[str]]:
     """The line of that width before the rows that says the most, the last of equals."""
+    preamble = lines[:start]
     found: list[tuple[tuple[float, int], int, list[str]]] = []
     for line, text in enumerate(preamble):
         row = _split(text, delimiter, width)
-        numeric = sum(is_number(cell) for cell in row)
+        numeric = sum(is_value(cell) for cell in row)
         if len(row) == width and 2 * numeric <= width and any(row) and not _is_unit_row(row):
             own = 0.5 * (len(cells(text.lstrip(MARKS + " "), delimiter)) == width)
             found.append(((_says(row) + own, line), line, row))
@@ -181,18 +190,31 @@ def _names(
     if not texts:
         raise InputError(f"line {start + 1} of {source}", "numbers", "the names of the columns")
     nearest = max(texts, key=lambda i: (_says(_split(preamble[i], delimiter, width)), i))
-    count = len(_split(preamble[nearest], delimiter, width))
+    names = _with_rows_named(_split(preamble[nearest], delimiter, width), lines[start:], width, delimiter)
+    if len(names) == width:
+        return nearest, names
     bound = (
-        f"{width}, as in the rows from line {start + 1} on (state the line of the names with --header LINE)"
+        f"{width}, as in the rows from line {start + 1} on (complete that line, or state the line of the "
+        "names with --header LINE)"
     )
-    raise InputError(f"number of names in line {nearest + 1} of {source}", count, bound)
+    raise InputError(f"number of names in line {nearest + 1} of {source}", len(names), bound)
+
+
+def _with_rows_named(names: list[str], rows: Sequence[str], width: int, delimiter: str | None) -> list[str]:
+    """The names, with one for the numbers of the rows if only those have none, as R writes a table."""
+    if len(names) != width - 1:
+        return names
+    counts = [cells(row, delimiter)[0] for row in rows[:WINDOW] if _holds(row)]
+    numbered = all(count.isdecimal() for count in counts)
+    steps = {int(b) - int(a) for a, b in pairwise(counts)} if numbered else set[int]()
+    return ["row", *names] if steps == {1} else names
 
 
 def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], delimiter: str | None) -> int:
     """The first of equal lines of names, if rows of data lie between it and the last one."""
     width = len(_split(preamble[at], delimiter, 0))
     between = [cells(line, delimiter) for line in preamble[same[0] + 1 : at] if _holds(line)]
-    numeric = [row for row in between if len(row) == width and any(map(is_number, row))]
+    numeric = [row for row in between if len(row) == width and any(map(is_value, row))]
     return same[0] if numeric and 2 * len(numeric) > len(between) else at
 
 
@@ -222,7 +244,7 @@ def _beside(
         text = lines[line]
         row = _split(text, delimiter, width)
         passive = len(row) != width and (not _holds(text) or not any(map(str.isalnum, text)))
-        numeric = [cell for cell in row if is_number(cell, comma=delimiter != ",") or _CLOCK.fullmatch(cell)]
+        numeric = [cell for cell in row if is_value(cell, comma=delimiter != ",") or _CLOCK.fullmatch(cell)]
         if not passive and (len(row) != width or (numeric and not _is_unit_row(row))):
             break
         if not passive:
@@ -253,7 +275,7 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     """Whether most of what stands here are units, and no number but the 1 of what has none."""
     filled = [cell.strip(" []()") for cell in row if cell.strip(" []()-")]
     known = [cell for cell in filled if is_unit(cell)]
-    numbers = [cell for cell in filled if is_number(cell) and canonical(cell) != "1"]
+    numbers = [cell for cell in filled if is_value(cell) and canonical(cell) != "1"]
     words = [cell for cell in known if not is_number(cell)]
     names = sum(tells(cell) is not None for cell in filled)
     return bool(words) and not numbers and 2 * len(known) >= len(filled) and names < len(known)

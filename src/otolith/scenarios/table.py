@@ -15,12 +15,14 @@ from otolith.core.errors import InputError
 from otolith.scenarios import vbox
 from otolith.scenarios.channels import Layout
 from otolith.scenarios.columns import Column
-from otolith.scenarios.header import MARKS, Place, cells, find, is_number
+from otolith.scenarios.header import MARKS, Place, cells, find, is_number, is_value
+from otolith.scenarios.inscribed import without_units
 from otolith.scenarios.recorded import Cells
 
 LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
 FOOTER: Final = 20  # lines below the table that are looked at
 _QUOTED: Final = re.compile(r'"[+-]?\d+,(\d+)"(?=,|$|\r|\n)', re.MULTILINE)  # parted by commas
+_FORTRAN: Final = re.compile(r"(?<![\w.])([+-]?(?:\d+[.,]\d*|[.,]\d+))[dD]([+-]\d{1,3})(?![\w.])")  # 1.5D+00
 _NMEA: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 
@@ -107,6 +109,7 @@ def decode(data: bytes, source: str) -> tuple[str, tuple[str, ...]]:
     InputError : the bytes are no text.
     """
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    data = data if wide else data.rstrip(b"\0")  # reserved on a memory card when the power went
     for encoding in ["utf-16"] if wide else ["utf-8-sig", "cp1252"]:
         try:
             text = data.decode(encoding)
@@ -149,7 +152,8 @@ def split(
         body = "\n".join(body).replace(",", ".").split("\n")
     if any('"' in line for line in body) and not _quoted_delimiters(body, place.delimiter):
         body = "\n".join(body).replace('"', "").split("\n")
-    stated, said = list(place.units), tuple[str, ...]()
+    body, stated = without_units(body, place.delimiter, place.units)
+    said = tuple[str, ...]()
     if vbox.is_vbox(lines[: place.first]):
         stated = vbox.stated_units(place.names, place.units, lines[: place.first])
         said = (
@@ -179,12 +183,12 @@ def split(
 
 def _footer(last: Sequence[str], delimiter: str | None) -> int:
     """How many of the last lines are text below the table: not one of their cells is a number."""
-    numeric = [any(is_number(cell, comma=delimiter != ",") for cell in cells(x, delimiter)) for x in last]
+    numeric = [any(is_value(cell, comma=delimiter != ",") for cell in cells(x, delimiter)) for x in last]
     return numeric[::-1].index(True) if any(numeric) else 0
 
 
 def _kept(place: Place, lines: Sequence[str], source: str) -> tuple[list[int], tuple[str, ...]]:
-    """Which lines are rows, and notes about names that stand again and text below, which are not."""
+    """Which lines are rows, and notes about names that stand again, text below and a torn last row."""
     names = lines[place.header].strip()
     rows = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
     again = [i for i in rows if lines[i].strip() == names]
@@ -196,15 +200,23 @@ def _kept(place: Place, lines: Sequence[str], source: str) -> tuple[list[int], t
         notes.append(f"{source}: the names stand again in line {places}: left out")
     if below:
         notes.append(f"{source}: {below} line{'s' if below > 1 else ''} of text below the table left out")
-    return rows[: len(rows) - below], tuple(notes)
+    rows = rows[: len(rows) - below]
+    width = len(place.names)
+    if rows and (count := len(cells(lines[rows[-1]], place.delimiter))) < width:
+        last = rows.pop() + 1
+        notes.append(f"{source}: the last row, line {last}, is torn: {count} of {width} cells; left out")
+    return rows, tuple(notes)
 
 
 def _plain_numbers(text: str) -> str:
-    """The text with plain minus signs, and without decimal commas in quotes between commas: "0,25".
+    """The text with plain minus signs, exponents with E, and no decimal commas in quotes between commas.
 
-    Where all such numbers have three digits behind the comma, they may be thousands and stay.
+    Fortran writes 1.5D+00 in double precision. Where all numbers in quotes have three digits behind the
+    comma, they may be thousands and stay.
     """
     text = text.replace("\u2212", "-")
+    if _FORTRAN.search(text, 0, 100_000):
+        text = _FORTRAN.sub(r"\1E\2", text)
     behind = {len(digits) for digits in _QUOTED.findall(text[:100_000])}
     return _QUOTED.sub(lambda m: m.group().strip('"').replace(",", "."), text) if behind - {3} else text
 
