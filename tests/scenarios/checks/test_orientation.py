@@ -35,6 +35,18 @@ def test_a_log_that_the_ground_confirms_is_not_turned(witness: tuple[str, ...]) 
     assert any("left and right are proven by" in note for note in log.notes)
 
 
+def test_a_heading_that_counts_the_other_way_has_a_way_out_that_works() -> None:
+    """In degrees it is taken for a compass; some simulators' counts as yaw does, and nothing tells."""
+    data = written(CAR, (*PLANE, "heading"))
+    data["heading"] = -data["heading"]
+    taken = read(data)
+    assert set(taken.found.turned if taken.found else ()) == {"ay", "yaw_rate"}
+    assert any("leave it out with heading=none" in note for note in taken.notes)
+    log = read(data, heading="none")
+    assert right(log)
+    assert any("left and right are not proven" in note for note in log.notes)
+
+
 def test_the_ground_decides_without_gravity_and_without_a_gyro() -> None:
     assert right(read(written(CAR, (*PLANE, "lat", "lon"), ("ay", "yaw_rate"))))
     assert right(read(written(CAR, ("ax", "yaw_rate", "vx", "heading"), ("yaw_rate",))), ("ax", "yaw_rate"))

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.scenarios import Log, parse_log
+from otolith.scenarios.columns import STANDARD_GRAVITY
 from otolith.scenarios.settings import LogSettings
 
 G = 9.80665
@@ -177,6 +178,22 @@ def test_a_likely_contradiction_is_noted() -> None:
     assert any(note.startswith("doubtful: ax runs against the change of speed") for note in notes)
     notes = read(changed(ay=lambda d: 0.1 * (d["ay"] + 2.3 * noisy))).notes
     assert any(note.startswith("doubtful: ay is 0.1") and "is ay in g? then map ay" in note for note in notes)
+
+
+def test_small_forces_of_an_unstated_unit_may_be_in_g_and_the_note_says_what_to_do() -> None:
+    t = np.arange(0.0, 60.0, 0.05)
+    force = 3.0 * np.sin(0.2 * np.pi * t)
+    rows = "\n".join(f"{a:.2f},{b / STANDARD_GRAVITY:.9f},0" for a, b in zip(t, force, strict=True))
+    doubt = (
+        "doubtful: no unit is stated of ax and ay, nothing in the file confirms one, and 0.31 m/s² at most"
+    )
+    log = parse_log(f"time,ax,ay\n{rows}", "log.csv")
+    assert [note for note in log.notes if note.startswith(doubt) and note.endswith("map ax=ax:g and ay=ay:g")]
+    stated_g = LogSettings(columns={"ax": "ax:g", "ay": "ay:g"})
+    log = parse_log(f"time,ax,ay\n{rows}", "log.csv", settings=stated_g)
+    assert_allclose(log.force[:, 0], np.interp(log.t, t, force), atol=1e-4)
+    stated = parse_log(f"time,ax_mps2,ay_mps2\n{rows}", "log.csv")
+    assert not any("doubtful" in note for note in [*log.notes, *stated.notes])
 
 
 OFFSETS = {"sensor rolled": ("ay", 0.6), "sensor pitched": ("ax", -0.4)}

@@ -94,11 +94,23 @@ def _turned_along(recording: Recording, up: float) -> list[str]:
 def _about_turning(keys: Sequence[str], by: str, recording: Recording, up: float) -> list[str]:
     if up <= 0.0:
         same = f"the file is in {AXES['sae']}; --axes sae says the same"
-        return [f"{listed(keys)}: turned, for {by} shows that {same}"]
+        return [f"{listed(keys)}: turned, for {by} shows that {same}", *_as_a_compass(recording)]
     notes = [f"{listed(keys)}: turned, for {by} shows that right is positive there, though z points up"]
+    notes += _as_a_compass(recording)
     if alive(recording.channels, ["pitch_rate"]):
         notes.append("doubtful: pitch_rate: nothing tells whether it is turned, too; it is left as it is")
     return notes
+
+
+def _as_a_compass(recording: Recording) -> list[str]:
+    """What is taken for granted of a heading without positions beside it, and what to do if it is wrong."""
+    if "heading" not in recording.channels or {"lat", "lon"} <= set(recording.channels):
+        return []
+    name = repr(recording.channels["heading"].column.name)
+    return [
+        f"{name} is taken to count clockwise, as a compass does; if it counts the other way, leave it out "
+        "with heading=none"
+    ]
 
 
 def negated(recording: Recording, keys: Iterable[str]) -> Recording:

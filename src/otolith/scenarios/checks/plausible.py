@@ -32,11 +32,12 @@ ODD: Final = 0.5  # correlation against what belongs together from which on it i
 GRAVITY_SHOWS: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a mean along x or y that calls for an explanation
 GRAVITY: Final = (0.9, 1.1)  # of 1 g: a constant of this size is gravity
 GAIN: Final = 90.0  # [m/s] no car gains more speed in a drive
-LONG: Final = 20.0  # [s] that a drive must last for this
+LONG: Final = 20.0  # [s] that a drive must last for this, or for its largest force to say something
 TURNING_FAST: Final = 2.5  # [rad/s] over two seconds; a car turns so only in a spin
 SPINNING: Final = 0.1  # share of a drive in which a car may spin
 STEEP: Final = 0.35  # sin of the steepest street there is (Baldwin Street, Dunedin: 35 %)
 BANK: Final = 0.7  # sin(45 deg), the steepest bank
+FAINT: Final = 1.2  # [m/s²] that nearly every drive exceeds, and hardly any in g
 SUSTAINED: Final = 7.0  # [m/s²] of lateral force for seconds, which a level road hardly allows
 
 
@@ -76,7 +77,7 @@ def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
     if drive.speed is None and "ax" in channels:
         _refuse_mad_gain(channels["ax"], source)
     notes += _without_speed(drive, source, told)
-    return notes + _inertial(drive)
+    return [*notes, *_perhaps_in_g(drive), *_inertial(drive)]
 
 
 def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
@@ -328,6 +329,22 @@ def _without_speed(drive: Kinematics, source: str, told: Told) -> list[str]:
         f"of the same sign ({', or '.join(ways)}; nothing in the file tells which, --axes iso leaves both)"
     )
     raise InputError(f"ay in {source}", f"against yaw rate (correlation {one.correlation:.2f})", bound)
+
+
+def _perhaps_in_g(drive: Kinematics) -> list[str]:
+    """A note about forces of an unstated unit that are small enough to be in g, and that nothing confirms."""
+    felt = {key: drive.channels[key] for key in ("ax", "ay") if key in drive.channels}
+    open_ = [key for key, one in felt.items() if one.column.assumed]
+    most = max((float(np.abs(one.values).max(initial=0.0)) for one in felt.values()), default=0.0)
+    confirmed = any(one.agrees and one.key in felt for one in drive.relations)
+    brief = all(one.t[-1] - one.t[0] < LONG for one in felt.values())
+    if not open_ or confirmed or brief or not 0.0 < most < FAINT:
+        return []
+    ways = " and ".join(f"{key}={spelled(felt[key].column, 1.0, 'g')}" for key in open_)
+    return [
+        f"doubtful: no unit is stated of {' and '.join(open_)}, nothing in the file confirms one, and "
+        f"{most:.2g} m/s² at most is little for a drive: if the unit is g, map {ways}"
+    ]
 
 
 def _inertial(drive: Kinematics) -> list[str]:
