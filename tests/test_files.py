@@ -80,6 +80,18 @@ def test_settings_that_would_keep_the_parser_busy_are_one_sentence(
         assert told in str(refused.value)
 
 
+@pytest.mark.parametrize("begin", ['<?xml version="1.0"?>\n<gpx', "\ufeff<kml", "\n<!DOCTYPE html"])
+def test_a_track_of_places_is_no_log_and_the_sentence_says_what_it_is_for(begin: str, tmp_path: Path) -> None:
+    (tmp_path / "way.gpx").write_text(f'{begin}><trkpt lat="50" lon="8"/></a>', encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"log way\.gpx is XML.*otolith drive .*way\.gpx makes a drive of it"
+    ):
+        files.read_log(tmp_path / "way.gpx", {})
+    (tmp_path / "way.gpx").rename(tmp_path / "way.txt")
+    with pytest.raises(InputError, match=r"must be a table or JSON$"):
+        files.read_log(tmp_path / "way.txt", {})
+
+
 def test_a_log_of_one_endless_line_is_refused(tmp_path: Path) -> None:
     path = hostile_text(tmp_path / "drive.csv", "t_s,ax_mps2\n0,0\n", "1,", 20_000_000)
     with pytest.raises(InputError, match=r"line of log .*drive.csv is more than 1 MiB"):

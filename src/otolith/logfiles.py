@@ -1,5 +1,6 @@
 """Recorded drives on disk: which format a file is in, read within bounds."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -29,6 +30,7 @@ MAX_FILE: Final = 2**30  # [bytes] of a log, 1 GiB
 MAX_LINE: Final = 2**20  # [bytes] of one line of a table, 1 MiB
 MAX_JSON: Final = 2**26  # [bytes] of one line of JSON, 64 MiB: all of it is taken to pieces in memory
 CHUNK: Final = 2**20  # [bytes] read at once
+_XML: Final = re.compile(r"\s*<(\?xml|!doctype|html|gpx|kml)\b", re.IGNORECASE)
 
 
 def recorded(
@@ -51,6 +53,12 @@ def recorded(
     found = _of_format(path, columns)
     if found is None:
         text, notes = decode(_text(path), path.name)
+        if _XML.match(text, 0, 1000):
+            track = path.suffix.lower() == ".gpx"
+            way = (
+                f" (it holds a way and no forces: otolith drive {path} makes a drive of it)" if track else ""
+            )
+            raise InputError(f"log {path.name}", "XML, such as GPX and HTML are", f"a table or JSON{way}")
         if not (path.suffix.lower() in JSON or looks_like_json(text)):
             if not has_blocks(text):
                 return split(text, path.name, notes, header=header, units=units)

@@ -193,10 +193,10 @@ def _names(
     names = _with_rows_named(_split(preamble[nearest], delimiter, width), lines[start:], width, delimiter)
     if len(names) == width:
         return nearest, names
-    bound = (
-        f"{width}, as in the rows from line {start + 1} on (complete that line, or state the line of the "
-        "names with --header LINE)"
-    )
+    way = "complete that line, or state the line of the names with --header LINE"
+    if delimiter == "," and len(names) < width <= 2 * len(names) and "." not in lines[start]:
+        way = "decimal commas beside commas that part columns? then write decimal points"
+    bound = f"{width}, as in the rows from line {start + 1} on ({way})"
     raise InputError(f"number of names in line {nearest + 1} of {source}", len(names), bound)
 
 
