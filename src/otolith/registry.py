@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
     from otolith.cueing.design import Design
-    from otolith.interfaces import Cueing
+    from otolith.interfaces import Cueing, Plant
+    from otolith.platforms import Platform
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,6 +329,12 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
     if dead_time is not None and entry.limited:
         cueing = _AHEAD.load()(cueing, lag=design.mpc.lag_on(design.platform), dead_time=dead_time)
     return cueing
+
+
+def make_plant(name: str, platform: "Platform") -> "Plant":
+    """The plant `name` for a platform; errors as `lookup`, and those of the plant itself."""
+    plant: Plant = lookup(PLANTS, "--plant", name).load()(platform)
+    return plant
 
 
 def lookup(table: Mapping[str, Entry], kind: str, name: str, *, otherwise: str = "") -> Entry:

@@ -68,7 +68,7 @@ def test_run_writes_its_results_and_prints_only_json(
         "summary.json",
     }
     run = files.read_run(tmp_path / "run.h5")
-    assert run.settings["scenario"] == SHORT
+    assert run.settings["wanted"]["scenario"] == SHORT
     assert f"written to {tmp_path}" in said.err
 
 

@@ -37,6 +37,7 @@ COMMANDS: Final = {
         "run:compare",
         "Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule.",
     ),
+    "rerun": ("rerun:rerun", "Make a run again from its file, and say whether it is equal bit for bit."),
     "drive": (
         "drive:drive_",
         "Drive a road and write specific force, rates and pose, with a map; `otolith run --log` cues it.",

@@ -1,16 +1,18 @@
 """The part that `run` and `compare` share: check all that the user said, then close the loop."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from rich.console import Console
 
-from otolith import __version__, files, registry
+from otolith import files, registry
 from otolith.cli.options import Choices, warn
 from otolith.cli.output import progress_bar, progress_line, working
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
+from otolith.cueing.hints.stored import Refused
 from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
@@ -47,11 +49,14 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
     design = first.design()
     if tuning is not None:
         design = replace(design, washout=files.read_tuning(tuning))
+    if isinstance(design.hint, Refused):
+        warn(console, f"hint refused, running without it: {design.hint.reason}")
+    told = functools.partial(warn, console)
     return Prepared(
         design=design,
-        scenarios=tuple(choices.reference(design, console) for choices in each),
+        scenarios=tuple(choices.wanted().along(design, note=told) for choices in each),
         settings=tuple(
-            {name: _settings(choices, design, name, tuning) for name in names} for choices in each
+            {name: choices.experiment(name, design).record() for name in names} for choices in each
         ),
         plants=plants,
         preview=design.mpc.horizon if first.preview else 0,
@@ -103,10 +108,3 @@ def _tell_interventions(found: Sequence[Intervention], console: Console) -> None
         warn(console, f"supervisor, {intervention}")
     if len(found) > _TOLD:
         warn(console, f"supervisor, {len(found) - _TOLD} shorter interventions besides")
-
-
-def _settings(choices: Choices, design: Design, cueing: str, tuning: str | None) -> dict[str, Any]:
-    """What was chosen and has an effect, so that the run can be made again."""
-    chosen = {"version": __version__, **choices.as_settings(design, cueing)}
-    read = tuning is not None and "tuning" in registry.cueing_named(cueing).reads
-    return {**chosen, "tuning": tuning} if read else chosen

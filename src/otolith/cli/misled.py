@@ -9,9 +9,9 @@ from rich.table import Table
 
 from otolith import files
 from otolith.cli.output import print_json, screen
-from otolith.cli.reading import recorded_drive
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
+from otolith.experiment import Wanted
 from otolith.metrics.false_cues import THRESHOLD, FalseCue, false_cues
 from otolith.scenarios import Log
 from otolith.simulate import Run
@@ -73,10 +73,9 @@ def located(cues: list[FalseCue], drive: Log) -> list[dict[str, Any]]:
 
 def _drive(run: Run, log: Path | None) -> Log:
     """The drive that the run was made of, read as the run read it."""
-    named = log or run.settings.get("log")
-    if named is None:
-        raise InputError("the run", "not of a recorded drive", "one of 'otolith run --log', or given --log")
-    return recorded_drive(Path(named), run.settings)
+    if "wanted" not in run.settings:
+        return Wanted(log=log).drive()
+    return Wanted.from_record(run.settings["wanted"], log=log, check=log is None).drive()
 
 
 def _place(drive: Log) -> Mat:

@@ -19,22 +19,18 @@ from otolith.cli.reading import (
     MappingFile,
     Offsets,
     Units,
-    as_record,
     assignments,
-    recorded_drive,
+    log_settings,
 )
-from otolith.core.errors import CorruptFile, InputError, one_of
+from otolith.core.errors import InputError, one_of
 from otolith.core.frames import DOFS, PAIRS, Dof, dofs_named, pairs_of
 from otolith.cueing.design import Design
-from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
 from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
-from otolith.perception import sense
-from otolith.platforms import Platform
-from otolith.scenarios import Scenario, log_scenario, scenario
-from otolith.scenarios.perceived import perceived
+from otolith.experiment import Experiment, Wanted, hint_for
+from otolith.scenarios.settings import PLAIN
 
 SOFTENED: Final = (
     "tilt_rate",
@@ -170,49 +166,31 @@ class Choices:
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),
         )
 
-    def reference(self, design: Design, console: Console) -> Scenario:
-        """The scenario along the cued axes; a log is resampled to the implicit controller's period.
+    def wanted(self) -> Wanted:
+        """What should be felt."""
+        chosen = asdict(self)
+        return Wanted(
+            scenario=self.scenario,
+            log=self.log,
+            reading=PLAIN if self.log is None else log_settings(chosen),
+            lowpass_hz=self.lowpass,
+            causal=self.causal,
+            literal=self.literal,
+            through=self.through,
+            scale=self.scale,
+        )
 
-        That period whatever the algorithm, so that all are judged against one and the same reference.
-        """
-        if isinstance(design.hint, Refused):
-            warn(console, f"hint refused, running without it: {design.hint.reason}")
-        if self.log is None and self.scenario is not None:
-            along = [scenario(self.scenario, literal=self.literal, axis=dof.along) for dof in design.dofs]
-            return self._sensed(functools.reduce(Scenario.beside, along)).scaled(self.scale)
-        if self.log is None or self.scenario is not None:
-            found = "given twice" if self.log is not None else "absent"
-            raise InputError("the reference", found, "either a scenario's name or --log FILE")
-        log = recorded_drive(self.log, asdict(self))
-        for note in log.notes:
-            warn(console, note)
-        period = design.mpc.period
-        recorded = log_scenario(log, period=period, lowpass_hz=self.lowpass, causal=self.causal)
-        return self._sensed(recorded).scaled(self.scale)
-
-    def _sensed(self, reference: Scenario) -> Scenario:
-        """The reference as the organ of `--through` passes it on, from rest under its first value."""
-        if self.through is None:
-            return reference
-        otoliths = {k: e for k, e in registry.PERCEPTION.items() if k.startswith("otolith-")}
-        name = self.through if self.through in otoliths else f"otolith-{self.through}"
-        organ = registry.lookup(otoliths, "--through", name).load()()
-        return perceived(reference, lambda f, dt: sense(organ, f, dt, before=f[0]), name=name)
-
-    def as_settings(self, design: Design, cueing: str) -> dict[str, Any]:
-        """Plain JSON values for the record of a run: enough to repeat it, and why a hint was refused.
-
-        Options that this cueing algorithm does not read are left out.
-        """
-        ignored = {"given", *registry.unread(cueing)}
-        chosen = {
-            name: str(value) if isinstance(value, Path) else value
-            for name, value in asdict(self).items()
-            if value is not None and name not in ignored
-        }
-        if self.log is not None:
-            chosen["reading"] = as_record(chosen)
-        return chosen | ({"hint_refused": design.hint.reason} if isinstance(design.hint, Refused) else {})
+    def experiment(self, cueing: str, design: Design) -> Experiment:
+        """The closed loop of one algorithm, for a design made of these options."""
+        return Experiment(
+            wanted=self.wanted(),
+            design=design,
+            cueing=cueing,
+            plant=self.plant,
+            preview=self.preview,
+            law=self.law,
+            hint=self.hint,
+        )
 
 
 def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
@@ -246,18 +224,6 @@ def is_given(context: typer.Context, name: str) -> bool:
 def warn(console: Console, note: str) -> None:
     """Tell what the user should know and need not act on."""
     console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
-
-
-def hint_for(
-    path: Path, platform: Platform, pairs: tuple[Dof, ...], settings: MpcSettings
-) -> StoredHint | Refused:
-    """A stored hint, or why it cannot be used: without one the answers are the same, only later."""
-    try:
-        hint = files.read_hint(path)
-        hint.check(platform, pairs, settings)
-    except (CorruptFile, StaleHint) as error:
-        return Refused(str(error))
-    return hint
 
 
 def implicit_settings(

@@ -1,7 +1,7 @@
 """How the options of the command line say that a recorded drive is to be read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -9,7 +9,6 @@ import typer
 
 from otolith import files
 from otolith.core.errors import InputError
-from otolith.scenarios import Log
 from otolith.scenarios.settings import PLAIN, LogSettings
 
 NEEDS: Final = {"surge-pitch": "ax", "sway-roll": "ay", "heave": "az", "yaw": "yaw_rate"}
@@ -48,27 +47,13 @@ MappingFile = Annotated[
 
 
 def log_settings(chosen: Mapping[str, Any]) -> LogSettings:
-    """What options, or the record of a run, say; an option counts more than the file of `--mapping`."""
-    if "reading" in chosen:
-        return LogSettings(**chosen["reading"])
+    """What options say; an option counts more than the file of `--mapping`."""
     settings = PLAIN if chosen.get("mapping") is None else files.read_log_settings(Path(chosen["mapping"]))
     columns = assignments("--column", chosen.get("column") or [])
     needs = [NEEDS[dof] for dof in (chosen.get("dofs") or "").split(",") if dof in NEEDS]
     plain = ("header", "units", "axes", "events", "offsets")
     said = {name: chosen[name] for name in plain if chosen.get(name) is not None}
     return replace(settings, columns={**settings.columns, **columns}, needs=needs, **said)
-
-
-def recorded_drive(path: Path, chosen: Mapping[str, Any]) -> Log:
-    """The drive in a file, read as options or the record of a run say."""
-    settings = log_settings(chosen)
-    return files.read_log(path, settings.columns, needs=settings.needs, settings=replace(settings, needs=()))
-
-
-def as_record(chosen: Mapping[str, Any]) -> dict[str, Any]:
-    """Plain values that let `recorded_drive` read a file in the same way, whatever becomes of --mapping."""
-    settings = asdict(log_settings(chosen))
-    return settings | {"columns": dict(settings["columns"]), "needs": list(settings["needs"])}
 
 
 def assignments(option: str, texts: Sequence[str]) -> dict[str, str]:

@@ -60,15 +60,21 @@ def run(
     folder = out or Path("out") / f"{file_name(prepared.scenarios[0].name)}-{file_name(cueing)}"
     files.check_folder(folder, command="run", force=force)
     ((result,),) = simulate_all(prepared, console)
+    summary = write_results(result, folder, command="run", force=force)
+    _tell(summary if json else None, [summary], folder, console)
+    _judge([summary], strict)
+
+
+def write_results(result: Run, folder: Path, *, command: str, force: bool) -> dict[str, Any]:
+    """Write run.h5, summary.json, report.html and figures of one run; gives the key figures."""
     from otolith import metrics, report
 
     summary = metrics.summarise(result)
-    with files.whole_folder(folder, command="run", force=force) as made:
+    with files.whole_folder(folder, command=command, force=force) as made:
         files.write_run(result, made / "run.h5")
         page = report.render(result, summary, date=_today())
         _write(made, summary, page, _figures(result.dofs, lambda dof: report.cueing_figure(result, dof)))
-    _tell(summary if json else None, [summary], folder, console)
-    _judge([summary], strict)
+    return summary
 
 
 @takes_choices

@@ -87,7 +87,7 @@ def load_target(field: str, target: str) -> Any:
     where, _, attribute = target.rpartition(":")
     if not where or not attribute.isidentifier():
         raise InputError(field, repr(target), IN_WORDS)
-    module = _module_of_file(field, Path(where)) if where.endswith(".py") else _module(field, where)
+    module = _file(field, Path(where)) if where.endswith(".py") else _module(field, where)
     if not hasattr(module, attribute):
         public = [name for name, value in vars(module).items() if _is_own(value, module)]
         bound = f"an attribute of {where}" + (f", such as {', '.join(public)}" if public else "")
@@ -112,15 +112,20 @@ def _module(field: str, name: str) -> ModuleType:
         raise BrokenPlugin(f"module {name}", "could not be imported", error) from error
 
 
-@cache
-def _module_of_file(field: str, path: Path) -> ModuleType:
-    """The module in a file, which is run once, as `python FILE` would, but not as the main program."""
+def _file(field: str, path: Path) -> ModuleType:
     if not path.is_file():
         raise InputError(field, f"in a file {str(path)!r} that does not exist", IN_WORDS)
+    return _module_of_file(path.resolve(), path.stat().st_mtime_ns)
+
+
+@cache
+def _module_of_file(path: Path, changed: int) -> ModuleType:
+    """The module in a file, run as `python FILE` does but not as the main program; again if it `changed`."""
+    del changed
     name = f"otolith_file_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise InputError(field, repr(str(path)), IN_WORDS)
+    if spec is None or spec.loader is None:  # not so for a file that ends in .py
+        raise ImportError(f"{path} cannot be imported")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses look their module up by name
     try:

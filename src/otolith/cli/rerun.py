@@ -1,0 +1,46 @@
+"""`otolith rerun`: make a run again from its file, and compare."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from otolith import __version__, files
+from otolith.cli.options import warn
+from otolith.cli.output import Force, print_json, progress_bar, screen
+from otolith.cli.run import write_results
+from otolith.experiment import Experiment, differences
+
+DIFFERENT = 1  # exit code
+
+
+def rerun(
+    run: Annotated[Path, typer.Argument(metavar="RUN.H5", help="A run of 'otolith run' or 'compare'.")],
+    log: Annotated[Path | None, typer.Option(help="The drive, if it is no longer where it was.")] = None,
+    law: Annotated[
+        Path | None, typer.Option(help="The explicit law, if it is no longer where it was.")
+    ] = None,
+    hint: Annotated[Path | None, typer.Option(help="The hint, if it is no longer where it was.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for results (default: none are written).")] = None,
+    force: Force = False,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
+) -> None:
+    """Make a run again from its file, and say whether it is equal bit for bit, times left out."""
+    result, console = files.read_run(run), screen()
+    if out is not None:
+        files.check_folder(out, command="rerun", force=force)
+    experiment = Experiment.of(result, log=log, law=law, hint=hint)
+    if result.settings["version"] != __version__:
+        warn(console, f"the run was made by version {result.settings['version']}, this is {__version__}")
+    with progress_bar(console, f"{result.cueing} on {result.scenario}") as progress:
+        again = experiment.run(progress=progress)
+    differ = differences(result, again)
+    if out is not None:
+        write_results(again, out, command="rerun", force=force)
+        console.print(f"written to {out}: report.html, figures, summary.json, run data", soft_wrap=True)
+    if json:
+        print_json({"run": str(run), "equal": not differ, "differ": differ})
+    verdict = f"differs in {', '.join(differ)}" if differ else "equal bit for bit, times left out"
+    console.print(f"{run}: {verdict}", soft_wrap=True)
+    if differ:
+        raise typer.Exit(DIFFERENT)

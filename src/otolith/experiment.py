@@ -1,0 +1,280 @@
+"""A closed loop as a value: what is wanted, what decides, what moves. A run's file holds it, and repeats it.
+
+`otolith run`, `compare` and `rerun` make their runs here, and so does `otolith.Experiment` from Python: a run
+that was made in one way is made again, bit for bit, in the other.
+"""
+
+import functools
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from otolith import __version__, files, registry
+from otolith.core.errors import CorruptFile, InputError, damage_told
+from otolith.core.frames import Dof, pairs_of
+from otolith.cueing.design import Design
+from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.perception import sense
+from otolith.platforms import Platform
+from otolith.record import design_from_record, design_to_record
+from otolith.scenarios import Log, Scenario, log_scenario, scenario
+from otolith.scenarios.perceived import perceived
+from otolith.scenarios.settings import PLAIN, LogSettings
+from otolith.simulate import Run, simulate
+
+# Fields of a run that may differ when it is repeated; the scenario of a log bears the name of its file.
+FREE: Final = ("step_time", "settings", "scenario")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredFile:
+    """A file that a run was made from: where it lay, and its SHA-256."""
+
+    path: str
+    sha256: str
+
+    @classmethod
+    def of(cls, path: Path) -> "StoredFile":
+        """The file at a path, or all files of a folder (a ROS bag is one)."""
+        parts = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [path]
+        total = hashlib.sha256()
+        for part in parts:
+            try:
+                with part.open("rb") as file:
+                    total.update(hashlib.file_digest(file, "sha256").digest())
+            except OSError as error:
+                raise InputError(f"file {part}", f"not readable ({error.strerror})", "readable") from error
+        return cls(path=str(path), sha256=total.hexdigest())
+
+    def found(self, what: str, instead: Path | None = None) -> Path:
+        """Where the file lies, or lies by now, if its content is what it was.
+
+        Raises
+        ------
+        InputError : there is none, or its content is another one.
+        """
+        path = instead or Path(self.path)
+        if not path.exists():
+            raise InputError(f"{what} {path}", "no longer there", f"an existing file; --{what} names it anew")
+        now = StoredFile.of(path).sha256
+        if now != self.sha256:
+            bound = f"{self.sha256[:12]}…, as when the run was made"
+            raise InputError(f"SHA-256 of {what} {path}", f"{now[:12]}…", bound)
+        return path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What the driver should feel, as plain values: a scenario or a drive, and its treatment."""
+
+    scenario: str | None = None  # a name or a formula, see `otolith.scenarios.scenario`
+    log: Path | None = None  # a recorded drive instead
+    reading: LogSettings = PLAIN  # how the log is to be read
+    lowpass_hz: float | None = None
+    causal: bool = False
+    literal: bool = False  # steps end as the thesis prints
+    through: str | None = None  # an otolith of the registry: what it passes on is wanted
+    scale: float = 1.0
+
+    def drive(self) -> Log:
+        """The recorded drive, read as `reading` says.
+
+        Raises
+        ------
+        InputError : it is not of a recorded drive, or the log is refused.
+        """
+        if self.log is None:
+            bound = "one of 'otolith run --log', or given --log"
+            raise InputError("the run", "not of a recorded drive", bound)
+        plain = replace(self.reading, needs=())
+        return files.read_log(self.log, self.reading.columns, needs=self.reading.needs, settings=plain)
+
+    def along(self, design: Design, *, note: Callable[[str], None] = lambda _: None) -> Scenario:
+        """The scenario along the axes that a design cues; a log is resampled to the implicit MPC's period.
+
+        That period whatever the algorithm, so that all are judged against one and the same reference.
+
+        Parameters
+        ----------
+        note : is told what was assumed or repaired in a log, a sentence each.
+        """
+        if self.log is None and self.scenario is not None:
+            named = [scenario(self.scenario, literal=self.literal, axis=dof.along) for dof in design.dofs]
+            return self._sensed(functools.reduce(Scenario.beside, named)).scaled(self.scale)
+        if self.log is None or self.scenario is not None:
+            found = "given twice" if self.log is not None else "absent"
+            raise InputError("the reference", found, "either a scenario's name or --log FILE")
+        log = self.drive()
+        for sentence in log.notes:
+            note(sentence)
+        recorded = log_scenario(log, period=design.mpc.period, lowpass_hz=self.lowpass_hz, causal=self.causal)
+        return self._sensed(recorded).scaled(self.scale)
+
+    def _sensed(self, reference: Scenario) -> Scenario:
+        """The reference as the organ `through` passes it on, from rest under its first value."""
+        if self.through is None:
+            return reference
+        otoliths = {k: e for k, e in registry.PERCEPTION.items() if k.startswith("otolith-")}
+        name = self.through if self.through in otoliths else f"otolith-{self.through}"
+        organ = registry.lookup(otoliths, "--through", name).load()()
+        return perceived(reference, lambda f, dt: sense(organ, f, dt, before=f[0]), name=name)
+
+    def record(self) -> dict[str, Any]:
+        """Plain values, with the SHA-256 of the log."""
+        told = {one.name: getattr(self, one.name) for one in fields(self)}
+        reading = asdict(self.reading) | {"needs": list(self.reading.needs)}
+        log = None if self.log is None else asdict(StoredFile.of(self.log))
+        return told | {"reading": reading if self.log is not None else None, "log": log}
+
+    @classmethod
+    def from_record(
+        cls, record: Mapping[str, Any], *, log: Path | None = None, check: bool = True
+    ) -> "Wanted":
+        """What a record says; `log` names the drive anew, `check`: its content must be equal."""
+        told = dict(record)
+        stored = None if told["log"] is None else StoredFile(**told["log"])
+        told["reading"] = PLAIN if told["reading"] is None else LogSettings(**told["reading"])
+        told["log"] = (
+            log if stored is None else stored.found("log", log) if check else log or Path(stored.path)
+        )
+        return cls(**told)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """One closed loop, ready to run: what is wanted, the design, the algorithm's name, the plant's name.
+
+    Examples
+    --------
+    >>> platform = otolith.platform("thesis")
+    >>> wanted, design = otolith.Wanted(scenario="sine-1"), otolith.Design(platform=platform)
+    >>> run = otolith.Experiment(wanted=wanted, cueing="classical", design=design).run()
+    """
+
+    wanted: Wanted
+    design: Design
+    cueing: str = "hybrid-all"  # a name of the registry, "module:attribute" or "file.py:attribute"
+    plant: str | None = None  # a name of the registry; None: what the algorithm assumes
+    preview: bool = False  # the algorithm is told the future reference, as far as its horizon
+    law: Path | None = None  # the file that `design.stored_laws` came from
+    hint: Path | None = None  # the file that `design.hint` came from
+
+    @property
+    def plant_name(self) -> str:
+        """Name of the plant; errors as `otolith.registry.cueing_named`."""
+        return self.plant or registry.cueing_named(self.cueing).plant
+
+    def run(self, *, progress: Callable[[float], None] = lambda _: None) -> Run:
+        """Close the loop once; `progress` is told the fraction done.
+
+        Raises
+        ------
+        OtolithError : a value is refused, or an algorithm from outside failed.
+        """
+        reference = self.wanted.along(self.design)
+        plant = registry.make_plant(self.plant_name, self.design.platform)
+        cueing = registry.make_cueing(self.cueing, self.design, dead_time=plant.dead_time)
+        return simulate(
+            cueing,
+            plant,
+            reference,
+            platform=self.design.platform,
+            dofs=tuple(dof.name for dof in self.design.dofs),
+            names=(self.cueing, self.plant_name),
+            settings=self.record(),
+            preview=self.ahead,
+            progress=progress,
+        )
+
+    @property
+    def ahead(self) -> int:
+        """Periods that the algorithm is told ahead."""
+        return self.design.mpc.horizon if self.preview else 0
+
+    def record(self) -> dict[str, Any]:
+        """Plain JSON values that repeat the run, next to what a `Run` holds itself (platform, names)."""
+        reads = registry.cueing_named(self.cueing).reads
+        hint = self.design.hint
+        return {
+            "version": __version__,
+            "wanted": self.wanted.record(),
+            "design": design_to_record(self.design),
+            "preview": self.preview,
+            "law": _stored(self.law, asked=bool(self.design.stored_laws) and "law" in reads),
+            "hint": _stored(self.hint, asked=hint is not None and "hint" in reads),
+            **({"hint_refused": hint.reason} if isinstance(hint, Refused) else {}),
+        }
+
+    @classmethod
+    def of(
+        cls, run: Run, *, log: Path | None = None, law: Path | None = None, hint: Path | None = None
+    ) -> "Experiment":
+        """The experiment that a run was made by; the files are named anew where they moved.
+
+        Raises
+        ------
+        InputError : the run was made of objects that its file does not hold, or a file is missing or changed.
+        CorruptFile : the settings of the run are of another version, or damaged.
+        """
+        told = run.settings
+        if "wanted" not in told:
+            bound = "one that 'otolith run' or otolith.Experiment made"
+            raise InputError("the run", "made of objects that its file does not hold", bound)
+        paths = {"law": _named("law", told.get("law"), law), "hint": _named("hint", told.get("hint"), hint)}
+        with damage_told("the settings of the run are not of this version"):
+            design = design_from_record(told["design"], run.platform, run.dofs)
+            wanted, preview = Wanted.from_record(told["wanted"], log=log), bool(told["preview"])
+        if paths["law"] is not None:
+            design = replace(design, stored_laws=files.read_laws(paths["law"]))
+        if paths["hint"] is not None:
+            known = hint_for(paths["hint"], run.platform, pairs_of(design.dofs), design.mpc)
+            design = replace(design, hint=known)
+        return cls(wanted=wanted, design=design, cueing=run.cueing, plant=run.plant, preview=preview, **paths)
+
+
+def hint_for(
+    path: Path, platform: Platform, pairs: tuple[Dof, ...], settings: MpcSettings
+) -> StoredHint | Refused:
+    """A stored hint, or why it cannot be used: without one the answers are the same, only later."""
+    try:
+        hint = files.read_hint(path)
+        hint.check(platform, pairs, settings)
+    except (CorruptFile, StaleHint) as error:
+        return Refused(str(error))
+    return hint
+
+
+def differences(run: Run, again: Run) -> list[str]:
+    """Names of the fields in which two runs differ by any bit, without times, settings and name."""
+    names = [one.name for one in fields(Run) if one.name not in FREE]
+    return [name for name in names if not _equal(getattr(run, name), getattr(again, name))]
+
+
+def _equal(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray):
+        return bool(a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes())
+    return bool(a == b)
+
+
+def _stored(path: Path | None, *, asked: bool) -> dict[str, str] | None:
+    """The record of a file that was read; one that nobody named has no path."""
+    if not asked:
+        return None
+    return asdict(StoredFile(path="", sha256="") if path is None else StoredFile.of(path))
+
+
+def _named(what: str, record: Mapping[str, str] | None, instead: Path | None) -> Path | None:
+    """The path of a file that a run was made from; None where it was made without one."""
+    if record is None:
+        return None
+    stored = StoredFile(**record)
+    if stored.path:
+        return stored.found(what, instead)
+    if instead is None:
+        raise InputError(f"--{what}", "absent", f"the file of the {what}, which the run does not name")
+    return instead
