@@ -1,11 +1,6 @@
 """Describe a platform, and see what its reach costs: the same step on two of them."""
 
-from otolith import metrics
-from otolith.cueing.design import Design, implicit
-from otolith.plant import Ideal
-from otolith.platforms import load, parse_platform
-from otolith.scenarios import scenario
-from otolith.simulate import simulate
+import otolith
 
 HOME_RIG = """
 name = "home-rig"
@@ -24,8 +19,8 @@ rate_degps = 20.0
 pitch_degps = 3.0
 """
 
-for platform in (load("davsi"), parse_platform(HOME_RIG, "home-rig.toml")):
-    design = Design(platform=platform)
-    run = simulate(implicit(design), Ideal(), scenario("step-1"), platform=platform, dofs=("surge-pitch",))
-    summary = metrics.summarise(run)
+for platform in (otolith.platform("davsi"), otolith.parse_platform(HOME_RIG, "home-rig.toml")):
+    wanted, design = otolith.Wanted(scenario="step-1"), otolith.Design(platform=platform)
+    run = otolith.Experiment(wanted=wanted, cueing="implicit", design=design).run()
+    summary = otolith.summarise(run)
     print(f"{platform.name}: RMSE {summary['rmse']:.3f} m/s², {summary['violations']} limit violations")

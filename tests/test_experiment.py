@@ -110,6 +110,15 @@ def test_a_run_of_objects_says_that_it_cannot_be_repeated(handmade: Run) -> None
         Experiment.of(handmade)
 
 
+def test_no_file_starts_code_from_outside(run: Run) -> None:
+    with pytest.raises(InputError, match="--cueing is absent, must be given: the run names os:abort"):
+        Experiment.of(replace(run, cueing="os:abort"))
+    mpc = {**run.settings["design"]["mpc"], "engine": "os:abort"}
+    settings = {**run.settings, "design": {**run.settings["design"], "mpc": mpc}}
+    with pytest.raises(InputError, match="QP engine of the run is 'os:abort', must be one of structured"):
+        Experiment.of(replace(run, settings=settings))
+
+
 def test_a_log_is_known_by_its_content(tmp_path: Path) -> None:
     log = tmp_path / "drive.csv"
     t = np.arange(0.0, 2.0, 0.02)

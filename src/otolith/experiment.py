@@ -27,8 +27,9 @@ from otolith.scenarios.perceived import perceived
 from otolith.scenarios.settings import PLAIN, LogSettings
 from otolith.simulate import Run, simulate
 
-# Fields of a run that may differ when it is repeated; the scenario of a log bears the name of its file.
-FREE: Final = ("step_time", "settings", "scenario")
+# Fields of a run that may differ when it is repeated; a log's scenario and an algorithm of
+# one's own bear the names of files.
+FREE: Final = ("step_time", "settings", "scenario", "cueing")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,12 +199,13 @@ class Experiment:
 
     def record(self) -> dict[str, Any]:
         """Plain JSON values that repeat the run, next to what a `Run` holds itself (platform, names)."""
-        reads = registry.cueing_named(self.cueing).reads
+        entry = registry.cueing_named(self.cueing)
+        reads = entry.reads
         hint = self.design.hint
         return {
             "version": __version__,
             "wanted": self.wanted.record(),
-            "design": design_to_record(self.design),
+            "design": design_to_record(self.design, None if entry.outside else reads),
             "preview": self.preview,
             "law": _stored(self.law, asked=bool(self.design.stored_laws) and "law" in reads),
             "hint": _stored(self.hint, asked=hint is not None and "hint" in reads),
@@ -212,9 +214,17 @@ class Experiment:
 
     @classmethod
     def of(
-        cls, run: Run, *, log: Path | None = None, law: Path | None = None, hint: Path | None = None
+        cls,
+        run: Run,
+        *,
+        cueing: str | None = None,
+        log: Path | None = None,
+        law: Path | None = None,
+        hint: Path | None = None,
     ) -> "Experiment":
         """The experiment that a run was made by; the files are named anew where they moved.
+
+        An algorithm from outside has to be named again in `cueing`: a file is data and starts no code.
 
         Raises
         ------
@@ -225,6 +235,9 @@ class Experiment:
         if "wanted" not in told:
             bound = "one that 'otolith run' or otolith.Experiment made"
             raise InputError("the run", "made of objects that its file does not hold", bound)
+        if cueing is None and ":" in run.cueing:
+            bound = f"given: the run names {run.cueing}, and no file starts code by itself"
+            raise InputError("--cueing", "absent", bound)
         paths = {"law": _named("law", told.get("law"), law), "hint": _named("hint", told.get("hint"), hint)}
         with damage_told("the settings of the run are not of this version"):
             design = design_from_record(told["design"], run.platform, run.dofs)
@@ -234,7 +247,8 @@ class Experiment:
         if paths["hint"] is not None:
             known = hint_for(paths["hint"], run.platform, pairs_of(design.dofs), design.mpc)
             design = replace(design, hint=known)
-        return cls(wanted=wanted, design=design, cueing=run.cueing, plant=run.plant, preview=preview, **paths)
+        name = cueing or run.cueing
+        return cls(wanted=wanted, design=design, cueing=name, plant=run.plant, preview=preview, **paths)
 
 
 def hint_for(

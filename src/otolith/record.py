@@ -3,7 +3,7 @@
 Numbers come back bit for bit, since Python writes the shortest text that reads as the same number.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from typing import Any, Final
 
@@ -12,7 +12,6 @@ import numpy as np
 from otolith import registry
 from otolith.core.frames import dofs_named
 from otolith.core.lti import StateSpace
-from otolith.core.plugins import load_target
 from otolith.cueing.design import Design
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.objective import Objective
@@ -23,17 +22,29 @@ from otolith.cueing.washout.tuning import Tuning
 from otolith.perception import Vestibular
 from otolith.platforms import Platform
 
+_ALWAYS: Final = ("period", "lag")  # logs are resampled to this period, whatever the algorithm
 _MATRICES: Final = ("A", "B", "C", "D")
 
 
-def design_to_record(design: Design) -> dict[str, Any]:
-    """Plain values of a design; the platform, the degrees of freedom, laws and hints are kept elsewhere."""
-    return {
-        "mpc": _mpc_to_record(design.mpc),
-        "explicit": {**asdict(design.explicit), "state_weights": list(design.explicit.state_weights)},
-        "guess_entry": design.entry.value,
-        "tuning": None if design.washout is None else design.washout.model_dump(mode="json"),
-    }
+def design_to_record(design: Design, reads: Collection[str] | None = None) -> dict[str, Any]:
+    """Plain values of a design; the platform, the degrees of freedom, laws and hints are kept elsewhere.
+
+    Parameters
+    ----------
+    reads : options that the algorithm reads, see `otolith.registry.Entry`; what it would ignore is left out,
+        so that nothing looks as if it had an effect. None: nothing is known of it, and all is kept.
+    """
+    mpc, explicit = _mpc_to_record(design.mpc), asdict(design.explicit)
+    record: dict[str, Any] = {"mpc": mpc}
+    if reads is not None and "solver" not in reads:
+        record["mpc"] = {name: mpc[name] for name in _ALWAYS}
+    if reads is None or "law" in reads:
+        record["explicit"] = explicit | {"state_weights": list(design.explicit.state_weights)}
+    if reads is None or "guess_entry" in reads:
+        record["guess_entry"] = design.entry.value
+    if design.washout is not None and (reads is None or "tuning" in reads):
+        record["tuning"] = design.washout.model_dump(mode="json")
+    return record
 
 
 def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tuple[str, ...]) -> Design:
@@ -43,17 +54,17 @@ def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tupl
     ------
     KeyError, TypeError, ValueError, OtolithError : the record is of another version, or damaged.
     """
-    explicit = dict(record["explicit"])
-    explicit["braking"] = BrakingRows(explicit["braking"])
-    explicit["state_weights"] = tuple(explicit["state_weights"])
-    return Design(
-        platform=platform,
-        dofs=dofs_named(dofs),
-        explicit=ExplicitSettings(**explicit),
-        mpc=_mpc_from_record(record["mpc"]),
-        entry=Entry(record["guess_entry"]),
-        washout=None if record["tuning"] is None else Tuning.model_validate(record["tuning"]),
-    )
+    told: dict[str, Any] = {"mpc": _mpc_from_record(record["mpc"])}
+    if "explicit" in record:
+        explicit = dict(record["explicit"])
+        explicit["braking"] = BrakingRows(explicit["braking"])
+        explicit["state_weights"] = tuple(explicit["state_weights"])
+        told["explicit"] = ExplicitSettings(**explicit)
+    if "guess_entry" in record:
+        told["entry"] = Entry(record["guess_entry"])
+    if "tuning" in record:
+        told["washout"] = Tuning.model_validate(record["tuning"])
+    return Design(platform=platform, dofs=dofs_named(dofs), **told)
 
 
 def _mpc_to_record(settings: MpcSettings) -> dict[str, Any]:
@@ -79,23 +90,20 @@ def _mpc_to_record(settings: MpcSettings) -> dict[str, Any]:
 
 
 def _mpc_from_record(record: Mapping[str, Any]) -> MpcSettings:
-    objective = dict(record["objective"])
-    organs = objective.pop("senses")
+    typed = {name: _TYPED[name](value) if name in _TYPED else value for name, value in record.items()}
+    return MpcSettings(**typed)
+
+
+def _objective(record: Mapping[str, Any]) -> Objective:
+    organs = record["senses"]
     senses = (
         None if organs is None else Vestibular(**{name: _system(organ) for name, organ in organs.items()})
     )
-    weights = [
-        WashoutWeight(**{**one, "coefficients": tuple(one["coefficients"])}) for one in record["washout"]
-    ]
-    found: dict[str, Any] = {
-        **record,
-        "objective": Objective(senses=senses, **objective),
-        "washout": tuple(weights),
-        "braking": BrakingRows(record["braking"]),
-        "blocks": tuple(record["blocks"]),
-        "engine": _engine(record["engine"]),
-    }
-    return MpcSettings(**found)
+    return Objective(**{**record, "senses": senses})
+
+
+def _washout(record: Sequence[Mapping[str, Any]]) -> tuple[WashoutWeight, ...]:
+    return tuple(WashoutWeight(**{**one, "coefficients": tuple(one["coefficients"])}) for one in record)
 
 
 def _system_to_record(system: StateSpace) -> dict[str, Any]:
@@ -108,10 +116,21 @@ def _system(record: Mapping[str, Any]) -> StateSpace:
 
 
 def _engine_name(engine: Any) -> str:
-    """Name of a QP engine, or "module:attribute" of one from outside."""
+    """Name of a QP engine, or "module:attribute" of one from outside, which no file brings back."""
     target = f"{getattr(engine, '__module__', '')}:{getattr(engine, '__qualname__', '')}"
     return next((name for name, entry in registry.SOLVERS.items() if entry.target == target), target)
 
 
 def _engine(name: str) -> Any:
-    return registry.SOLVERS[name].load() if name in registry.SOLVERS else load_target("engine", name)
+    """The engine of a record; code from outside is not started because a file names it."""
+    return registry.lookup(registry.SOLVERS, "QP engine of the run", name).load()
+
+
+# Fields of `MpcSettings` that are no plain values, and what makes them of such.
+_TYPED: Final[Mapping[str, Callable[[Any], Any]]] = {
+    "objective": _objective,
+    "washout": _washout,
+    "braking": BrakingRows,
+    "blocks": tuple,
+    "engine": _engine,
+}

@@ -96,7 +96,7 @@ def test_inputs_are_held_over_blocks_when_asked_for(
     done(["run", SHORT, "--cueing", "implicit", *blocks, "--out", str(tmp_path), "--json"])
     summary = json.loads(capsys.readouterr().out)
     assert summary["violations"] == 0
-    assert summary["settings"]["blocks"] == blocks[1]
+    assert summary["settings"]["design"]["mpc"]["blocks"] == [1, 1, 2, 7, 12, 20, 28, 36, 43]
     assert summary["status"] == {"decided": 600}
 
 
@@ -224,11 +224,13 @@ def test_a_comparison_takes_what_one_of_its_algorithms_reads_and_records_it_with
 ) -> None:
     chosen = ["--cueing", "implicit", "--cueing", "classical", "--horizon", "20", "--tuning", "davsi"]
     done(["compare", "sine:duration=2", "--platform", "davsi", *chosen, "--out", str(tmp_path / "o")])
-    records = {name: files.read_run(tmp_path / "o" / f"{name}.h5").settings for name in chosen[1:4:2]}
-    assert records["implicit"]["horizon"] == 20
+    records = {
+        name: files.read_run(tmp_path / "o" / f"{name}.h5").settings["design"] for name in chosen[1:4:2]
+    }
+    assert records["implicit"]["mpc"]["horizon"] == 20
     assert "tuning" not in records["implicit"]
-    assert records["classical"]["tuning"] == "davsi"
-    assert not {"horizon", "washout", "solver", "preview"} & set(records["classical"])
+    assert records["classical"]["tuning"]["name"] == "davsi"
+    assert not {"horizon", "washout", "engine", "soft"} & set(records["classical"]["mpc"])
 
 
 def test_results_are_replaced_whole_and_other_files_are_not_touched(

@@ -48,12 +48,13 @@ def test_a_tuning_of_the_users_is_taken_and_recorded(
     )
     softer = tmp_path / "softer.toml"
     softer.write_text(shipped.replace("slope = 1.0\n", "slope = 0.4\n"), encoding="utf-8")
-    used = {}
+    used, slopes = {}, list[str]()
     for name in ("thesis", str(softer)):
         done(["run", SCENARIOS[0], *WASHOUTS[:2], "--tuning", name, "--out", str(tmp_path / "o"), "--json"])
         summary = json.loads(capsys.readouterr().out)
-        assert summary["settings"]["tuning"] == name
+        slopes.append(json.dumps(summary["settings"]["design"]["tuning"]))
         used[name] = summary["workspace"]["surge"]["largest"]
+    assert slopes[0] != slopes[1] == slopes[0].replace('"slope": 1.0', '"slope": 0.4')
     assert used[str(softer)] < 0.6 * used["thesis"]
 
 

@@ -65,14 +65,14 @@ def test_an_algorithm_and_a_drive_of_ones_own_are_found_again(
     log = ["--log", "ex/drive.csv", "--column", "az=none", "--lowpass", "5", "--platform", "ex/rig.toml"]
     done(["run", *log, "--cueing", "mine.py:HighPass", "--out", "a"])
     Path("ex/rig.toml").unlink()  # the run holds its platform
-    done(["rerun", "a/run.h5"])
+    assert "--cueing is absent, must be given" in refused(["rerun", "a/run.h5"], capsys)
+    again = ["rerun", "a/run.h5", "--cueing", "mine.py:HighPass"]
+    done(again)
     assert "equal bit for bit" in capsys.readouterr().err
     Path("ex/drive.csv").rename("ex/other.csv")
-    assert "log ex/drive.csv is no longer there" in refused(["rerun", "a/run.h5"], capsys)
+    assert "log ex/drive.csv is no longer there" in refused(again, capsys)
     Path("mine.py").unlink()
-    assert "a file 'mine.py' that does not exist" in refused(
-        ["rerun", "a/run.h5", "--log", "ex/other.csv"], capsys
-    )
+    assert "a file 'mine.py' that does not exist" in refused([*again, "--log", "ex/other.csv"], capsys)
 
 
 def test_what_differs_is_named_and_the_exit_code_says_so(

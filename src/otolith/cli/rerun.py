@@ -16,6 +16,9 @@ DIFFERENT = 1  # exit code
 
 def rerun(
     run: Annotated[Path, typer.Argument(metavar="RUN.H5", help="A run of 'otolith run' or 'compare'.")],
+    cueing: Annotated[
+        str | None, typer.Option(help="Your own algorithm again: module:attribute or file.py:attribute.")
+    ] = None,
     log: Annotated[Path | None, typer.Option(help="The drive, if it is no longer where it was.")] = None,
     law: Annotated[
         Path | None, typer.Option(help="The explicit law, if it is no longer where it was.")
@@ -29,7 +32,7 @@ def rerun(
     result, console = files.read_run(run), screen()
     if out is not None:
         files.check_folder(out, command="rerun", force=force)
-    experiment = Experiment.of(result, log=log, law=law, hint=hint)
+    experiment = Experiment.of(result, cueing=cueing, log=log, law=law, hint=hint)
     if result.settings["version"] != __version__:
         warn(console, f"the run was made by version {result.settings['version']}, this is {__version__}")
     with progress_bar(console, f"{result.cueing} on {result.scenario}") as progress:

@@ -7,15 +7,10 @@ algorithm (see `otolith.Cueing`) and is simulated, judged and drawn as the shipp
 
 import numpy as np
 
-from otolith import metrics
-from otolith.core.frames import SURGE_PITCH
-from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
-from otolith.plant import Ideal
-from otolith.platforms import load
-from otolith.scenarios import scenario
-from otolith.simulate import simulate
+import otolith
+from otolith import Command, Outcome, PlatformState, Reference, Status
 
-SURGE = SURGE_PITCH.translation  # index among surge, sway, heave, roll, pitch, yaw
+SURGE = otolith.SURGE_PITCH.translation  # index among surge, sway, heave, roll, pitch, yaw
 
 
 class HighPass:
@@ -44,7 +39,8 @@ class HighPass:
 
 
 if __name__ == "__main__":
-    platform = load("thesis")
-    drive = scenario("sine:amplitude=0.8,frequency=0.3,duration=8")
-    run = simulate(HighPass(), Ideal(), drive, platform=platform, dofs=("surge-pitch",))
-    print(f"RMSE {metrics.summarise(run)['rmse']:.3f} m/s², farthest {abs(run.pose[:, SURGE]).max():.3f} m")
+    platform = otolith.platform("thesis")
+    drive = otolith.scenario("sine:amplitude=0.8,frequency=0.3,duration=8")
+    plant = otolith.make_plant("ideal", platform)
+    run = otolith.close_loop(HighPass(), plant, drive, platform=platform, dofs=("surge-pitch",))
+    print(f"RMSE {otolith.summarise(run)['rmse']:.3f} m/s², farthest {abs(run.pose[:, SURGE]).max():.3f} m")
