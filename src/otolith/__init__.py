@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# Where each name is, as "module:name". The imports above tell type checkers the same; a test compares the two.
+# Where each name is, as "module:name". The imports above tell type checkers the same; a test compares them.
 _WHERE: Final = {
     "Command": "interfaces:Command",
     "Cueing": "interfaces:Cueing",
@@ -101,7 +101,7 @@ _WHERE: Final = {
     "write_text": "files:write_text",
 }
 
-__all__ = [
+__all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show names)
     "Command",
     "Cueing",
     "Design",
