@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test check unit clean
+.PHONY: demo test check unit fast clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
@@ -19,6 +19,10 @@ check: $(VENV)/.installed-dev
 
 unit: $(VENV)/.installed-dev
 	$(BIN)/pytest --numprocesses auto --dist loadfile --cov --cov-fail-under=95
+
+# One's daily loop: whatever calls a compiled kernel is skipped. For one module: make fast TESTS=tests/metrics
+fast: $(VENV)/.installed-dev
+	$(BIN)/pytest --fast -q $(TESTS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"Otolith needs Python 3.11 or newer, this is {v[0]}.{v[1]}: make PYTHON=python3.12")'

@@ -28,7 +28,7 @@ def rerun(
     force: Force = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
-    """Make a run again from its file, and say whether it is equal bit for bit, times left out."""
+    """Make a run again from its file, and say whether it is equal bit for bit."""
     result, console = files.read_run(run), screen()
     if out is not None:
         files.check_folder(out, command="rerun", force=force)
