@@ -4,6 +4,7 @@ from typing import Any
 
 from otolith.report.ranking import criterion_named, standings
 from otolith.report.reasons import why
+from otolith.report.tables import headline
 
 RMSE = criterion_named("rmse")
 
@@ -34,6 +35,14 @@ def test_the_lead_and_its_price_are_told() -> None:
         "x: a is best, tracking error (RMSE) 0.1 m/s²; b has 50 % more. "
         "a used 40 % of the reach and misled for 0.0 s, b used 30 % of the reach and misled for 1.2 s."
     )
+
+
+def test_of_yaw_alone_nothing_is_said_of_false_cues_which_are_of_forces() -> None:
+    a, b = ({**summary(0.1), "rate_rmse": {"yaw": error}, "false_cues": {}} for error in (0.1, 0.2))
+    rate, scenarios = criterion_named("rate", ["yaw"]), {"x": {"a": a, "b": b}}
+    (text,) = why(scenarios, standings(scenarios, rate), rate)
+    assert text.endswith("b has 100 % more. Both used 50 % of the reach.")
+    assert "Misled" not in headline(["a", "b"], [a, b])
 
 
 def test_ties_are_said() -> None:

@@ -60,8 +60,8 @@ class Column:
         return f"{self.head} [{in_degrees(self.unit)}]" if self.unit else self.head
 
     def number(self, value: Any) -> Any:
-        """The number of a measure's value, SI; None where there is no value."""
-        return None if value is None else self.of(value)
+        """The number of a measure's value, SI; None where the value is None or has no entries."""
+        return None if value is None or value == {} else self.of(value)
 
     def in_degrees(self, number: Any) -> Any:
         """The number in the unit of `heading`; None stays None."""

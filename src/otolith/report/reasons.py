@@ -78,10 +78,11 @@ def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Crit
 
 
 def _took(summary: Summary) -> str:
+    """The reach it used and the time it misled, as far as they are defined."""
     used, misled = USED.of(summary), MISLED.of(summary)
-    if math.isnan(used) or math.isnan(misled):
-        return ""
-    return f"used {used:.0f} {USED.unit} of the reach and misled for {misled:.1f} {MISLED.unit}"
+    told = [] if math.isnan(used) else [f"used {used:.0f} {USED.unit} of the reach"]
+    told += [] if math.isnan(misled) else [f"misled for {misled:.1f} {MISLED.unit}"]
+    return " and ".join(told)
 
 
 def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing, by: Criterion) -> str:

@@ -74,7 +74,7 @@ def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
     heads, cells = ["Cueing"], []
     for measure in sorted(MEASURES.values(), key=lambda one: list(Topic).index(one.topic)):
         values = [_at(summary, (measure.name,)) for summary in summaries]
-        if all(summary.get(measure.name) is None for summary in summaries):
+        if all(summary.get(measure.name) in (None, {}) for summary in summaries):
             continue
         for column in (one for one in measure.columns if one.head):
             numbers = [column.in_degrees(column.number(value)) for value in values]
