@@ -216,10 +216,8 @@ def _contents(parts: Sequence[Part], items: Mapping[str, Values]) -> str:
 
 def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
     parts = [f'<section class="item" id="{name}"><h3>{escape(heading_of(name, item))}{anchor(name)}</h3>']
-    up = '<a href="#contents">contents</a>'
-    parts.append(
-        f'<p class="note">thesis, section {escape(item["section"])} · <code>{name}</code> · {up}</p>'
-    )
+    up = '<a href="#contents"> · contents</a>'
+    parts.append(f'<p class="note">thesis, section {escape(item["section"])} · <code>{name}</code>{up}</p>')
     if item["text"]:
         parts.append(f"<p>{escape(item['text'])}</p>")
     parts += [_claims(item), _numbers(item["numbers"])]
