@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from otolith.report import cueing_figure as cueing_figure
     from otolith.report import render as report_page
     from otolith.report import save_figure as save_figure
+    from otolith.report.notebook import Comparison as Comparison
     from otolith.scenarios import Scenario as Scenario
     from otolith.scenarios import log_scenario as log_scenario
     from otolith.scenarios import scenario as scenario
@@ -61,6 +62,7 @@ __version__ = "0.1.0"
 # Where each name is, as "module:name". The imports above tell type checkers the same; a test compares them.
 _WHERE: Final = {
     "Command": "interfaces:Command",
+    "Comparison": "report.notebook:Comparison",
     "Cueing": "interfaces:Cueing",
     "Design": "cueing.design:Design",
     "Dof": "core.frames:Dof",
@@ -103,6 +105,7 @@ _WHERE: Final = {
 
 __all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show names)
     "Command",
+    "Comparison",
     "Cueing",
     "Design",
     "Dof",

@@ -3,7 +3,8 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -17,6 +18,10 @@ from otolith.platforms import Platform
 from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_NOTEBOOK: Final = "otolith.report.notebook"  # reports read runs; a run only knows where to look when asked
 # A jump of the reference must fall on the same side for controller, plant and record, whatever the
 # rounding of k·dt: decisions see the value just after an instant, records the value just before.
 EDGE = 1e-9  # [s]
@@ -73,6 +78,25 @@ class Run:
         rate = np.empty((len(self.pose), 3))
         rate_along(self.pose, self.twist, rate)
         return rate
+
+    def _repr_html_(self) -> str:
+        """Key figures as a small table, which is what a notebook shows."""
+        card: str = import_module(_NOTEBOOK).card([self])
+        return card
+
+    def plot(self, dof: str | None = None) -> "Figure":
+        """What was wanted and felt, and how the platform moved, of one degree of freedom.
+
+        Parameters
+        ----------
+        dof : its name; None: the first that was cued.
+
+        Raises
+        ------
+        InputError : this degree of freedom was not cued.
+        """
+        drawn: Figure = import_module(_NOTEBOOK).figure([self], dof)
+        return drawn
 
     def at_decisions(self, series: Vec) -> Vec:
         """Rows of a plant-rate series at the control nodes: one row per period, at its end."""
