@@ -20,7 +20,9 @@ check: $(VENV)/.installed-dev
 unit: $(VENV)/.installed-dev
 	$(BIN)/pytest --numprocesses auto --dist loadfile --cov --cov-fail-under=95
 
-# One's daily loop: whatever calls a compiled kernel is skipped. For one module: make fast TESTS=tests/metrics
+# One's daily loop: whatever calls a compiled kernel is skipped; drawing and the many logs of others, which
+# take most of the rest, are left out. For one folder: make fast TESTS=tests/report
+fast: TESTS ?= tests --ignore=tests/report --ignore=tests/scenarios/checks
 fast: $(VENV)/.installed-dev
 	$(BIN)/pytest --fast -q $(TESTS)
 
