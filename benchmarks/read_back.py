@@ -17,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from tests.scenarios.mutilated import hockenheim, judge, put, random_form, truth, write
+from tests.recordings.mutilated import hockenheim, judge, put, random_form, truth, write
 
 from otolith import files
 from otolith.core.errors import OtolithError

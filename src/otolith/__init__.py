@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from otolith.metrics import summarise as summarise
     from otolith.platforms import Platform as Platform
     from otolith.platforms import parse_platform as parse_platform
+    from otolith.recordings import log_scenario as log_scenario
     from otolith.registry import make_cueing as make_cueing
     from otolith.registry import make_plant as make_plant
     from otolith.report import comparison_figure as comparison_figure
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from otolith.report import save_figure as save_figure
     from otolith.report.notebook import Comparison as Comparison
     from otolith.scenarios import Scenario as Scenario
-    from otolith.scenarios import log_scenario as log_scenario
     from otolith.scenarios import scenario as scenario
     from otolith.simulate import Run as Run
     from otolith.simulate import simulate as close_loop
@@ -87,7 +87,7 @@ _WHERE: Final = {
     "compare": "metrics:compare",
     "comparison_figure": "report:comparison_figure",
     "cueing_figure": "report:cueing_figure",
-    "log_scenario": "scenarios:log_scenario",
+    "log_scenario": "recordings:log_scenario",
     "make_cueing": "registry:make_cueing",
     "make_plant": "registry:make_plant",
     "parse_platform": "platforms:parse_platform",

@@ -22,9 +22,10 @@ from otolith.cueing.mpc.settings import MpcSettings
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.record import design_from_record, design_to_record
-from otolith.scenarios import Log, Scenario, log_scenario, scenario
+from otolith.recordings import Log, log_scenario
+from otolith.recordings.settings import PLAIN, LogSettings
+from otolith.scenarios import Scenario, scenario
 from otolith.scenarios.perceived import perceived
-from otolith.scenarios.settings import PLAIN, LogSettings
 from otolith.simulate import Run, simulate
 
 # Fields of a run that may differ when it is repeated; a log's scenario and an algorithm of

@@ -18,11 +18,11 @@ from otolith.core.hdf5 import read_sealed, write_sealed
 from otolith.cueing.washout.tuning import Tuning, load_tuning, parse_tuning, tunings
 from otolith.logfiles import recorded
 from otolith.platforms import Platform, catalog, load, parse_platform
-from otolith.scenarios import Log, log_from
-from otolith.scenarios.channels import Layout
-from otolith.scenarios.recorded import Columns, Recorded
-from otolith.scenarios.settings import PLAIN, LogSettings, settings_from_toml
-from otolith.scenarios.understanding import Understanding, understand
+from otolith.recordings import Log, log_from
+from otolith.recordings.channels import Layout
+from otolith.recordings.recorded import Columns, Recorded
+from otolith.recordings.settings import PLAIN, LogSettings, settings_from_toml
+from otolith.recordings.understanding import Understanding, understand
 from otolith.sealed import read_hint, read_laws, read_run, write_hint, write_laws, write_run
 
 if TYPE_CHECKING:  # roads and cars are imported on use: most commands have none

@@ -8,12 +8,12 @@ from typing import Final
 from otolith import registry
 from otolith.core.disk import read_bytes
 from otolith.core.errors import InputError, damage_told
-from otolith.scenarios.blocks import has_blocks, parse_blocks
-from otolith.scenarios.columns import recognise
-from otolith.scenarios.erg import parse_erg
-from otolith.scenarios.jsonlog import looks_like_json, parse_json
-from otolith.scenarios.recorded import Recorded
-from otolith.scenarios.table import decode, split
+from otolith.recordings.blocks import has_blocks, parse_blocks
+from otolith.recordings.columns import recognise
+from otolith.recordings.erg import parse_erg
+from otolith.recordings.jsonlog import looks_like_json, parse_json
+from otolith.recordings.recorded import Recorded
+from otolith.recordings.table import decode, split
 
 JSON: Final = (".json", ".jsonl", ".ndjson")
 OWN: Final = (

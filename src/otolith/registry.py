@@ -252,9 +252,9 @@ PERCEPTION: Final = {
 LOG_FORMATS: Final = Table(
     "otolith.formats",
     {
-        "mdf": Entry("otolith.scenarios.mdf:read_mdf", "ASAM MDF 3 and 4", extra="logs", needs=("asammdf",)),
+        "mdf": Entry("otolith.recordings.mdf:read_mdf", "ASAM MDF 3 and 4", extra="logs", needs=("asammdf",)),
         "rosbag": Entry(
-            "otolith.scenarios.rosbag:read_rosbag",
+            "otolith.recordings.rosbag:read_rosbag",
             "ROS 1 and 2, bags and MCAP",
             extra="logs",
             needs=("rosbags",),

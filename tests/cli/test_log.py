@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 from otolith import files
 from otolith.cli import main
-from tests.scenarios.checks.drives import ALL, NAMES, SAE, text, written
-from tests.scenarios.vehicles import car
+from tests.recordings.checks.drives import ALL, NAMES, SAE, text, written
+from tests.recordings.vehicles import car
 
 AIM = NAMES | {
     "ax": "InlineAcc (g)",

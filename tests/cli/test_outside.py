@@ -121,8 +121,8 @@ def test_an_installed_package_adds_a_plant_and_a_format(
     source = """
 import numpy as np
 from otolith.plant import Ideal
-from otolith.scenarios.recorded import Columns
-from otolith.scenarios.channels import Layout
+from otolith.recordings.recorded import Columns
+from otolith.recordings.channels import Layout
 
 def plant(platform):
     return Ideal()

@@ -33,7 +33,8 @@ from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.rows import parse_braking_rows
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.platforms import Platform
-from otolith.scenarios import Scenario, log_scenario
+from otolith.recordings import log_scenario
+from otolith.scenarios import Scenario
 
 app = group("Hints for the implicit MPC: learn offline, verify.")
 Json = Annotated[

@@ -13,8 +13,8 @@ from rich.text import Text
 from otolith import files
 from otolith.cli.output import group, print_json, screen
 from otolith.cli.reading import Axes, Columns, Events, Header, MappingFile, Offsets, Units, log_settings
-from otolith.scenarios.checks.orientation import AXES
-from otolith.scenarios.settings import settings_to_toml
+from otolith.recordings.checks.orientation import AXES
+from otolith.recordings.settings import settings_to_toml
 
 app = group("Recorded drives: see what is understood of a file, and save how it is read.")
 

@@ -13,7 +13,7 @@ from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
 from otolith.experiment import Wanted
 from otolith.metrics.false_cues import THRESHOLD, FalseCue, false_cues
-from otolith.scenarios import Log
+from otolith.recordings import Log
 from otolith.simulate import Run
 
 WORST: Final = 10  # false cues in the table

@@ -30,7 +30,7 @@ from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
 from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
 from otolith.experiment import Experiment, Wanted, hint_for
-from otolith.scenarios.settings import PLAIN
+from otolith.recordings.settings import PLAIN
 
 SOFTENED: Final = (
     "tilt_rate",

@@ -9,7 +9,7 @@ import typer
 
 from otolith import files
 from otolith.core.errors import InputError
-from otolith.scenarios.settings import PLAIN, LogSettings
+from otolith.recordings.settings import PLAIN, LogSettings
 
 NEEDS: Final = {"surge-pitch": "ax", "sway-roll": "ay", "heave": "az", "yaw": "yaw_rate"}
 OPTIONS: Final = ("column", "header", "units", "axes", "events", "offsets", "mapping")  # only for logs

@@ -8,15 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from otolith.core.arrays import Mat
+from otolith.recordings.channels import Channel
+from otolith.recordings.checks.relations import WINDOW, Relation
+from otolith.recordings.columns import QUANTITIES, SI
+from otolith.recordings.events import after_cut, before_cut, parted
+from otolith.recordings.events.jumps import place_of
+from otolith.recordings.span import rate
+from otolith.recordings.understanding import Understanding
 from otolith.report.figures import FONT, SMALL
 from otolith.report.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
-from otolith.scenarios.channels import Channel
-from otolith.scenarios.checks.relations import WINDOW, Relation
-from otolith.scenarios.columns import QUANTITIES, SI
-from otolith.scenarios.events import after_cut, before_cut, parted
-from otolith.scenarios.events.jumps import place_of
-from otolith.scenarios.span import rate
-from otolith.scenarios.understanding import Understanding
 
 WIDTH: Final = 7.2  # [in]
 PANEL: Final = 1.35  # [in]

@@ -8,7 +8,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
-from otolith.scenarios.playback import Sampled
+from otolith.scenarios.sampled import Sampled
 from otolith.scenarios.scenario import Scenario
 
 SAMPLING: Final = 1e-3  # [s]; the quickest organ of `otolith.perception` answers in 16 ms

@@ -7,7 +7,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.frames import GRAVITY
-from otolith.scenarios import Log, sampled_log
+from otolith.recordings import Log, sampled_log
 from otolith.vehicle.car import Car
 from otolith.vehicle.dynamics import STATES
 from otolith.vehicle.profile import Limits, Plan

@@ -13,8 +13,8 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
-from otolith.scenarios.columns import Column
-from otolith.scenarios.table import Table, split
+from otolith.recordings.columns import Column
+from otolith.recordings.table import Table, split
 from otolith.vehicle.geodesy import local_plane
 
 FAR: Final = 1e5  # [m] from the origin: coordinates of a map's grid, which no drive is told in

@@ -4,7 +4,8 @@ from typing import Final
 
 from otolith.core.arrays import Mat
 from otolith.perception import otoliths, sense
-from otolith.scenarios import Scenario, log_scenario
+from otolith.recordings import log_scenario
+from otolith.scenarios import Scenario
 from otolith.scenarios.perceived import perceived
 from otolith.vehicle.car import load_car
 from otolith.vehicle.closed_loop import drive

@@ -14,7 +14,7 @@ import numpy as np
 
 from otolith.core.frames import Dof
 from otolith.scenarios import Scenario
-from otolith.scenarios.playback import Sampled
+from otolith.scenarios.sampled import Sampled
 from otolith.scenarios.waves import Along, Chirp, Pulse, Sine, Sum, Wave
 
 PERIOD: Final = 0.01  # [s] of a random drive's samples

@@ -1,0 +1,72 @@
+"""Logs in blocks: a small table of time and values for each channel, one below the other.
+
+Pi Toolbox (Cosworth) exports so as "versioned ASCII": a line ``{ChannelBlock}``, a line of names with units
+in brackets parted by tabs, and rows until a blank line; each channel has its own rate.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
+from otolith.recordings.cells import numbers
+from otolith.recordings.channels import Layout
+from otolith.recordings.recorded import Columns, Signal, with_own_clocks
+from otolith.recordings.units import factor
+from otolith.recordings.words import parted, tells
+
+MARK: Final = "{ChannelBlock}"
+
+
+def has_blocks(text: str) -> bool:
+    """Whether a text holds several blocks; a single one is a table like any other."""
+    return sum(line.strip() == MARK for line in text.splitlines()) > 1
+
+
+def parse_blocks(text: str, source: str, notes: tuple[str, ...] = ()) -> Columns:
+    """The channels of all blocks, each on the clock of its block, which is its first column.
+
+    Raises
+    ------
+    InputError : a block does not begin with time, a row is of another width than the names of its block, a
+        cell is no number, or no channel is left.
+    """
+    lines = text.splitlines()
+    starts = [i + 1 for i, line in enumerate(lines) if line.strip() == MARK]
+    signals = [signal for start in starts for signal in _block(lines, start, source)]
+    note = f"{source}: {len(starts)} blocks of channels: {', '.join(s.name for s in signals[:8])}"
+    return with_own_clocks(source, signals, Layout(form="text, blocks of channels"), (*notes, note))
+
+
+def _block(lines: Sequence[str], start: int, source: str) -> list[Signal]:
+    """The channels of the block whose names stand in line `start`, counted from 0."""
+    end = next((i for i in range(start, len(lines)) if lines[i].strip()[:1] in ("", "{")), len(lines))
+    names, *rows = (line.rstrip("\r\n").split("\t") for line in lines[start:end] or [""])
+    for line, row in enumerate(rows, start + 2):
+        if len(row) != len(names):
+            where = f"number of values in line {line} of {source}"
+            raise InputError(where, len(row), f"{len(names)}, as many as names in line {start + 1}")
+    clock, unit = parted(names[0].strip())
+    scale, told = factor("time", unit or "s"), tells(clock, unit)
+    if scale is None or told is None or told.key != "t":
+        raise InputError(
+            f"first column in line {start + 1} of {source}", repr(names[0]), "time, in s or the like"
+        )
+    columns = [
+        _values([row[i].strip().replace(",", ".") for row in rows], start + 2, source)
+        for i in range(len(names))
+    ]
+    timed = np.isfinite(columns[0])
+    return [
+        Signal(*parted(name.strip()), scale * columns[0][timed], values[timed])
+        for name, values in zip(names[1:], columns[1:], strict=True)
+    ]
+
+
+def _values(cells: Sequence[str], first: int, source: str) -> Vec:
+    values, wrong = numbers(cells)
+    if wrong is not None:
+        raise InputError(f"cell in line {first + wrong} of {source}", repr(cells[wrong]), "a finite number")
+    return values

@@ -1,0 +1,244 @@
+"""What the ground, a map and gravity say of a drive's left and right, and what would mend a contradiction."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
+from otolith.recordings.channels import Channel
+from otolith.recordings.checks.kinematics import CHANGE, TURNING, Kinematics
+from otolith.recordings.checks.relations import SLOPES, Relation
+from otolith.recordings.checks.remedies import spelled
+from otolith.recordings.columns import STANDARD_GRAVITY
+
+ROLLING: Final = "roll rate and gravity"
+PITCHING: Final = "pitch rate and gravity"
+FAINT: Final = 0.15  # of v r: a lateral force that is less does not tell its sign
+BANK: Final = 0.7  # sin(45 deg): no oval is banked more …
+CANT: Final = 0.15  # … and no road that turns both ways, nor a railway (AASHTO: 12 %; 180 mm on 1,500 mm)
+ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval, at most
+ALIVE: Final = {
+    "ax": 0.05,
+    "ay": 0.2,
+    "az": 0.05,
+    "roll_rate": 0.002,
+    "pitch_rate": 0.002,
+    "yaw_rate": 0.01,
+}  # [m/s², rad/s] less is as good as zero
+
+
+class Verdict:
+    """What the witnesses say of a drive's lateral force and yaw rate: +1 as read, -1 turned, 0 nothing.
+
+    A yaw rate shows the turning whatever the road; a lateral force does so only where no bank explains the
+    contrary.
+    """
+
+    def __init__(self, drive: Kinematics, source: str) -> None:
+        self.drive, self.source = drive, source
+        sure = [w.name for w in drive.witnesses if w.absolute]
+        mapped = [w.name for w in drive.witnesses if not w.absolute]
+        self.together = self._together()
+        self.yaw, self._by_yaw = self._side("yaw_rate", sure)
+        self.lateral, self._by_lateral = self._side("ay", sure)
+        if "yaw_rate" in drive.channels:
+            self.lateral = self.yaw * self.together
+        self.relative, self._map = self._side("yaw_rate", mapped)
+        if not self.relative:
+            self.relative, self._map = self._side("ay", mapped)
+        for key, words in (("ay", ROLLING), ("ax", PITCHING)):
+            if not self.relative and drive.attitude_explains(key):
+                self.relative, self._map = (1 if drive.attitude_explains(key, 1.0) else -1), words
+
+    @property
+    def by(self) -> str:
+        """The words for what decided."""
+        return self._by_yaw or self._by_lateral or self._map
+
+    @property
+    def proof(self) -> str:
+        """What proves that left is left, if something does, and what could still deceive it."""
+        if self.yaw > 0:
+            return self._by_yaw
+        if self.yaw or self.lateral <= 0 or not self._by_lateral:
+            return ""
+        one = self.drive.of("ay", self._by_lateral)
+        share = 1.0 if one is None else self._share(one.measured + one.expected)
+        if share > BANK:
+            return self._by_lateral
+        return f"{self._by_lateral}, unless the road is banked by {np.degrees(np.arcsin(share)):.0f} deg"
+
+    @property
+    def bank(self) -> float:
+        """Angle [rad] of the bank that would explain all with only one of lateral force and yaw rate turned.
+
+        On an oval that is driven slowly, gravity outweighs v r: there the two have opposite signs, and the
+        same sign in a file may be a fault in one of them. Zero where no bank does so.
+        """
+        one = self.drive.of("ay", TURNING)
+        if one is None or not one.agrees or self.drive.attitude_shows("ay"):
+            return 0.0
+        share = self._share(one.measured + one.expected)
+        return float(np.arcsin(share)) if share < (BANK if _one_way(one.expected) else CANT) else 0.0
+
+    @property
+    def condition(self) -> str:
+        """On which condition what is not absolute proves left and right; empty where nothing agrees."""
+        if self.relative <= 0:
+            return ""
+        if self._map == ROLLING:
+            how = "the roll rate counts the right side down as positive, as ISO 8855 and SAE J670 both do"
+        elif self._map == PITCHING:
+            how = "the pitch rate is in the axes of the lateral force"
+        else:
+            how = "that map is drawn with z up (x east and y north, say)"
+        return f"{self._map}, which proves them only if {how}"
+
+    def turned(self, up: float) -> bool:
+        """Whether lateral force and yaw rate are turned together, for sure."""
+        channels = self.drive.channels
+        if self.yaw < 0 and self.bank and up >= 0.0:
+            return False
+        if self.yaw < 0:
+            others = ["ay"] if up > 0.0 else ["ay", "pitch_rate", "az"]
+            return self.lateral < 0 or (self.lateral == 0 and (up < 0.0 or not alive(channels, others)))
+        if "yaw_rate" not in channels and self.lateral < 0:
+            return up < 0.0 or (up == 0.0 and not {"az", "pitch_rate"} & set(channels))
+        return up < 0.0 and not self.yaw and self.relative < 0 and self.together >= 0
+
+    def refuse_contradiction(self, up: float) -> None:
+        """Refuse what a witness contradicts and what cannot simply be turned, with what would mend it.
+
+        `up` tells by gravity whether z points up, +1, down, -1, or nothing.
+        """
+        channels = self.drive.channels
+        banked = f" if the road is banked by {np.degrees(self.bank):.0f} deg" if self.bank else ""
+        single = self.together <= 0 or banked or (self._map == ROLLING and not self._level())
+        alone = [f"map {_remap(channels, ['yaw_rate'])}{banked}"] if "yaw_rate" in channels and single else []
+        whole = ["--axes sae, which turns ay, pitch and yaw rate"] if up <= 0.0 and self.together >= 0 else []
+        whole += [f"map {_remap(channels, ['ay', 'yaw_rate'])}"] if up > 0.0 and banked else []
+        if self.yaw < 0:
+            found = f"against {self._by_yaw}{self._how('yaw_rate')}"
+            raise InputError(f"yaw rate in {self.source}", found, _same(alone + whole))
+        if "yaw_rate" not in channels and self.lateral < 0:
+            ways = [f"map {_remap(channels, ['ay'])}", *whole]
+            raise InputError(f"ay in {self.source}", f"against {self.by}{self._how('ay')}", _same(ways))
+        if not self.proof and self.relative < 0:
+            raise InputError(
+                f"turning in {self.source}", f"against {self._map}", _same(whole + alone + self._other_maps())
+            )
+
+    def refuse_gyro(self) -> None:
+        """Refuse a roll or pitch rate against gravity where the ground proves the axes of all the rest."""
+        for key, gyro in (("ay", "roll_rate"), ("ax", "pitch_rate")):
+            if (
+                self.proof
+                and self.drive.attitude_explains(key)
+                and not self.drive.attitude_explains(key, 1.0)
+            ):
+                way = f"map {_remap(self.drive.channels, [gyro])}"
+                found = f"against gravity's share of {key}"
+                raise InputError(f"{gyro} in {self.source}", found, _same([way]))
+
+    def unproven(self, up: float) -> list[str]:
+        """Quantities of which ground and turning say nothing, and gravity does not show the sign either."""
+        shown = {"ay": "roll_rate", "ax": "pitch_rate"}
+        judged = {gyro for key, gyro in shown.items() if self.drive.attitude_explains(key)}
+        others = {"roll_rate", "pitch_rate", *(() if up else ("az",))} - judged
+        ahead = self.drive.of("ax", CHANGE)
+        if (ahead is None or not ahead.told) and not self.drive.attitude_explains("ax"):
+            others.add("ax")
+        return [key for key in self.drive.channels if key in others and alive(self.drive.channels, [key])]
+
+    @property
+    def faint(self) -> bool:
+        """Whether gravity takes so much of the lateral force that its sign cannot be judged."""
+        one = self.drive.of("ay", TURNING)
+        return self.drive.attitude_explains("ay") and one is not None and abs(one.slope) < FAINT
+
+    def _level(self) -> bool:
+        one = self.drive.of("ay", TURNING)
+        return one is not None and one.agrees
+
+    def _other_maps(self) -> list[str]:
+        channels = self.drive.channels
+        if self._map == ROLLING:
+            return [f"map {_remap(channels, ['roll_rate'])} if it counts the left side down as positive"]
+        if self._map == PITCHING:
+            return [f"map {_remap(channels, [key])}" for key in ("pitch_rate", "ax")]
+        keys = [
+            k
+            for k in ("y", "heading")
+            if any(w.name == self._map and k in w.keys for w in self.drive.witnesses)
+        ]
+        return [f"map {_remap(channels, [key])} if it is the map that is drawn with z down" for key in keys]
+
+    def refuse_statement(self, axes: str) -> None:
+        """Refuse a statement of the user's that the ground contradicts."""
+        if self.yaw < 0 or self.lateral < 0:
+            witness = next(w for w in self.drive.witnesses if w.name == self.by)
+            other = " ".join(f"{key}=none" for key in witness.keys)
+            raise InputError(
+                "--axes",
+                f"{axes}, against {self.by} in {self.source}",
+                f"{'iso' if axes == 'sae' else 'sae'}, or left out, or that witness mapped away ({other})",
+            )
+
+    def _side(self, key: str, names: Sequence[str]) -> tuple[int, str]:
+        for name in names:
+            one = self.drive.of(key, name)
+            if one is None or not one.strong:
+                continue
+            if key == "yaw_rate":
+                return (1 if one.correlation > 0.0 else -1), name
+            if one.agrees:
+                return 1, name
+            if one.fits(-1.0, SLOPES) and self._beyond_banks(one):
+                return -1, name
+        return 0, ""
+
+    def _together(self) -> int:
+        """Whether lateral force and yaw rate have the same sign, +1, or surely not, -1."""
+        one = self.drive.of("ay", TURNING)
+        if self.drive.attitude_explains("ay"):
+            return 0 if self.faint else 1
+        if self.drive.attitude_opposes("ay"):
+            return -1
+        if one is None or not one.strong:
+            return 0
+        return 1 if one.agrees else -1 if one.fits(-1.0, SLOPES) and self._beyond_banks(one) else 0
+
+    def _how(self, key: str) -> str:
+        one = self.drive.of(key, self.by)
+        return "" if one is None else f" (correlation {one.correlation:.2f}, slope {one.slope:.2f})"
+
+    def _beyond_banks(self, one: Relation) -> bool:
+        """Whether no bank explains how a lateral force differs from that on a level road."""
+        return self._share(one.measured - one.expected) > BANK
+
+    def _share(self, difference: Vec) -> float:
+        """What is exceeded in a tenth of the time, as a share of 1 g."""
+        return float(np.quantile(np.abs(difference), 0.9)) / STANDARD_GRAVITY if len(difference) else 0.0
+
+
+def alive(channels: Mapping[str, Channel], keys: Iterable[str]) -> bool:
+    """Whether any of these quantities says anything."""
+    return any(key in channels and float(np.std(channels[key].values)) > ALIVE[key] for key in keys)
+
+
+def _one_way(turning: Vec) -> bool:
+    """Whether nearly all turning goes one way, as on an oval."""
+    left, right = float(turning[turning > 0.0].sum()), float(-turning[turning < 0.0].sum())
+    return min(left, right) <= ONE_WAY * (left + right)
+
+
+def _remap(channels: Mapping[str, Channel], keys: Iterable[str]) -> str:
+    return " and ".join(f"{key}={spelled(channels[key].column, -1.0)}" for key in keys)
+
+
+def _same(ways: Sequence[str]) -> str:
+    if len(ways) == 1:
+        return f"of the same sign ({ways[0]}, which makes this file agree)"
+    return f"of the same sign (more than one thing makes this file agree: {'; or '.join(ways)})"

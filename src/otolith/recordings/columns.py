@@ -1,0 +1,239 @@
+"""Which column of a recorded drive holds what, in which unit: from its name, or as the user maps it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
+
+from otolith.core.errors import InputError, one_of
+from otolith.recordings.units import READABLE, SI, STANDARD_GRAVITY, UNITS, canonical, factor
+from otolith.recordings.words import Told, recognise, stated_unit, tells
+
+__all__ = [
+    "QUANTITIES",
+    "SI",
+    "STANDARD_GRAVITY",
+    "UNITS",
+    "Column",
+    "Header",
+    "candidates",
+    "canonical",
+    "recognise",
+    "unit_in_name",
+]
+
+# quantity -> (dimension, in words); axes x forward, y left, z up
+QUANTITIES: Final = {
+    "t": ("time", "time"),
+    "ax": ("acceleration", "longitudinal acceleration"),
+    "ay": ("acceleration", "lateral acceleration"),
+    "az": ("acceleration", "vertical acceleration"),
+    "roll_rate": ("rate", "roll rate"),
+    "pitch_rate": ("rate", "pitch rate"),
+    "yaw_rate": ("rate", "yaw rate"),
+    "vx": ("speed", "speed, for checks only"),
+    "x": ("length", "position x, for maps only"),
+    "y": ("length", "position y, for maps only"),
+    "lat": ("angle", "latitude, for checks only"),
+    "lon": ("angle", "longitude, for checks only"),
+    "heading": ("angle", "heading clockwise from north, for checks only"),
+    "yaw": ("angle", "yaw angle, for checks only"),
+}
+OMITTED: Final = "none"  # as a mapping: leave this quantity out although a column has its name
+EVERY: Final = "every"  # as a mapping of time: rows are evenly spaced, ``every:0.05s`` or ``every:20Hz``
+DERIVATIONS: Final = {"ax": "from-speed", "ay": "from-yaw-rate"}  # quantity -> word that asks for it
+DEGREES: Final = ("lat", "lon", "heading")  # in degrees where nobody states a unit, as all the world does
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column that is read: value in SI = factor · number in the file."""
+
+    key: str  # of QUANTITIES
+    index: int  # of the column, from 0; -1 where the quantity is derived from others
+    name: str  # as in the file
+    factor: float  # to SI, with the sign
+    unit: str  # as found or assumed
+    assumed: bool  # nobody stated the unit
+    twins: tuple[str, ...] = ()  # names of other columns that hold the same numbers
+    why: str = ""  # why this column and no other, where there was a choice
+    address: str = ""  # by which a mapping reaches it: ``NAME#2`` where several have the name
+    rank: tuple[int, ...] = ()  # of several for one quantity: smaller is better, the last is the index
+
+    def __str__(self) -> str:
+        how = f", no unit stated, taken as {self._taken()}" if self.assumed else ""
+        turned = ", sign turned" if self.factor < 0.0 else ""
+        twins = f" (the same as {', '.join(map(repr, self.twins))})" if self.twins else ""
+        why = f"; {self.why}" if self.why else ""
+        return f"{self.key}: column {self.name!r} in {self.unit}{how}{turned}{twins}{why}"
+
+    def _taken(self) -> str:
+        return "SI" if self.unit == SI[QUANTITIES[self.key][0]] else self.unit
+
+
+class Header(NamedTuple):
+    """What a file says about its columns."""
+
+    source: str  # name of the file
+    names: Sequence[str]  # (c,)
+    units: Sequence[str]  # (c,) from a row of units or the file's own description, empty where there is none
+    origins: Sequence[str] = ()  # (c,) from a row of sources, such as "100: gps"; empty where there is none
+    clocked: bool = False  # the channels have clocks of their own, so that no column needs to be the time
+
+
+def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Column]]:
+    """The columns that may hold each quantity, the best first; as mapped by the user, else as names tell.
+
+    A word of direction (lateral, yaw) goes before a letter, which may mean the device's axes; what a sensor
+    measured before what satellites or calculations gave; a stated unit before none; the first column last.
+
+    Parameters
+    ----------
+    mapping : quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME`` (sign turned), ``NAME#2`` (the second column of
+        that name), ``none``, and the words of `DERIVATIONS` and `EVERY`, which give no candidate here.
+
+    Raises
+    ------
+    InputError : unknown quantity, name or unit in the mapping.
+    """
+    for key in mapping:
+        if key not in QUANTITIES:
+            raise InputError("mapped quantity", repr(key), one_of(QUANTITIES, key))
+    found = {
+        key: [column] if (column := _mapped(key, text, header)) is not None else []
+        for key, text in mapping.items()
+    }
+    ranked: dict[str, list[Column]] = {}
+    for index, name in enumerate(header.names):
+        unit = header.units[index]
+        told = tells(name, unit)
+        if told is None or told.key in mapping:
+            continue
+        if factor(QUANTITIES[told.key][0], told.unit or unit) is None and (told.unit or unit).strip(" -"):
+            continue  # a voltage, say: no quantity of this kind
+        column = _column(told.key, index, header, told.unit)
+        ranked.setdefault(told.key, []).append(replace(column, rank=_rank(told, column, header)))
+    _leave_lone_letters(ranked, header)
+    return found | {key: sorted(some, key=lambda column: column.rank) for key, some in ranked.items()}
+
+
+def _leave_lone_letters(ranked: dict[str, list[Column]], header: Header) -> None:
+    """Leave out rates about x or y that only a letter names where nothing turns about z.
+
+    Beside accelerations that words of direction name, such as ``G_LAT``, a lone ``ROTY`` is a game's, whose y
+    points up.
+    """
+    worded = any(one.rank[0] == 0 for key in ("ax", "ay") for one in ranked.get(key, []))
+    if "yaw_rate" in ranked or not worded:
+        return
+    for key in ("roll_rate", "pitch_rate"):
+        told = ((one, tells(one.name, header.units[one.index])) for one in ranked.get(key, []))
+        kept = [one for one, said in told if said is not None and not said.letter]
+        if kept:
+            ranked[key] = kept
+        else:
+            ranked.pop(key, None)
+
+
+def missing(key: str, header: Header) -> InputError:
+    """The sentence for a quantity that is needed and that no column holds, with the remedy."""
+    dimension, words = QUANTITIES[key]
+    field = f"{words} ({key}) in {header.source}"
+    alien = [
+        f"{name!r} in {unit!r}"
+        for name, unit in zip(header.names, header.units, strict=True)
+        if (told := tells(name, unit)) is not None
+        and told.key == key
+        and (told.unit or unit).strip(" -")
+        and factor(dimension, told.unit or unit) is None
+        for unit in [told.unit or unit]
+    ]
+    derived = f", or derived with {key}={DERIVATIONS[key]}" if key in DERIVATIONS else ""
+    even = ", or t=every:0.05s if the rows are evenly spaced" if key == "t" else ""
+    unit = f"{SI[dimension]} (one of {READABLE[dimension]})" if alien else SI[dimension]
+    return InputError(
+        field,
+        f"given only by {' and '.join(alien)}" if alien else "missing",
+        f"mapped as {key}=NAME:UNIT, UNIT such as {unit}, NAME {_listed(header.names)}{derived}{even}",
+    )
+
+
+def _rank(told: Told, column: Column, header: Header) -> tuple[int, ...]:
+    origin = (header.origins[column.index] if header.origins else "").lower()
+    derived = told.derived or "gps" in origin or "calc" in origin
+    direction = told.letter and told.key in ("ax", "ay", "az", "vx")
+    late = told.key == "t" and not _is_plain_time(column.name)
+    return (int(direction), int(derived), int(told.filtered), int(late), int(column.assumed), column.index)
+
+
+def _is_plain_time(name: str) -> bool:
+    return any(word in name.lower() for word in ("time", "elapsed", "stamp", "cts", "interval")) or (
+        len(name) < 5 and "date" not in name.lower()
+    )
+
+
+def _mapped(key: str, text: str, header: Header) -> Column | None:
+    word = text.strip().lower()
+    if word == OMITTED or word == DERIVATIONS.get(key) or (key == "t" and word.startswith(f"{EVERY}:")):
+        return None
+    whole, parted = (text, ""), text.rpartition(":")[::2]
+    for name, unit in (whole, parted) if ":" in text else (whole,):
+        for sign, candidate in ((1.0, name.strip()), (-1.0, name.strip().removeprefix("-"))):
+            index = _addressed(candidate, header.names, f"{key}={text}")
+            if index is not None:
+                return _column(key, index, header, unit or unit_in_name(key, candidate), sign)
+    raise InputError(
+        f"{key} in {header.source}",
+        f"mapped to {text!r}",
+        f"NAME or NAME:UNIT with NAME {_listed(header.names)}",
+    )
+
+
+def _addressed(name: str, names: Sequence[str], option: str) -> int | None:
+    """Index of the column of that name, or of the k-th of that name for ``NAME#k``; None if there is none."""
+    places = [index for index, one in enumerate(names) if one == name]
+    if len(places) > 1:
+        ways = " or ".join(f"{name}#{k}" for k in range(1, len(places) + 1))
+        raise InputError(option, f"the name of {len(places)} columns", f"of one only (write {ways})")
+    if places:
+        return places[0]
+    base, mark, number = name.rpartition("#")
+    places = [index for index, one in enumerate(names) if one == base]
+    if mark and number.isdigit() and 1 <= int(number) <= len(places):
+        return places[int(number) - 1]
+    return None
+
+
+def unit_in_name(key: str, name: str) -> str:
+    """The unit of this quantity that a mapped column's name states, whatever else the name means."""
+    told, dimension = tells(name), QUANTITIES[key][0]
+    if told is not None and told.unit and QUANTITIES[told.key][0] == dimension:
+        return told.unit
+    unit, certain = stated_unit(name)
+    return unit if certain or factor(dimension, unit) is not None else ""
+
+
+def _column(key: str, index: int, header: Header, unit: str, sign: float = 1.0) -> Column:
+    dimension, name = QUANTITIES[key][0], header.names[index]
+    unit = (unit or header.units[index]).strip(" -")
+    known = factor(dimension, unit)
+    if unit and known is None:
+        bound = f"one of {READABLE[dimension]} (map it, for example {key}={name}:{SI[dimension]})"
+        raise InputError(f"unit of {name!r} in {header.source}", repr(unit), bound)
+    if known is None:
+        assumed = "deg" if key in DEGREES else SI[dimension]
+        known, unit = UNITS[dimension][canonical(assumed)], assumed
+        return Column(key, index, name, sign * known, unit, assumed=True, address=_address(header, index))
+    unit = SI[dimension] if known == 1.0 else unit
+    return Column(key, index, name, sign * known, unit, assumed=False, address=_address(header, index))
+
+
+def _address(header: Header, index: int) -> str:
+    name = header.names[index]
+    same = [place for place, one in enumerate(header.names) if one == name]
+    return name if len(same) == 1 else f"{name}#{same.index(index) + 1}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(repr(name) for name in names[:20])
+    more = f" and {len(names) - 20} more" if len(names) > 20 else ""
+    return f"one of {shown}{more}"

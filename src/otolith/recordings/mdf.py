@@ -1,0 +1,69 @@
+"""Measurement data of ASAM MDF, versions 3 and 4, through asammdf (extra `logs`)."""
+
+import logging
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from asammdf import MDF
+from asammdf.blocks.utils import MdfException
+
+from otolith.core.errors import CorruptFile, InputError
+from otolith.recordings.channels import Layout
+from otolith.recordings.columns import recognise
+from otolith.recordings.recorded import Columns, Signal, with_own_clocks
+
+logging.getLogger("asammdf").disabled = True  # what it logs of a damaged file comes as one sentence of ours
+# What a group of channels may run over (ASAM MDF 4.1, cn_sync_type); only time is a clock.
+TIME: Final = 1
+MASTERS: Final = {2: "angle", 3: "distance", 4: "index"}
+
+
+def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
+    """The channels of an MDF file whose name is `wanted`, each on its own clock, its valid samples only.
+
+    Samples whose invalidation bit is set are left out, so that a dropout is a gap in the clock. Channels that
+    run over distance, angle or index have no time, and are left out with a note.
+
+    Raises
+    ------
+    CorruptFile : asammdf cannot read it.
+    InputError : no such channel has two samples over time.
+    """
+    try:
+        with MDF(path) as file:
+            read = [
+                _signal(file, name, group, index)
+                for name, places in file.channels_db.items()
+                for group, index in places
+                if wanted(name) and not _is_clock(name)
+            ]
+            layout = Layout(form=f"MDF {file.version}", rows=max((len(s.t) for s, _ in read), default=0))
+    except (MdfException, OSError, ValueError, struct.error) as error:
+        raise CorruptFile(f"{path.name} is damaged or no MDF file: {error}") from error
+    numeric = [(s, master) for s, master in read if np.issubdtype(s.values.dtype, np.number)]
+    timed = [s for s, master in numeric if master == TIME]
+    left = {s.name: MASTERS.get(master, "something else") for s, master in numeric if master != TIME}
+    if left and not timed:
+        said = " and ".join(f"{name!r} over {over}" for name, over in left.items())
+        raise InputError(f"channels of {path.name}", f"recorded without time: {said}", "recorded over time")
+    notes = tuple(
+        f"{path.name}: {name!r} runs over {over}, not over time: left out" for name, over in left.items()
+    )
+    return with_own_clocks(path.name, timed, layout, notes)
+
+
+def _signal(file: MDF, name: str, group: int, index: int) -> tuple[Signal, int]:
+    """A channel, and what it runs over."""
+    channel = file.get(name, group=group, index=index)  # without the samples that are marked as invalid
+    metadata = channel.master_metadata
+    t, values = np.asarray(channel.timestamps), np.asarray(channel.samples)
+    return Signal(name, channel.unit or "", t, values), TIME if metadata is None else metadata[1]
+
+
+def _is_clock(name: str) -> bool:
+    """Every channel comes with its clock; a channel that is one would be a second."""
+    told = recognise(name)
+    return told is not None and told[0] == "t"

@@ -1,0 +1,85 @@
+"""How a recorded drive is to be read, beyond what its file tells; a mapping file holds it."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from otolith.core.errors import InputError, one_of
+from otolith.recordings.checks.offsets import parse_offsets
+from otolith.recordings.checks.orientation import parse_axes
+from otolith.recordings.columns import QUANTITIES
+from otolith.recordings.events import parse_events
+
+EVENTS: Final = "refuse"
+OFFSETS: Final = "keep"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogSettings:
+    """What the user says of a recorded drive; the defaults say nothing."""
+
+    columns: Mapping[str, str] = field(
+        default_factory=dict
+    )  # quantity -> NAME[:UNIT], see `reading.recording`
+    needs: Sequence[str] = ()  # quantities that will be cued; empty: nobody has said
+    header: int | None = None  # line of the names, from 1; None: found by content
+    units: int | None = None  # line of the units, from 1, or 0 for none
+    axes: str | None = None  # "iso" or "sae"; None: as the file proves
+    events: str = EVENTS  # "refuse", "mark" or "cut" what is not driving
+    offsets: str = OFFSETS  # "keep" or "remove" what a sensor out of level adds
+
+    def __post_init__(self) -> None:
+        if self.axes is not None:
+            parse_axes(self.axes)
+        parse_events(self.events)
+        parse_offsets(self.offsets)
+
+
+PLAIN: Final = LogSettings()
+
+
+def settings_to_toml(settings: LogSettings, source: str) -> str:
+    """The text of a mapping file: all that is not as by default."""
+    lines = [f"# How otolith reads {source}: otolith run --log {source} --mapping THIS_FILE"]
+    plain = {"header": settings.header, "units": settings.units, "axes": settings.axes}
+    plain |= {"events": settings.events if settings.events != EVENTS else None}
+    plain |= {"offsets": settings.offsets if settings.offsets != OFFSETS else None}
+    lines += [f"{key} = {_toml(value)}" for key, value in plain.items() if value is not None]
+    lines += ["", "[columns]", *(f"{key} = {_toml(text)}" for key, text in settings.columns.items())]
+    return "\n".join(lines) + "\n"
+
+
+def settings_from_toml(text: str, source: str) -> LogSettings:
+    """Settings out of the text of a mapping file.
+
+    Raises
+    ------
+    InputError : it is no TOML, or has fields that are unknown or of a wrong kind.
+    """
+    try:
+        data: dict[str, Any] = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(
+            f"mapping {source}", f"not TOML ({error})", "a file as --save-mapping writes it"
+        ) from None
+    kinds = {"header": int, "units": int, "axes": str, "events": str, "offsets": str, "columns": dict}
+    for key, value in data.items():
+        if key not in kinds:
+            raise InputError(f"field of {source}", repr(key), one_of(kinds, key))
+        if not isinstance(value, kinds[key]) or isinstance(value, bool):
+            raise InputError(f"{key} in {source}", repr(value), f"of kind {kinds[key].__name__}")
+    for key, value in data.get("columns", {}).items():
+        if key not in QUANTITIES or not isinstance(value, str):
+            raise InputError(
+                f"columns.{key} in {source}", repr(value), f"a text for {one_of(QUANTITIES, key)}"
+            )
+    return LogSettings(**data)
+
+
+def _toml(value: int | str) -> str:
+    """A number, or a basic string with what TOML wants escaped."""
+    if isinstance(value, int):
+        return str(value)
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'

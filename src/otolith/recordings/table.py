@@ -1,0 +1,285 @@
+"""Numbers out of delimited text, fast where all is well, and with the line named where it is not."""
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from operator import methodcaller
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.disk import check_lines
+from otolith.core.errors import InputError
+from otolith.recordings import vbox
+from otolith.recordings.channels import Layout
+from otolith.recordings.columns import Column
+from otolith.recordings.header import MARKS, Place, cells, find, is_number, is_value
+from otolith.recordings.inscribed import without_units
+from otolith.recordings.recorded import Cells
+
+LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
+FOOTER: Final = 20  # lines below the table that are looked at
+_QUOTED: Final = re.compile(r'"[+-]?\d+,(\d+)"(?=,|$|\r|\n)', re.MULTILINE)  # parted by commas
+_FORTRAN: Final = re.compile(r"(?<![\w.])([+-]?(?:\d+[.,]\d*|[.,]\d+))[dD]([+-]\d{1,3})(?![\w.])")  # 1.5D+00
+_NMEA: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
+_WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The text of a log, split into names, units and rows."""
+
+    source: str
+    delimiter: str | None  # None: any white space
+    names: list[str]  # (c,) of the columns
+    units: list[str]  # (c,) from a row of their own, empty where there is none
+    body: list[str]  # (n,) lines of cells
+    lines: Ints  # (n,) number of each in the file, from 1
+    notes: tuple[str, ...] = ()
+    origins: tuple[str, ...] = ()
+    layout: Layout = field(default_factory=lambda: Layout(form="text"))
+    place: str = "line"
+    clocked: bool = False
+
+    def where(self, row: int) -> str:
+        """Where a row of the body stands, for error sentences."""
+        return f"line {self.lines[row]} of {self.source}"
+
+    def rows(self, _index: int) -> Ints:
+        """The line of each cell of a column."""
+        return self.lines
+
+    def clock(self, _index: int) -> Vec | None:
+        """A table has one clock for all its columns, which is one of them."""
+        return None
+
+    def cells(self, indices: Sequence[int]) -> list[Cells]:
+        """The cells of these columns: numbers where all are, else texts."""
+        if not indices:
+            return []
+        try:
+            return list(self._loaded(indices).T)
+        except ValueError:
+            pass
+        parsed = self._parsed()
+        out: list[Cells] = []
+        for index in indices:
+            texts = [row[index].strip() for row in parsed]
+            try:
+                out.append(np.array(texts, dtype=np.float64) if "_" not in "".join(texts) else texts)
+            except ValueError:
+                out.append(texts)
+        return out
+
+    def numbers(self, columns: Sequence[Column]) -> Mat:
+        """The chosen columns as they stand in the file, without conversion: (n, len(columns)), all finite.
+
+        Raises
+        ------
+        InputError : a cell is empty, text, NaN or infinite.
+        """
+        try:
+            values = self._loaded([column.index for column in columns])
+        except ValueError:
+            raise _bad_cell(self, columns) from None
+        if not np.isfinite(values).all():
+            raise _bad_cell(self, columns)
+        return values
+
+    def _loaded(self, indices: Sequence[int]) -> Mat:
+        return np.loadtxt(
+            self.body, delimiter=self.delimiter, usecols=indices, comments=None, ndmin=2, dtype=np.float64
+        )
+
+    def _parsed(self) -> list[list[str]]:
+        if self.delimiter is None:
+            return [line.split() for line in self.body]
+        if any('"' in line for line in self.body):
+            return list(csv.reader(self.body, delimiter=self.delimiter, skipinitialspace=True))
+        return [line.split(self.delimiter) for line in self.body]
+
+
+def decode(data: bytes, source: str) -> tuple[str, tuple[str, ...]]:
+    """Text of a log's bytes, and a note where they are not UTF-8: spreadsheets write others.
+
+    Raises
+    ------
+    InputError : the bytes are no text.
+    """
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    data = data if wide else data.rstrip(b"\0")  # reserved on a memory card when the power went
+    for encoding in ["utf-16"] if wide else ["utf-8-sig", "cp1252"]:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" in text:
+            break
+        return text, () if encoding == "utf-8-sig" else (f"{source}: not in UTF-8, read as {encoding}",)
+    raise InputError(f"log {source}", "not text", "a text file, or one with the ending of its format")
+
+
+def split(
+    text: str,
+    source: str,
+    notes: tuple[str, ...] = (),
+    *,
+    header: int | None = None,
+    units: int | None = None,
+) -> Table:
+    """The table in a text: its names, units and rows, wherever it stands, see `header.find`.
+
+    Delimiter (comma, semicolon, tab, bar, white space), decimal commas, quotes, byte order mark, line ends,
+    rows of units and sources, comments and blank lines are recognised.
+
+    Parameters
+    ----------
+    header, units : lines of the names and of the units, counted from 1, where the user states them.
+
+    Raises
+    ------
+    InputError : the file is empty, has no table, no names, or rows of another width.
+    """
+    lines = _plain_numbers(text.removeprefix("\ufeff")).splitlines()
+    check_lines(lines, source, most=LONGEST_LINE)
+    _refuse_nmea(lines, source)
+    place = find(lines, source, header, units)
+    kept, left = _kept(place, lines, source)
+    body = [lines[i] for i in kept]
+    if place.delimiter != "," and any("," in line for line in body):
+        body = "\n".join(body).replace(",", ".").split("\n")
+    if any('"' in line for line in body) and not _quoted_delimiters(body, place.delimiter):
+        body = "\n".join(body).replace('"', "").split("\n")
+    body, stated = without_units(body, place.delimiter, place.units)
+    said = tuple[str, ...]()
+    if vbox.is_vbox(lines[: place.first]):
+        stated = vbox.stated_units(place.names, place.units, lines[: place.first])
+        said = (
+            f"{source}: a VBOX file, whose coordinates are minutes of arc, west positive; read beside "
+            "a heading only",
+        )
+    table = Table(
+        source=source,
+        delimiter=place.delimiter,
+        names=list(place.names),
+        units=stated,
+        body=body,
+        lines=np.array(kept, dtype=np.int64) + 1,
+        notes=notes + _said(place, lines, kept, source) + left + said,
+        origins=place.origins,
+        layout=Layout(
+            form=f"text, columns parted by {_WORDS[place.delimiter]}",
+            header=f"line {place.header + 1}",
+            units=f"line {place.unit_row + 1}" if place.unit_row >= 0 else "",
+            first=f"line {place.first + 1}",
+            rows=len(body),
+        ),
+    )
+    _check_widths(table)
+    return table
+
+
+def _footer(last: Sequence[str], delimiter: str | None) -> int:
+    """How many of the last lines are text below the table: not one of their cells is a number."""
+    numeric = [any(is_value(cell, comma=delimiter != ",") for cell in cells(x, delimiter)) for x in last]
+    return numeric[::-1].index(True) if any(numeric) else 0
+
+
+def _kept(place: Place, lines: Sequence[str], source: str) -> tuple[list[int], tuple[str, ...]]:
+    """Which lines are rows, and notes about names that stand again, text below and a torn last row."""
+    names = lines[place.header].strip()
+    rows = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
+    again = [i for i in rows if lines[i].strip() == names]
+    rows = [i for i in rows if lines[i].strip() != names] if again else rows
+    below = _footer([lines[i] for i in rows[-FOOTER:]], place.delimiter)
+    notes = []
+    if again:
+        places = ", ".join(str(i + 1) for i in again[:3])
+        notes.append(f"{source}: the names stand again in line {places}: left out")
+    if below:
+        notes.append(f"{source}: {below} line{'s' if below > 1 else ''} of text below the table left out")
+    rows = rows[: len(rows) - below]
+    width = len(place.names)
+    if rows and (count := len(cells(lines[rows[-1]], place.delimiter))) < width:
+        last = rows.pop() + 1
+        notes.append(f"{source}: the last row, line {last}, is torn: {count} of {width} cells; left out")
+    return rows, tuple(notes)
+
+
+def _plain_numbers(text: str) -> str:
+    """The text with plain minus signs, exponents with E, and no decimal commas in quotes between commas.
+
+    Fortran writes 1.5D+00 in double precision. Where all numbers in quotes have three digits behind the
+    comma, they may be thousands and stay.
+    """
+    text = text.replace("\u2212", "-")
+    if _FORTRAN.search(text, 0, 100_000):
+        text = _FORTRAN.sub(r"\1E\2", text)
+    behind = {len(digits) for digits in _QUOTED.findall(text[:100_000])}
+    return _QUOTED.sub(lambda m: m.group().strip('"').replace(",", "."), text) if behind - {3} else text
+
+
+def _refuse_nmea(lines: Sequence[str], source: str) -> None:
+    """Refuse what a receiver of satellites sends: it tells places and no forces."""
+    if lines and _NMEA.match(lines[0]):
+        bound = "a drive with accelerations (a logger writes such sentences beside those of its sensors)"
+        raise InputError(source, "NMEA 0183, places of a receiver without forces", bound)
+
+
+def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:
+    """Whether quotes hide delimiters, so that they may not simply be left out."""
+    if delimiter is None:
+        return False
+    quoted = (line for line in body if '"' in line)
+    return any(
+        line.count(delimiter) + 1 != len(next(csv.reader([line], delimiter=delimiter))) for line in quoted
+    )
+
+
+def _said(place: Place, lines: Sequence[str], kept: Sequence[int], source: str) -> tuple[str, ...]:
+    """Notes about a table that does not simply begin in the first line, and about lines left out."""
+    said = []
+    plain = place.first - place.header - 1 == (place.unit_row >= 0)
+    before = sum(bool(line.strip()) for line in lines[: place.header])
+    if before or not plain:
+        units = f", units in line {place.unit_row + 1}" if place.unit_row >= 0 else ""
+        said.append(
+            f"{source}: names in line {place.header + 1}{units}, data from line {place.first + 1}"
+            + (f"; {before} lines before are not read" if before else "")
+        )
+    inside = [line for line in lines[place.first : kept[-1] if kept else 0] if not line.strip()]
+    comments = sum(line.lstrip()[:1] in MARKS for line in lines[place.first :] if line.strip())
+    if inside or comments:
+        said.append(
+            f"{source}: {len(inside)} blank lines and {comments} comments among the data were left out"
+        )
+    return tuple(said)
+
+
+def _check_widths(table: Table) -> None:
+    width, source = len(table.names), table.source
+    if len(table.body) < 2:
+        raise InputError(f"number of rows in {source}", len(table.body), "at least 2")
+    if table.delimiter is None:
+        widths = [len(line.split()) for line in table.body]
+    elif any('"' in line for line in table.body):
+        widths = [len(row) for row in csv.reader(table.body, delimiter=table.delimiter)]
+    else:
+        widths = [count + 1 for count in map(methodcaller("count", table.delimiter), table.body)]
+    wrong = np.flatnonzero(np.array(widths) != width)
+    if len(wrong):
+        where = f"number of values in {table.where(int(wrong[0]))}"
+        raise InputError(where, int(widths[wrong[0]]), f"{width}, as in the header")
+
+
+def _bad_cell(table: Table, columns: Sequence[Column]) -> InputError:
+    for row, line in enumerate(table.body):
+        cells = line.split(table.delimiter)
+        for column in columns:
+            cell = cells[column.index].strip()
+            if not is_number(cell) or not np.isfinite(float(cell)):
+                where = f"{column.name!r} in {table.where(row)}"
+                return InputError(where, repr(cell) if cell else "empty", "a finite number")
+    return InputError(table.source, "not readable as numbers", "a table of numbers")

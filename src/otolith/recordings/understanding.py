@@ -1,0 +1,85 @@
+"""What was understood of a recorded drive, whether or not it is accepted: for `otolith log check`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from otolith.core.errors import InputError
+from otolith.recordings.channels import Recording
+from otolith.recordings.checks.drive import all_relations
+from otolith.recordings.checks.kinematics import Kinematics
+from otolith.recordings.checks.relations import Relation
+from otolith.recordings.checks.remedies import spelled
+from otolith.recordings.events import Event, cut, find_events, parted
+from otolith.recordings.logs import Log, played
+from otolith.recordings.reading import recording
+from otolith.recordings.recorded import Recorded
+from otolith.recordings.settings import LogSettings
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Understanding:
+    """A recorded drive as its file tells it, and as it will be played, if it is accepted."""
+
+    told: Recording  # by the file and the mapping, before any check
+    log: Log | None  # as it will be played; None if it is refused
+    refusal: str  # why, with the remedies; empty if it is accepted
+    settings: LogSettings
+    events: tuple[Event, ...]
+    relations: tuple[Relation, ...]
+
+    @property
+    def played(self) -> Recording:
+        """What is shown: the drive as it will be played, else as the file tells it."""
+        return self.told if self.log is None else replace(self.told, channels=self.log.channels)
+
+    @property
+    def turned(self) -> tuple[str, ...]:
+        """Quantities whose sign was turned, behind the mapping."""
+        return () if self.log is None or self.log.found is None else self.log.found.turned
+
+    def mapping(self) -> LogSettings:
+        """Settings that read this file, and its like, without being told anything again."""
+        columns = {
+            key: spelled(one.column) for key, one in self.told.channels.items() if one.column.index >= 0
+        }
+        columns = {**self._clock(), **columns, **self.settings.columns}
+        sides = {"ay", "yaw_rate"} & set(self.turned)
+        return replace(
+            self.settings, columns=columns, needs=(), axes=self.settings.axes or ("sae" if sides else None)
+        )
+
+    def _clock(self) -> Mapping[str, str]:
+        name = self.told.layout.clock_name
+        return {"t": name} if name else {}
+
+
+def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
+    """Read and check a drive; a refusal becomes a part of the answer.
+
+    Raises
+    ------
+    InputError : the file has no columns that can be read as a drive.
+    """
+    told = recording(recorded, columns=settings.columns, needs=settings.needs)
+    try:
+        log = played(told, settings)
+    except InputError as error:
+        events = find_events(told)
+        driving = Kinematics(cut(told, parted([event for event in events if event.sure])).channels)
+        return Understanding(
+            told=told,
+            log=None,
+            refusal=str(error),
+            settings=settings,
+            events=events,
+            relations=all_relations(driving),
+        )
+    found = log.found
+    return Understanding(
+        told=told,
+        log=log,
+        refusal="",
+        settings=settings,
+        events=() if found is None else found.events,
+        relations=() if found is None else found.relations,
+    )

@@ -1,0 +1,51 @@
+"""What the sections before the table of a Racelogic .vbo file say of its columns.
+
+From Racelogic's description of the format: ``[header]`` lists a title for each column, with its unit where
+there is one ("velocity kmh", "Long accel g"), ``[column names]`` their short names. Latitude and longitude
+are in minutes of arc, north and *west* positive. Other programs that write the form may count east as
+positive; a VBOX logs the heading always, too, which would show it, so that without one they are not read.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+from otolith.recordings.words import parted
+
+COORDINATES: Final = {
+    "lat": "arcmin",
+    "latitude": "arcmin",
+    "long": "arcmin west",
+    "longitude": "arcmin west",
+    "lon": "arcmin west",
+}
+UNREAD: Final = "min"  # a unit that is no angle's: the column is left out
+
+
+def is_vbox(preamble: Sequence[str]) -> bool:
+    """Whether the lines before a table are those of a .vbo file."""
+    return {"[column names]", "[data]"} <= {line.strip().lower() for line in preamble}
+
+
+def stated_units(names: Sequence[str], units: Sequence[str], preamble: Sequence[str]) -> list[str]:
+    """The units (c,) of the columns of a .vbo file: those stated beside them before, else as its header says.
+
+    Titles count only if there is one for each column.
+    """
+    titles, compass = _titles(preamble), any(name.lower() == "heading" for name in names)
+    if len(titles) != len(names):
+        titles = [""] * len(names)
+    places = COORDINATES if compass else dict.fromkeys(COORDINATES, UNREAD)
+    return [
+        unit or places.get(name.lower(), "") or parted(title)[1]
+        for name, unit, title in zip(names, units, titles, strict=True)
+    ]
+
+
+def _titles(preamble: Sequence[str]) -> list[str]:
+    """The lines of the section ``[header]``."""
+    lines = [line.strip() for line in preamble]
+    marks = [i for i, line in enumerate(lines) if line.startswith("[")]
+    start = next((i for i in marks if lines[i].lower() == "[header]"), None)
+    if start is None:
+        return []
+    return [line for line in lines[start + 1 : min(i for i in [*marks, len(lines)] if i > start)] if line]
