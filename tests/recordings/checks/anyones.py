@@ -15,9 +15,9 @@ from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.recordings import Log, parse_log
 from otolith.recordings.settings import PLAIN, LogSettings
+from tests.recordings import vehicles
 from tests.recordings.checks.drives import FELT, NAMES, SAE, differs, text
 from tests.recordings.vehicles import G, Ride
-from tests.scenarios import vehicles
 
 BARE = {"ax": "ax", "ay": "ay", "az": "az", "roll_rate": "roll_rate", "pitch_rate": "pitch_rate"}
 BARE |= {"yaw_rate": "yaw_rate", "vx": "speed"}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from otolith.core.errors import InputError
+from tests.recordings import vehicles
 from tests.recordings.checks.drives import ALL, SAE, attempt, differs, read, truth, written
-from tests.scenarios import vehicles
 
 PLANE = ("ax", "ay", "yaw_rate", "vx")
 SLOW = vehicles.oval(17.0, banked_deg=11.0)  # gravity takes 1.9 m/s² from v r = 1 m/s²

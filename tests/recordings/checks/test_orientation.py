@@ -122,7 +122,7 @@ def test_a_plain_map_proves_nothing_alone_but_contradicts() -> None:
 
 
 def test_a_map_with_east_and_north_proves() -> None:
-    from otolith.scenarios import parse_log
+    from otolith.recordings import parse_log
     from tests.recordings.checks.drives import text
 
     names = {**NAMES, "x": "east_m", "y": "north_m"}

@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 
 from otolith.core.errors import InputError
 from otolith.recordings.settings import LogSettings
+from tests.recordings import vehicles
 from tests.recordings.checks.drives import ALL, SAE, attempt, differs, read, truth, written
 from tests.recordings.vehicles import Ride
-from tests.scenarios import vehicles
 
 RIDES = {
     "level car": vehicles.car(),

@@ -13,8 +13,8 @@ from otolith.recordings.channels import Channel
 from otolith.recordings.columns import Column
 from otolith.recordings.events.halts import find_halts, find_replays
 from otolith.recordings.settings import LogSettings
+from tests.recordings import vehicles
 from tests.recordings.checks.drives import ALL, attempt, read, written
-from tests.scenarios import vehicles
 
 Data = dict[str, Vec]
 PLANE = ("ax", "ay", "yaw_rate", "vx")
