@@ -145,3 +145,18 @@ def test_coarse_positions_prove_as_well() -> None:
     grain = np.radians(1e-5)
     data["lat"], data["lon"] = (np.round(data[key] / grain) * grain for key in ("lat", "lon"))
     assert right(read(data))
+
+
+def test_latitude_and_longitude_whose_names_are_exchanged_are_refused_with_a_mapping_that_works() -> None:
+    """At 50 deg a degree of longitude is 36 % shorter: exchanged, the way does not have the file's speed.
+
+    Before, the mirrored way proved a right drive wrong, and it was turned.
+    """
+    data = written(CAR, (*PLANE, "lat", "lon"))
+    data["lat"], data["lon"] = data["lon"], data["lat"]
+    with pytest.raises(InputError, match="with their names exchanged") as caught:
+        read(data)
+    remedy = dict(re.findall(r"(lat|lon)=(l[a-z]+ \(deg\))", str(caught.value)))
+    assert right(read(data, **remedy))
+    assert right(read(data, lat="none", lon="none"))
+    assert right(read(written(CAR, (*PLANE, "lat", "lon"))))

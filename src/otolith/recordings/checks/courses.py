@@ -19,6 +19,10 @@ TURNS: Final = 0.05  # [rad] rms in that time: less tells nothing
 WEAK: Final = 0.5  # correlation below which a_x does not go with the change of speed …
 SURE: Final = 0.9  # … and from which another axis does
 NEAR_G: Final = (0.75, 1.3)  # slope, in 1 g, at which values without a unit are taken for g
+MOVING: Final = 3.0  # [m/s] from which the speed along a way is compared
+ENOUGH: Final = 20  # values of it
+STRETCHED: Final = 0.08  # error of the way's speed from which its coordinates may be exchanged …
+ALIKE: Final = 0.3  # … if exchanged they leave less than this share of it
 AGAINST: Final = -0.7  # correlation at which they surely turn the other way
 
 
@@ -46,6 +50,42 @@ def refuse_contradicting(channels: Mapping[str, Channel], source: str) -> None:
         f"against latitude and longitude (correlation {float(np.mean(a * b)) / size:.2f})",
         f"turning the same way ({ways} leave out what is wrong with heading=none or lat=none)",
     )
+
+
+def refuse_exchanged(channels: Mapping[str, Channel], source: str) -> None:
+    """Refuse latitude and longitude whose names are exchanged: the way they draw is a mirror image.
+
+    A degree of longitude is shorter than one of latitude, so of the two ways only one has the speed that the
+    file itself tells. Near the equator, where they are as long, and without a speed nothing tells.
+    """
+    if not {"lat", "lon", "vx"} <= set(channels):
+        return
+    named = {key: channels[key] for key in ("lat", "lon")}
+    turned = {"lat": channels["lon"], "lon": channels["lat"]}
+    off, off_turned = (_speed_error(ways, channels["vx"]) for ways in (named, turned))
+    if not (off > STRETCHED and off_turned < ALIKE * off):
+        return
+    lat, lon = channels["lat"].column, channels["lon"].column
+    raise InputError(
+        f"latitude and longitude in {source}",
+        f"a way {100 * off:.0f} % off the speed {channels['vx'].column.name!r}, and {100 * off_turned:.1f} % with "
+        "their names exchanged",
+        f"each what its name says (map lat={spelled(lon)} and lon={spelled(lat)}, or leave them out with lat=none)",
+    )
+
+
+def _speed_error(ways: Mapping[str, Channel], speed: Channel) -> float:
+    """Root mean square of the logarithm of the way's speed over `speed`; 0 where they cannot be compared."""
+    seen = next((one.speed for one in witnesses(ways) if one.speed is not None), None)
+    if seen is None:
+        return 0.0
+    both = speed.known(seen.t)
+    way, told = seen.values[both], np.abs(speed.on(seen.t[both]))
+    fast = (told > MOVING) & (way > MOVING)
+    if fast.sum() < ENOUGH:
+        return 0.0
+    ratio = np.log(way[fast] / told[fast])
+    return float(np.sqrt(np.mean(ratio**2)))
 
 
 def refuse_sideways(drive: Kinematics, source: str) -> None:

@@ -11,6 +11,7 @@ from otolith.recordings.channels import FELT, RATE, Recording
 from otolith.recordings.checks.courses import (
     lettered,
     refuse_contradicting,
+    refuse_exchanged,
     refuse_sideways,
     refuse_turning_in_pitch,
 )
@@ -70,6 +71,7 @@ def checked(
     gone = found if events == "cut" else tuple(event for event in found if event.sure)
     calm = cut(recording, parted(gone))
     if axes is None:
+        refuse_exchanged(calm.channels, source)
         refuse_contradicting(calm.channels, source)
     driving = oriented(calm, axes)
     notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
