@@ -22,7 +22,7 @@ unit: $(VENV)/.installed-dev
 
 # One's daily loop: whatever calls a compiled kernel is skipped; drawing and the many logs of others, which
 # take most of the rest, are left out. For one folder: make fast TESTS=tests/report
-fast: TESTS ?= tests --ignore=tests/report --ignore=tests/scenarios/checks
+fast: TESTS ?= tests --ignore=tests/report --ignore=tests/recordings/checks
 fast: $(VENV)/.installed-dev
 	$(BIN)/pytest --fast -q $(TESTS)
 

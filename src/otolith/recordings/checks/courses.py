@@ -68,9 +68,10 @@ def refuse_exchanged(channels: Mapping[str, Channel], source: str) -> None:
     lat, lon = channels["lat"].column, channels["lon"].column
     raise InputError(
         f"latitude and longitude in {source}",
-        f"a way {100 * off:.0f} % off the speed {channels['vx'].column.name!r}, and {100 * off_turned:.1f} % with "
-        "their names exchanged",
-        f"each what its name says (map lat={spelled(lon)} and lon={spelled(lat)}, or leave them out with lat=none)",
+        f"a way {100 * off:.0f} % off the speed {channels['vx'].column.name!r}, "
+        f"and {100 * off_turned:.1f} % with their names exchanged",
+        f"each what its name says (map lat={spelled(lon)} and lon={spelled(lat)}, "
+        "or leave them out with lat=none)",
     )
 
 
