@@ -43,7 +43,10 @@ COMMANDS: Final = {
         "Drive a road and write specific force, rates and pose, with a map; `otolith run --log` cues it.",
     ),
     "log": ("log:app", "Recorded drives: see what is understood of a file, and save how it is read."),
-    "map": ("misled:map_", "Show false cues on the map of the drive, and where the worst of them are."),
+    "map": (
+        "false_cue_map:map_",
+        "Show false cues on the map of the drive, and where the worst of them are.",
+    ),
     "explicit": ("explicit:app", "Explicit laws: build, verify, show, export."),
     "hint": ("hint:app", "Hints for the implicit MPC: learn offline, verify."),
     "platform": ("platform:app", "Begin a platform file, look at a platform, and fit legs to a data sheet."),

@@ -8,7 +8,7 @@ from typing import Any, Final
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.options import Choices, warn
+from otolith.cli.options import RunOptions, warn
 from otolith.cli.output import progress_bar, progress_line, working
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
@@ -18,7 +18,7 @@ from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
 from otolith.simulate import Run, simulate
 
-_TOLD: Final = 5  # interventions of a supervisor that are told one by one
+_REPORTED: Final = 5  # interventions of a supervisor that are reported one by one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,9 @@ class Prepared:
     preview: int  # periods that the controller is told ahead
 
 
-def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, console: Console) -> Prepared:
+def prepare(
+    each: Sequence[RunOptions], names: Sequence[str], tuning: str | None, console: Console
+) -> Prepared:
     """Check every scenario and algorithm that was chosen.
 
     Raises
@@ -63,7 +65,7 @@ def prepare(each: Sequence[Choices], names: Sequence[str], tuning: str | None, c
     )
 
 
-def _check_literal(each: Sequence[Choices]) -> None:
+def _check_literal(each: Sequence[RunOptions]) -> None:
     """Refuse --literal where it would make no difference to any scenario."""
     names = [choices.scenario for choices in each if choices.literal and choices.scenario is not None]
     if names and not any(has_literal(name) for name in names):
@@ -103,8 +105,8 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
 
 def _tell_interventions(found: Sequence[Intervention], console: Console) -> None:
     """The longest ones, in their order, and how many there were besides."""
-    longest = sorted(found, key=lambda one: one.start - one.end)[:_TOLD]
+    longest = sorted(found, key=lambda one: one.start - one.end)[:_REPORTED]
     for intervention in sorted(longest, key=lambda one: one.start):
         warn(console, f"supervisor, {intervention}")
-    if len(found) > _TOLD:
-        warn(console, f"supervisor, {len(found) - _TOLD} shorter interventions besides")
+    if len(found) > _REPORTED:
+        warn(console, f"supervisor, {len(found) - _REPORTED} shorter interventions besides")

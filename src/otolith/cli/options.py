@@ -67,7 +67,7 @@ Weights = Annotated[
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choices:
+class RunOptions:
     """What the user chose; every field is one option of the command line."""
 
     scenario: Annotated[
@@ -193,19 +193,19 @@ class Choices:
         )
 
 
-def takes_choices(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command every field of `Choices` as an option; it receives them as one value, first."""
+def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command every field of `RunOptions` as an option; it receives them as one value, first."""
     own = [p for p in inspect.signature(command).parameters.values() if p.name != "choices"]
     shared = [
         inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=f.type)
-        for f in fields(Choices)
+        for f in fields(RunOptions)
         if f.name != "given"
     ]
 
     @functools.wraps(command)
     def with_options(*, context: typer.Context, **values: Any) -> None:
         given = frozenset(name for name in values if is_given(context, name))
-        choices = Choices(**{p.name: values.pop(p.name) for p in shared}, given=given)
+        choices = RunOptions(**{p.name: values.pop(p.name) for p in shared}, given=given)
         command(choices, **values)
 
     context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)

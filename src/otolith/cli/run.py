@@ -12,7 +12,7 @@ from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.loop import prepare, simulate_all
-from otolith.cli.options import CUEING_HELP, Choices, takes_choices
+from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
 from otolith.cli.output import Force, file_name, print_json, screen, sentence
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
@@ -44,9 +44,9 @@ Strict = Annotated[
 ]
 
 
-@takes_choices
+@with_run_options
 def run(
-    choices: Choices,
+    choices: RunOptions,
     cueing: Annotated[str, typer.Option(help=CUEING_HELP)] = "hybrid-all",
     tuning: Tuning = None,
     out: Out = None,
@@ -77,9 +77,9 @@ def write_results(result: Run, folder: Path, *, command: str, force: bool) -> di
     return summary
 
 
-@takes_choices
+@with_run_options
 def compare(
-    choices: Choices,
+    choices: RunOptions,
     more: Annotated[list[str] | None, typer.Argument(metavar="MORE", help="Further scenarios.")] = None,
     cueing: Annotated[
         list[str] | None, typer.Option(help=f"{CUEING_HELP} Repeat to compare (default: the thesis's four).")

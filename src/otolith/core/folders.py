@@ -18,7 +18,7 @@ from otolith.core.errors import InputError
 
 LIST: Final = ".otolith"  # name of the list: a line that names the command, then one file a line
 PICTURES: Final = (".pdf", ".png", ".svg")  # endings of the figures that can be drawn
-_TOLD: Final = 3  # names of foreign files that a sentence quotes
+_REPORTED: Final = 3  # names of foreign files that a sentence quotes
 
 
 def check_folder(folder: Path, *, command: str, force: bool = False) -> None:
@@ -39,7 +39,7 @@ def check_folder(folder: Path, *, command: str, force: bool = False) -> None:
         raise InputError(f"output {folder}", "a mount point, or a folder that you are in", bound)
     foreign = _foreign(folder, command)
     if foreign and not force:
-        names = ", ".join(foreign[:_TOLD]) + (" and others" if len(foreign) > _TOLD else "")
+        names = ", ".join(foreign[:_REPORTED]) + (" and others" if len(foreign) > _REPORTED else "")
         bound = "empty, absent or another name; --force replaces the folder and all that it holds"
         raise InputError(
             f"output {folder}", f"a folder with what 'otolith {command}' did not write ({names})", bound
