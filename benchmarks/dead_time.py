@@ -17,10 +17,10 @@ from otolith import metrics, registry
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.design import Design
 from otolith.interfaces import Plant, Status
+from otolith.loop import Run, simulate
 from otolith.plant.actuator import Actuator
 from otolith.platforms import Platform, load
 from otolith.scenarios import SCENARIOS, scenario
-from otolith.simulate import Run, simulate
 
 PLATFORMS = ("davsi", "davsi-4dof", "thesis")
 DOFS = {"2 DOF": (SURGE_PITCH,), "4 DOF": (SURGE_PITCH, SWAY_ROLL)}

@@ -23,9 +23,9 @@ from otolith.cueing.design import Design
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
 from otolith.interfaces import Status
+from otolith.loop import Run, simulate
 from otolith.platforms import load
 from otolith.scenarios import SCENARIOS, Scenario, scenario
-from otolith.simulate import Run, simulate
 
 TOLERANCE = 1e-6
 FLOOR = 1e-9  # [SI] figures below are zero but for rounding

@@ -19,10 +19,10 @@ from otolith import metrics, registry
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
 from otolith.interfaces import Command, Cueing, PlatformState, Reference
-from otolith.interrupted import Interrupted, Outage
+from otolith.loop import Run, simulate
+from otolith.loop.interrupted import Interrupted, Outage
 from otolith.platforms import load
 from otolith.scenarios import scenario
-from otolith.simulate import Run, simulate
 
 PLATFORMS, PLANTS = ("davsi", "davsi-4dof", "thesis"), ("ideal", "actuator", "hexapod")
 KINDS = {"NaN": np.nan, "inf": np.inf, "1e7": 1e7, "missing": None}

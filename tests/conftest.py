@@ -11,8 +11,8 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from otolith.core.frames import SURGE_PITCH
+from otolith.loop import Run
 from otolith.platforms import load
-from otolith.simulate import Run
 
 
 @pytest.fixture

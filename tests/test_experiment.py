@@ -19,11 +19,11 @@ from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.washout.tuning import load_tuning
 from otolith.experiment import Experiment, StoredFile, Wanted, differences
+from otolith.loop import Run
 from otolith.perception import Vestibular
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine
 from otolith.record import design_from_record, design_to_record
-from otolith.simulate import Run
 
 DAVSI = load("davsi")
 ODD = Design(

@@ -16,7 +16,7 @@ from otolith import files
 from otolith.core import disk
 from otolith.core.disk import NotWritten
 from otolith.core.errors import InputError, OtolithError
-from otolith.simulate import Run
+from otolith.loop import Run
 from tests.mutilation import flipped
 
 

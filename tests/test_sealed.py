@@ -13,9 +13,9 @@ from otolith.core.errors import CorruptFile
 from otolith.core.frames import SURGE_PITCH
 from otolith.core.hdf5 import read_sealed, write_sealed
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
+from otolith.loop import Run
 from otolith.mpqp import Law, enumerate_regions
 from otolith.platforms import load
-from otolith.simulate import Run
 from tests.mutilation import flipped
 
 RUN: dict[str, Any] = {"kind": sealed.RUN_KIND, "version": sealed.RUN_VERSION}

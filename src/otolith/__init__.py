@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from otolith.interfaces import PlatformState as PlatformState
     from otolith.interfaces import Reference as Reference
     from otolith.interfaces import Status as Status
+    from otolith.loop import Run as Run
+    from otolith.loop import simulate as simulate
     from otolith.metrics import compare as compare
     from otolith.metrics import summarise as summarise
     from otolith.platforms import Platform as Platform
@@ -54,8 +56,6 @@ if TYPE_CHECKING:
     from otolith.report.notebook import Comparison as Comparison
     from otolith.scenarios import Scenario as Scenario
     from otolith.scenarios import scenario as scenario
-    from otolith.simulate import Run as Run
-    from otolith.simulate import simulate as close_loop
 
 __version__ = "0.1.0"
 
@@ -76,14 +76,13 @@ _WHERE: Final = {
     "Platform": "platforms:Platform",
     "PlatformState": "interfaces:PlatformState",
     "Reference": "interfaces:Reference",
-    "Run": "simulate:Run",
+    "Run": "loop:Run",
     "SURGE_PITCH": "core.frames:SURGE_PITCH",
     "SWAY_ROLL": "core.frames:SWAY_ROLL",
     "Scenario": "scenarios:Scenario",
     "Status": "interfaces:Status",
     "Wanted": "experiment:Wanted",
     "YAW": "core.frames:YAW",
-    "close_loop": "simulate:simulate",
     "compare": "metrics:compare",
     "comparison_figure": "report:comparison_figure",
     "cueing_figure": "report:cueing_figure",
@@ -98,6 +97,7 @@ _WHERE: Final = {
     "report_page": "report:render",
     "save_figure": "report:save_figure",
     "scenario": "scenarios:scenario",
+    "simulate": "loop:simulate",
     "summarise": "metrics:summarise",
     "write_run": "files:write_run",
     "write_text": "files:write_text",
@@ -126,7 +126,6 @@ __all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show 
     "Status",
     "Wanted",
     "YAW",
-    "close_loop",
     "compare",
     "comparison_figure",
     "cueing_figure",
@@ -141,6 +140,7 @@ __all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show 
     "report_page",
     "save_figure",
     "scenario",
+    "simulate",
     "summarise",
     "write_run",
     "write_text",

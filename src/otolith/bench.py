@@ -22,13 +22,13 @@ from otolith.core.frames import Dof
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
+from otolith.loop import simulate
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.qp import Status
 from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
 from otolith.registry import SOLVERS
 from otolith.scenarios import TABLE_5_1, Scenario, scenario
-from otolith.simulate import simulate
 
 SCENARIOS: Final = (*TABLE_5_1, "multisine:seed=7,amplitude=1.5,duration=20")
 SPARSE: Final = 40

@@ -19,6 +19,7 @@ from otolith.core.frames import Dof, pairs_of
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
 from otolith.cueing.mpc.settings import MpcSettings
+from otolith.loop import Run, simulate
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.record import design_from_record, design_to_record
@@ -26,7 +27,6 @@ from otolith.recordings import Log, log_scenario
 from otolith.recordings.settings import PLAIN, LogSettings
 from otolith.scenarios import Scenario, scenario
 from otolith.scenarios.perceived import perceived
-from otolith.simulate import Run, simulate
 
 # Fields of a run that may differ when it is repeated; a log's scenario and an algorithm of
 # one's own bear the names of files.

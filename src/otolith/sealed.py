@@ -14,10 +14,10 @@ from otolith.core.errors import damage_told
 from otolith.core.frames import DOFS
 from otolith.core.hdf5 import Content, read_sealed, write_sealed
 from otolith.cueing.hints.stored import StoredHint
+from otolith.loop import Run
 from otolith.mpqp import Law
 from otolith.platforms import Platform
 from otolith.safety.supervisor import Intervention, Reason
-from otolith.simulate import Run
 
 RUN_KIND, RUN_VERSION = "otolith-run", 4
 LAW_KIND, LAW_VERSION = "otolith-law", 2

@@ -24,11 +24,11 @@ from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.design import Design, implicit
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.loop import simulate
 from otolith.metrics import tracking_rmse, travel_rms
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
-from otolith.simulate import simulate
 
 TRAVEL_PRICE: Final = 0.5  # μ: half the reach in RMS is worth 28 % of error
 BOUNDS: Final = (1e-4, 1e2)  # of every weight

@@ -8,12 +8,12 @@ import pytest
 
 from otolith import files
 from otolith.cli import main
+from otolith.loop import Run
 from otolith.platforms import parse_platform
 from otolith.platforms.combined_limits import together
 from otolith.platforms.template import template
 from otolith.report.platform import file_share
 from otolith.sealed import read_run
-from otolith.simulate import Run
 
 
 def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:

@@ -11,10 +11,10 @@ from otolith import metrics, registry
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.design import Design
 from otolith.interfaces import Cueing, PlatformState, Reference, Status
+from otolith.loop import Run, simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.scenarios import SCENARIOS, Scenario, scenario
-from otolith.simulate import Run, simulate
 from tests.cueing.hints.training.tiny import tiny_hint
 
 THESIS = load("thesis")

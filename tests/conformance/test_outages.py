@@ -13,10 +13,10 @@ from otolith.core.frames import DOFS
 from otolith.core.frames import SURGE_PITCH as PAIR
 from otolith.cueing.design import Design
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
-from otolith.interrupted import Interrupted, Outage
+from otolith.loop import Run, simulate
+from otolith.loop.interrupted import Interrupted, Outage
 from otolith.platforms import Platform, load
 from otolith.scenarios import scenario
-from otolith.simulate import Run, simulate
 from tests.cueing.hints.training.tiny import tiny_hint
 
 EVERY = pytest.mark.parametrize("name", registry.CUEING)

@@ -9,9 +9,9 @@ from otolith.cueing.design import Design
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.interfaces import Command, Outcome, Plant, PlatformState, Status
+from otolith.loop import Run, simulate
 from otolith.platforms import load
 from otolith.scenarios import scenario as named
-from otolith.simulate import Run, simulate
 
 EVERY = pytest.mark.parametrize("name", registry.PLANTS)
 DAVSI, THESIS = load("davsi"), load("thesis")

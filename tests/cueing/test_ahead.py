@@ -10,11 +10,11 @@ from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.ahead import SETTLING, Ahead
 from otolith.cueing.design import Design, implicit
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
+from otolith.loop import simulate
 from otolith.plant.actuator import Actuator
 from otolith.platforms import load
 from otolith.registry import make_cueing
 from otolith.scenarios import scenario
-from otolith.simulate import simulate
 
 T = 0.01
 DAVSI = load("davsi")

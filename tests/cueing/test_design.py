@@ -18,11 +18,11 @@ from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.several import Several
 from otolith.interfaces import Cueing, PlatformState, Reference, Status
+from otolith.loop import Run, simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine, StructuredEngine
 from otolith.scenarios import Scenario, scenario
-from otolith.simulate import Run, simulate
 
 T = 0.01
 DAVSI = load("davsi")

@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat
+from otolith.loop import Run
 from otolith.platforms import load
 from otolith.safety.supervisor import Intervention, Reason
-from otolith.simulate import Run
 
 SAMPLES, DECISIONS = 600, 60
 

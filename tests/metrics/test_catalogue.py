@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from otolith import cli
+from otolith.loop import Run
 from otolith.metrics import MEASURES, Better, Column, Measure, Reading, Scale
 from otolith.report import criteria
-from otolith.simulate import Run
 
 PAGE = (Path(__file__).parents[2] / "docs" / "metrics.md").read_text(encoding="utf-8")
 WAYS = {Better.LOWER: "smaller", Better.HIGHER: "greater", Better.NEUTRAL: "–"}

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from otolith.loop import Run
 from otolith.metrics.false_cues import KINDS, false_cues, spans, totals
-from otolith.simulate import Run
 
 
 def with_forces(run: Run, wanted: np.ndarray, felt: np.ndarray, axis: int = 0) -> Run:

@@ -8,9 +8,9 @@ import pytest
 from scipy import signal
 
 from otolith import metrics
+from otolith.loop import Run
 from otolith.perception import canals
 from otolith.platforms import load
-from otolith.simulate import Run
 
 
 def test_rmse_and_travel_of_constants_are_the_constants(handmade: Run) -> None:

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from otolith import metrics
 from otolith.core.errors import InputError
 from otolith.core.lti import StateSpace
+from otolith.loop import Run
 from otolith.perception import Vestibular
-from otolith.simulate import Run
 
 # ISO 2631-1, Table 4: factors of W_f at the nominal third-octave frequencies [Hz], times 1000.
 W_F = {

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from otolith import metrics
+from otolith.loop import Run
 from otolith.platforms import load
-from otolith.simulate import Run
 
 
 def hurt(run: Run, **fields: object) -> Run:

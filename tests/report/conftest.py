@@ -8,9 +8,9 @@ import pytest
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import DOFS, GRAVITY, specific_force
+from otolith.loop import Run
 from otolith.platforms import load
 from otolith.report import page
-from otolith.simulate import Run
 
 PERIOD, EVERY = 0.01, 10
 MakeRun = Callable[..., Run]

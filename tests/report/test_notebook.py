@@ -7,9 +7,9 @@ import pytest
 from matplotlib import pyplot
 
 from otolith.core.errors import InputError
+from otolith.loop import Run
 from otolith.metrics import summarise
 from otolith.report.notebook import Comparison
-from otolith.simulate import Run
 
 EVIL = "<script>alert('x')</script>"
 

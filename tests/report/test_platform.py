@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
+from otolith.loop import Run
 from otolith.platforms import load
 from otolith.platforms.geometry import JointAngles
 from otolith.platforms.reach import reach
@@ -21,7 +22,6 @@ from otolith.report.platform import (
     together_sentence,
     tour,
 )
-from otolith.simulate import Run
 
 DAVSI = load("davsi")
 LEGS = DAVSI.six_legs()

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from otolith.loop import Run
 from otolith.metrics import summarise
 from otolith.platforms import load
 from otolith.report import render, view
 from otolith.report.view import frames_of, platform_view
-from otolith.simulate import Run
 from tests.report.conftest import MakeRun
 from tests.report.test_html import Page
 

@@ -11,9 +11,9 @@ from otolith.cueing.hints.training.fit import QUICK
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry
+from otolith.loop import simulate
 from otolith.metrics import tracking_rmse
 from otolith.plant import Ideal
-from otolith.simulate import simulate
 from otolith_thesis.hint_loops import Hinted
 from otolith_thesis.loop import FOUR_DOF, Loop, rmse_at_decisions
 from otolith_thesis.solver_variants import QPOASES, Start

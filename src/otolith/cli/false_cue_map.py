@@ -12,9 +12,9 @@ from otolith.cli.output import print_json, screen
 from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
 from otolith.experiment import Wanted
+from otolith.loop import Run
 from otolith.metrics.false_cues import THRESHOLD, FalseCue, false_cues
 from otolith.recordings import Log
-from otolith.simulate import Run
 
 WORST: Final = 10  # false cues in the table
 

@@ -13,10 +13,10 @@ from otolith.cli.output import progress_bar, progress_line, working
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused
+from otolith.loop import Run, simulate
 from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
-from otolith.simulate import Run, simulate
 
 _REPORTED: Final = 5  # interventions of a supervisor that are reported one by one
 

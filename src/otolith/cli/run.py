@@ -16,8 +16,8 @@ from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
 from otolith.cli.output import Force, file_name, print_json, screen, sentence
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
+from otolith.loop import Run
 from otolith.report.ranking import criteria, criterion_named, standings
-from otolith.simulate import Run
 
 if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad input is refused sooner
     from matplotlib.figure import Figure

@@ -2,7 +2,7 @@
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, DOFS
-from otolith.simulate import Run
+from otolith.loop import Run
 
 
 def force_axes(run: Run) -> dict[str, int]:

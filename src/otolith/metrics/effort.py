@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.interfaces import Status
-from otolith.simulate import Run
+from otolith.loop import Run
 
 
 def distribution(values: NDArray[Any], scale: float = 1.0) -> dict[str, float]:

@@ -22,8 +22,8 @@ from typing import Any, Final
 import numpy as np
 
 from otolith.core.arrays import Bools, Ints, Vec
+from otolith.loop import Run
 from otolith.metrics.axes import force_axes
-from otolith.simulate import Run
 
 KINDS: Final = ("inverted", "unwanted", "missing", "scaled")
 MISLEADING: Final = KINDS[:3]  # a scaled cue does not mislead

@@ -15,7 +15,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, DOFS, Dof
-from otolith.simulate import Run
+from otolith.loop import Run
 
 TOLERANCE: Final = 1e-6  # in SI units of each quantity
 _SERIES: Final = {  # of a run -> what it is called along an axis, and about one; its unit beyond m or deg

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from otolith.core.frames import DOFS
 
 if TYPE_CHECKING:
-    from otolith.simulate import Run
+    from otolith.loop import Run
 
 Summary = Mapping[str, Any]  # key figures of one run by name, plain JSON values
 EVERY_DOF: Final = tuple(DOFS)

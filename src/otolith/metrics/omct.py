@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES
 from otolith.interfaces import Cueing, Plant
+from otolith.loop import Run, simulate
 from otolith.metrics.frequency import Harmonic, harmonic
 from otolith.platforms import Platform
 from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes, MotionTest, Sweep, sinusoid
-from otolith.simulate import Run, simulate
 
 NOTHING = 1e-9  # of the driven amplitude: a response below it is none, and has no phase
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.lti import StateSpace
+from otolith.loop import Run
 from otolith.perception import canals, otoliths, sense
-from otolith.simulate import Run
 
 
 def perceived_error(run: Run, otolith: StateSpace | None = None) -> Mat:

@@ -8,8 +8,8 @@ from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.filter import Filter
 from otolith.core.lti import StateSpace
+from otolith.loop import Run
 from otolith.metrics.axes import force_axes
-from otolith.simulate import Run
 
 WEIGHTS: Final = (0.34, 0.66, 0.0)  # longitudinal, lateral, vertical
 TIME_CONSTANT: Final = 3.0  # [s] our choice, see `mismatch_rating`

@@ -2,8 +2,8 @@
 
 from typing import Any, Final
 
+from otolith.loop import Run
 from otolith.metrics.catalogue import MEASURES
-from otolith.simulate import Run
 
 BASELINE: Final = "implicit"  # percentages are against this model, as in Table 5.6
 

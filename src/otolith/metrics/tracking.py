@@ -3,7 +3,7 @@
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.simulate import Run
+from otolith.loop import Run
 
 
 def tracking_rmse(run: Run) -> Vec:

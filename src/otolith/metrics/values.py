@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from otolith.core.arrays import Vec
+from otolith.loop import Run
 from otolith.metrics.axes import by_force, force_axes, rate_axes
 from otolith.metrics.false_cues import false_cues, totals
 from otolith.metrics.limits import excesses
@@ -19,7 +20,6 @@ from otolith.metrics.rating import mismatch_rating
 from otolith.metrics.sickness import sickness_dose
 from otolith.metrics.tracking import tracking_rmse
 from otolith.metrics.workspace import workspace_use
-from otolith.simulate import Run
 
 ByName = dict[str, float]
 OfSignals = Callable[[Vec, Vec], float]  # of what was wanted and what was felt, each (n,)

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from otolith.core.arrays import Vec
+from otolith.loop import Run
 from otolith.metrics.axes import moving_axes
 from otolith.platforms import Platform
 from otolith.platforms.platform import Translation
-from otolith.simulate import Run
 
 NEAR = 0.9  # share of the reach beyond which the limit is near
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Final
 
+from otolith.loop import Run
 from otolith.metrics.measure import Summary
 from otolith.report import tables, texts
 from otolith.report.html import (
@@ -22,7 +23,6 @@ from otolith.report.panels import Panel, changes_panel, require_one_scenario
 from otolith.report.ranking import ByCueing, Criterion, Standing, criterion_named, standings
 from otolith.report.reasons import why
 from otolith.report.series import labels
-from otolith.simulate import Run
 
 RMSE: Final = criterion_named("rmse")
 

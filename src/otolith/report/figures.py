@@ -20,6 +20,7 @@ from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator
 
 from otolith.core.errors import InputError
 from otolith.core.folders import PICTURES
+from otolith.loop import Run
 from otolith.report.motion import motion_comparison, motion_panels
 from otolith.report.overview import false_cue_panels, overview_panels, use_panel
 from otolith.report.panels import (
@@ -31,7 +32,6 @@ from otolith.report.panels import (
     effort_panels,
 )
 from otolith.report.ranking import ByCueing
-from otolith.simulate import Run
 
 COLUMN: Final = 3.5  # [in] width of one column of a two-column paper
 HEIGHT: Final = {

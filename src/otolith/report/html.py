@@ -7,6 +7,7 @@ from html import escape
 from typing import Final
 
 from otolith.core.frames import DOFS
+from otolith.loop import Run
 from otolith.metrics import between_nodes, breaches, failures, held_back
 from otolith.metrics.measure import Summary
 from otolith.report import tables, texts
@@ -18,7 +19,6 @@ from otolith.report.plots import height, plot_json
 from otolith.report.series import MAX_POINTS, decimated
 from otolith.report.tables import number
 from otolith.report.view import frames_of, platform_view
-from otolith.simulate import Run
 
 LEGGED = "hexapod"  # how the names of plants with legs begin, see otolith.registry
 MOVING = (

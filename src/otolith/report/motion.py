@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from otolith.core.frames import PAIRS
+from otolith.loop import Run
 from otolith.report import palette
 from otolith.report.panels import (
     Panel,
@@ -19,7 +20,6 @@ from otolith.report.panels import (
     twin_panel,
 )
 from otolith.report.series import Band, SingleSeries, labels, single_series
-from otolith.simulate import Run
 
 FELT: Final = {"heave": "vertical force", "yaw": "yaw rate"}
 PLACE: Final = {"heave": "height", "yaw": "yaw angle"}

@@ -5,8 +5,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from otolith.core.errors import InputError, one_of
+from otolith.loop import Run
 from otolith.metrics import breaches, failures, summarise
-from otolith.simulate import Run
 
 if TYPE_CHECKING:  # drawing is imported when there is something to draw
     from matplotlib.figure import Figure

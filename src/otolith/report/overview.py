@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Vec
+from otolith.loop import Run
 from otolith.metrics import MEASURES, false_cues, workspace_use
 from otolith.metrics.axes import force_axes
 from otolith.metrics.false_cues import KINDS
@@ -17,7 +18,6 @@ from otolith.report import palette
 from otolith.report.panels import Axis, Curve, Panel, require_one_scenario
 from otolith.report.ranking import ByCueing, Criterion, criterion
 from otolith.report.series import labels
-from otolith.simulate import Run
 
 COLORS: Final = dict(zip(KINDS, (palette.VERMILION, palette.ORANGE, palette.BLUE, palette.SKY), strict=True))
 USE: Final = criterion("workspace", "Reach used")

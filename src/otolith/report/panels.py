@@ -11,6 +11,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES
+from otolith.loop import Run
 from otolith.report import palette
 from otolith.report.series import (
     Band,
@@ -25,7 +26,6 @@ from otolith.report.series import (
     stairs,
     survival,
 )
-from otolith.simulate import Run
 
 FAR: Final = 2.5  # a limit this many times beyond all data is told, not drawn: it would flatten the curve
 MARGIN: Final = 0.06  # of an axis, beyond its data

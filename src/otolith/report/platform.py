@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES
+from otolith.loop import Run
 from otolith.plant.dynamics import frequencies
 from otolith.platforms import Platform
 from otolith.platforms.combined_limits import together
@@ -24,7 +25,6 @@ from otolith.platforms.reach import CUTS, Cut, box_share, cut, reach, reach_ends
 from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
 from otolith.report.view import FRAMES_PER_SECOND, frames_of, platform_view
-from otolith.simulate import Run
 
 WIDTH: Final = 7.16  # [in] both columns of a paper
 FONT: Final = 7.0  # [pt]

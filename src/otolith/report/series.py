@@ -13,7 +13,7 @@ import numpy as np
 from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import DOFS, Dof, specific_force
 from otolith.interfaces import Status
-from otolith.simulate import Run
+from otolith.loop import Run
 
 MAX_POINTS: Final = 5_000  # of one curve; about three times the pixels of a wide screen
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.rotation import place_of
+from otolith.loop import Run
 from otolith.platforms.hexapod import Hexapod
 from otolith.report.page import asset
-from otolith.simulate import Run
 
 FRAMES_PER_SECOND: Final = 25.0
 FRAMES: Final = 3000  # at most, some 0.25 MB; a run of more than two minutes is shown more coarsely

@@ -15,6 +15,7 @@ from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
 from otolith.interfaces import PlatformState, Reference, Status
+from otolith.loop import simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp.blocked import condense_blocked
@@ -22,7 +23,6 @@ from otolith.qp.condensed import CondensedSolver
 from otolith.qp.engines import CondensedEngine, expand
 from otolith.qp.stage import StageQp
 from otolith.scenarios import scenario
-from otolith.simulate import simulate
 
 SHORT = (1, 1, 3, 7)
 PAIRS = pytest.mark.parametrize("pairs", [(SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL)], ids=["2 DOF", "4 DOF"])

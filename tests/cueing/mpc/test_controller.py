@@ -18,11 +18,11 @@ from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.guess import HeldPlan, NoGuess
 from otolith.cueing.mpc.settings import BLOCKS, Entry, MpcSettings, parse_entry
 from otolith.interfaces import PlatformState, Reference, Status
+from otolith.loop import Run, simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine, StructuredEngine, expand
 from otolith.scenarios import Scenario, scenario
-from otolith.simulate import Run, simulate
 
 BOTH = (SURGE_PITCH, SWAY_ROLL)
 BETWEEN = 1e-6  # [SI] beyond a limit at any time: as at the nodes

@@ -16,10 +16,10 @@ from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_probl
 from otolith.cueing.mpc.guess import FromExplicit
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.interfaces import PlatformState, Reference, Status
+from otolith.loop import Run, simulate
 from otolith.plant.ideal import without_lag
 from otolith.platforms import load
 from otolith.scenarios import scenario
-from otolith.simulate import Run, simulate
 
 THESIS = load("thesis")
 LIMITS = THESIS.limits(SURGE_PITCH)

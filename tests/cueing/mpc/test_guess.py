@@ -15,11 +15,11 @@ from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.guess import HeldPlan
 from otolith.cueing.mpc.settings import BLOCKS, Entry, MpcSettings
 from otolith.interfaces import Status
+from otolith.loop import Run, simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine, StructuredEngine
 from otolith.scenarios import scenario
-from otolith.simulate import Run, simulate
 from tests.cueing.hints.training.tiny import tiny_hint
 
 THESIS, PAIRS = load("thesis"), (SURGE_PITCH,)

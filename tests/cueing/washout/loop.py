@@ -9,10 +9,10 @@ from otolith.core.arrays import Vec
 from otolith.core.frames import SURGE_PITCH, Dof
 from otolith.cueing.washout.feedforward import Washout
 from otolith.cueing.washout.tuning import Tuning, load_tuning
+from otolith.loop import Run, simulate
 from otolith.plant.ideal import Ideal
 from otolith.platforms import Platform, load
 from otolith.scenarios import Scenario
-from otolith.simulate import Run, simulate
 
 DAVSI, TUNING = load("davsi"), load_tuning("davsi")
 

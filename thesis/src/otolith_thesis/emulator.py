@@ -18,11 +18,11 @@ from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
+from otolith.loop import Run, simulate
 from otolith.metrics import distribution, tracking_rmse
 from otolith.platforms import load
 from otolith.registry import CUEING, FOUR_MODELS, PLANTS
 from otolith.scenarios import scenario
-from otolith.simulate import Run, simulate
 from otolith_thesis.counting_engine import COUNTED, engine_named
 
 MODELS: Final = FOUR_MODELS

@@ -13,12 +13,12 @@ from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.cueing.design import Design, explicit
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows, Limits
+from otolith.loop import Run, simulate
 from otolith.metrics import excesses, tracking_rmse
 from otolith.mpqp import Law
 from otolith.plant.ideal import Ideal
 from otolith.platforms import load
 from otolith.scenarios import scenario
-from otolith.simulate import Run, simulate
 from otolith_thesis.jobs import Answers
 from otolith_thesis.loop import rmse_at_decisions
 from otolith_thesis.outcome import Claim, Grid, Outcome

@@ -23,13 +23,13 @@ from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.interfaces import Cueing, Plant
+from otolith.loop import Run, simulate
 from otolith.metrics import excesses
 from otolith.plant import Ideal
 from otolith.plant.hexapod import hexapod
 from otolith.registry import CUEING
 from otolith.scenarios import Scenario
 from otolith.scenarios.perceived import perceived
-from otolith.simulate import Run, simulate
 from otolith.vehicle.car import load_car
 from otolith.vehicle.closed_loop import drive
 from otolith.vehicle.driver import Driver

@@ -19,13 +19,13 @@ from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
 from otolith.interfaces import Cueing, Status
+from otolith.loop import Run, simulate
 from otolith.metrics import distribution, excesses, false_cues, tracking_rmse, travel_rms
 from otolith.platforms import Platform, load
 from otolith.qp.engines import StageEngine
 from otolith.qp.stage import StageProblem
 from otolith.registry import CUEING, FOUR_MODELS, PLANTS
 from otolith.scenarios import Scenario, scenario
-from otolith.simulate import Run, simulate
 from otolith_thesis.counting_engine import COUNTED, clock_of, engine_named
 from otolith_thesis.parametric import ParametricEngine
 from otolith_thesis.solver_variants import (

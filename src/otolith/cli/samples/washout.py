@@ -42,5 +42,5 @@ if __name__ == "__main__":
     platform = otolith.platform("thesis")
     drive = otolith.scenario("sine:amplitude=0.8,frequency=0.3,duration=8")
     plant = otolith.make_plant("ideal", platform)
-    run = otolith.close_loop(HighPass(), plant, drive, platform=platform, dofs=("surge-pitch",))
+    run = otolith.simulate(HighPass(), plant, drive, platform=platform, dofs=("surge-pitch",))
     print(f"RMSE {otolith.summarise(run)['rmse']:.3f} m/s², farthest {abs(run.pose[:, SURGE]).max():.3f} m")

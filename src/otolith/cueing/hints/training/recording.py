@@ -10,6 +10,7 @@ from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.frames import Dof
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.settings import MpcSettings
+from otolith.loop import simulate
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.qp import Status
@@ -17,7 +18,6 @@ from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.scenarios import Scenario
-from otolith.simulate import simulate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

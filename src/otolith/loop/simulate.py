@@ -2,106 +2,22 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from otolith.core.arrays import Bools, Ints, Vec
+from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
-from otolith.core.rotation import rate_along
-from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference, Status
+from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
+from otolith.loop.run import Run
 from otolith.platforms import Platform
-from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-_NOTEBOOK: Final = "otolith.report.notebook"  # reports read runs; a run only knows where to look when asked
 # A jump of the reference must fall on the same side for controller, plant and record, whatever the
 # rounding of k·dt: decisions see the value just after an instant, records the value just before.
 EDGE = 1e-9  # [s]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """One closed-loop run; time runs along axis 0, with n plant samples and m control steps.
-
-    A plant sample stands at the end of its plant step, t = dt, 2 dt, …; where a signal jumps there,
-    the sample holds the value just before the jump. Control samples stand at the decision.
-    """
-
-    scenario: str
-    cueing: str
-    plant: str
-    platform: Platform
-    dofs: tuple[str, ...]  # names of what was cued, see otolith.core.frames.DOFS
-    settings: dict[str, Any]  # what the user chose, for the record: plain JSON values
-    soft: tuple[str, ...] = ()  # limits that the algorithm may pass at a price, e.g. "surge-pitch tilt_rate"
-    period: float  # [s] of the controller
-    plant_period: float  # [s]
-
-    time: Vec  # (n,) [s]
-    reference_force: Vec  # (n, 3) [m/s²] to be felt, driver's frame
-    reference_rate: Vec  # (n, 3) [rad/s] to be felt, driver's frame; NaN where a file did not keep it
-    felt_force: Vec  # (n, 3) [m/s²] felt, driver's frame
-    pose: Vec  # (n, 6) [m ×3, rad ×3]
-    twist: Vec  # (n, 6) [m/s ×3, rad/s ×3]
-    acceleration: Vec  # (n, 6) [m/s² ×3, rad/s² ×3]
-
-    command_time: Vec  # (m,) [s]
-    command: Vec  # (m, 6) commanded accelerations
-    status: tuple[str, ...]  # (m,) values of otolith.interfaces.Status
-    solver: tuple[str, ...]  # (m,) what the solver said of each decision; "" where none was asked
-    changes: Ints  # (m,) working-set changes
-    residual: Vec  # (m,) certificate of each solution
-    guess_missed: Bools  # (m,)
-    step_time: Vec  # (m,) [s] thread CPU time of each decision
-
-    interventions: tuple[Intervention, ...] = ()  # of a plant's supervisor, in order of time
-
-    @property
-    def outcomes(self) -> tuple[str, ...]:
-        """(m,) status of each decision, and of a fallback what the solver said: "fallback (infeasible)"."""
-        return tuple(
-            f"{status} ({solver})" if status == Status.FALLBACK and solver else status
-            for status, solver in zip(self.status, self.solver, strict=True)
-        )
-
-    @property
-    def felt_rate(self) -> Vec:
-        """Angular rate (n, 3) [rad/s] in the driver's frame; at the head as anywhere on the platform."""
-        rate = np.empty((len(self.pose), 3))
-        rate_along(self.pose, self.twist, rate)
-        return rate
-
-    def _repr_html_(self) -> str:
-        """Key figures as a small table, which is what a notebook shows."""
-        card: str = import_module(_NOTEBOOK).card([self])
-        return card
-
-    def plot(self, dof: str | None = None) -> "Figure":
-        """What was wanted and felt, and how the platform moved, of one degree of freedom.
-
-        Parameters
-        ----------
-        dof : its name; None: the first that was cued.
-
-        Raises
-        ------
-        InputError : this degree of freedom was not cued.
-        """
-        drawn: Figure = import_module(_NOTEBOOK).figure([self], dof)
-        return drawn
-
-    def at_decisions(self, series: Vec) -> Vec:
-        """Rows of a plant-rate series at the control nodes: one row per period, at its end."""
-        every = round(self.period / self.plant_period)
-        return series[every - 1 :: every]
 
 
 class _Motion:

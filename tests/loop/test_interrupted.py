@@ -3,7 +3,7 @@
 import numpy as np
 
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
-from otolith.interrupted import Interrupted, Outage
+from otolith.loop.interrupted import Interrupted, Outage
 
 
 class Listener:

@@ -10,10 +10,10 @@ import pytest
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
+from otolith.loop import simulate
 from otolith.plant.ideal import Ideal, without_lag
 from otolith.platforms import load
 from otolith.scenarios import Scenario
-from otolith.simulate import simulate
 
 
 class Echo:

@@ -1,0 +1,6 @@
+"""The closed loop: a cueing algorithm drives a plant along a scenario, and a run remembers it."""
+
+from otolith.loop.run import Run
+from otolith.loop.simulate import EDGE, simulate
+
+__all__ = ["EDGE", "Run", "simulate"]
