@@ -56,12 +56,19 @@ def test_a_signal_at_any_moment_ends_the_program_with_one_sentence(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("then", ["time.sleep(60)", "raise RuntimeError('C failed of it')"])
+@pytest.mark.parametrize(
+    "then",
+    [
+        "time.sleep(60)",
+        "raise RuntimeError('C failed of it')",
+        "sys.excepthook(stop.Stopped, stop.Stopped(2), None); raise ImportError('C printed it first')",
+    ],
+)
 def test_a_signal_that_is_lost_in_a_callback_of_c_is_heard_all_the_same(tmp_path: Path, then: str) -> None:
     """Python can only report an exception in a ctypes callback, as the compiler has some."""
     script = (
         "import ctypes, signal, sys, time\n"
-        "from otolith.cli import app, main\n"
+        "from otolith.cli import app, main, stop\n"
         "def run(line=None):\n"
         "    ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()\n"
         f"    {then}\n"

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import NoReturn
 
 _AGAIN = 0.02  # [s] after which a request that was lost is made again
@@ -31,7 +31,8 @@ def signals_stop() -> Iterator[None]:
     nohup, stays ignored. Only the main thread can do this.
 
     Where `Stopped` is raised in a callback out of C (the compiler's, say), Python can only report it, and
-    goes on; C may fail of it. So whatever fails after a signal ends alike, and what goes on is asked again.
+    goes on; C may fail of it, and print it first, as modules that import NumPy from C do. So whatever fails
+    after a signal ends alike, nothing but the sentence is printed, and what goes on is asked again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -50,8 +51,13 @@ def signals_stop() -> Iterator[None]:
         else:
             report(what)
 
+    def printed(kind: type[BaseException], value: BaseException, where: TracebackType | None) -> None:
+        if not isinstance(value, Stopped):
+            show(kind, value, where)
+
     before = {number: signal.getsignal(number) for number in _WORDS}
     report, sys.unraisablehook = sys.unraisablehook, lost
+    show, sys.excepthook = sys.excepthook, printed
     for number, handler in before.items():
         if handler is not signal.SIG_IGN:
             signal.signal(number, stop)
@@ -64,7 +70,7 @@ def signals_stop() -> Iterator[None]:
             _tell(asked[0])
         raise
     finally:
-        sys.unraisablehook = report
+        sys.unraisablehook, sys.excepthook = report, show
         for number, handler in before.items():
             signal.signal(number, handler)
 
