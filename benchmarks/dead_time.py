@@ -45,7 +45,7 @@ def drive(algorithm: str, platform: Platform, pairs: tuple[Dof, ...], told: floa
     for name in SCENARIOS:
         wanted = scenario(name)
         if len(pairs) == 2:
-            wanted = wanted.beside(scenario(name, axis="lateral"))
+            wanted = wanted.combined_with(scenario(name, axis="lateral"))
         yield simulate(cueing, plant, wanted, platform=platform, dofs=tuple(pair.name for pair in pairs))
 
 

@@ -62,7 +62,7 @@ CASES = (
 def reference(name: str, dofs: tuple[Dof, ...]) -> Scenario:
     """One scenario along all degrees of freedom at once."""
     along = [scenario(name, axis=dof.along).scaled(SLOW_YAW if dof.feels_rate else 1.0) for dof in dofs]
-    return reduce(Scenario.beside, along)
+    return reduce(Scenario.combined_with, along)
 
 
 def runs() -> Iterator[tuple[str, Run]]:

@@ -129,7 +129,7 @@ def _along(name: str, pairs: Sequence[Dof]) -> Scenario:
         scenario(name.replace("seed=7", f"seed={7 + i}"), axis=pair.along) for i, pair in enumerate(pairs)
     )
     for other in others:
-        first = first.beside(other)
+        first = first.combined_with(other)
     return first
 
 

@@ -107,7 +107,7 @@ class Wanted:
         """
         if self.log is None and self.scenario is not None:
             named = [scenario(self.scenario, literal=self.literal, axis=dof.along) for dof in design.dofs]
-            return self._sensed(functools.reduce(Scenario.beside, named)).scaled(self.scale)
+            return self._sensed(functools.reduce(Scenario.combined_with, named)).scaled(self.scale)
         if self.log is None or self.scenario is not None:
             found = "given twice" if self.log is not None else "absent"
             raise InputError("the reference", found, "either a scenario's name or --log FILE")

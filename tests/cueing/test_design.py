@@ -42,7 +42,7 @@ def loop(cueing: Cueing, wanted: Scenario, dofs: tuple[Dof, ...] = (SURGE_PITCH,
 
 
 def cue(*dofs: Dof, name: str = "implicit", text: str = "step:amplitude=3,duration=4,end=3") -> Run:
-    wanted = functools.reduce(Scenario.beside, [scenario(text, axis=dof.along) for dof in dofs])
+    wanted = functools.reduce(Scenario.combined_with, [scenario(text, axis=dof.along) for dof in dofs])
     return loop(registry.make_cueing(name, design(*dofs, mpc=SETTINGS)), wanted, dofs)
 
 
@@ -73,7 +73,7 @@ def test_one_problem_of_all_six_axes_decides_as_the_several_do(six: Run) -> None
     """One MPC over four degrees of freedom: nothing couples heave and yaw to the pairs."""
     wanted = [scenario("step:amplitude=3,duration=4,end=3", axis=dof.along) for dof in DOFS.values()]
     dofs = tuple(DOFS.values())
-    one = loop(Mpc(DAVSI, dofs, SETTINGS), functools.reduce(Scenario.beside, wanted), dofs)
+    one = loop(Mpc(DAVSI, dofs, SETTINGS), functools.reduce(Scenario.combined_with, wanted), dofs)
     assert set(one.status) == {Status.DECIDED}
     assert_allclose(one.pose, six.pose, atol=1e-5)
 
@@ -130,7 +130,7 @@ def test_the_explicit_law_cues_heave_and_yaw_as_well() -> None:
     settings = ExplicitSettings(horizon=3, block_from=2)
     both = Design(platform=DAVSI, dofs=ALONE, explicit=settings)
     wanted = scenario("step:amplitude=0.5,duration=3,end=2.5", axis="vertical")
-    wanted = wanted.beside(scenario("sine-1", axis="yaw").scaled(0.2))
+    wanted = wanted.combined_with(scenario("sine-1", axis="yaw").scaled(0.2))
     plant = registry.PLANTS["ideal-no-lag"].load()(DAVSI)
     run = simulate(
         registry.make_cueing("explicit", both), plant, wanted, platform=DAVSI, dofs=("heave", "yaw")
@@ -154,7 +154,7 @@ def test_both_engines_decide_alike(make) -> None:  # type: ignore[no-untyped-def
 @SENSED
 def test_limits_hold_in_four_degrees_of_freedom(make) -> None:  # type: ignore[no-untyped-def]
     along = "step:amplitude=2,duration=3,end=2.5"
-    run = loop(make(design(*PAIRS)), scenario(along).beside(scenario(along, axis="lateral")), PAIRS)
+    run = loop(make(design(*PAIRS)), scenario(along).combined_with(scenario(along, axis="lateral")), PAIRS)
     assert set(run.status) == {Status.DECIDED}
     for excess in metrics.excesses(run):
         assert excess.at_nodes < 1e-6, excess

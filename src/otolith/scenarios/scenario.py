@@ -30,7 +30,7 @@ class Scenario:
     angular_rate: Callable[[Vec], Vec] = field(default=_still)  # (n,) [s] -> (n, 3) [rad/s]
     origin: str = ""  # where it comes from: a table of the thesis, a file, a formula
 
-    def beside(self, other: "Scenario") -> "Scenario":
+    def combined_with(self, other: "Scenario") -> "Scenario":
         """Both at once, forces and rates added; it lasts as long as the longer one.
 
         The name is this one's: the use is one signal along several axes.

@@ -88,7 +88,7 @@ def test_no_limit_is_violated_whatever_is_wanted(seed: int, which: tuple[str, st
 def test_the_engines_drive_the_same_loop(pairs: tuple[Dof, ...], form: str) -> None:
     along = scenario("combined")
     if len(pairs) == 2:
-        along = along.beside(scenario("step-1", axis="lateral"))
+        along = along.combined_with(scenario("step-1", axis="lateral"))
     runs = [
         close(controller(pairs, engine=engine, **FORMS[form]), along, pairs)
         for engine in (StructuredEngine, CondensedEngine)

@@ -101,7 +101,7 @@ class Loop:
     def reference(self) -> Scenario:
         """The scenario along every cued axis."""
         along = [scenario(self.scenario, literal=self.literal, axis=pair.along) for pair in self.pairs]
-        return functools.reduce(Scenario.beside, along)
+        return functools.reduce(Scenario.combined_with, along)
 
     @property
     def platform(self) -> Platform:

@@ -66,7 +66,7 @@ def test_a_motion_that_one_pair_mirrors_has_the_rows_of_that_pair_mirrored() -> 
     made = []
     for a in (1.1, -1.1):
         mirrored = replace(other, wave=Pulse(a, 0.1, 0.9))
-        drive = along([steps], PAIRS)[0].beside(along([mirrored], (SWAY_ROLL,))[0])
+        drive = along([steps], PAIRS)[0].combined_with(along([mirrored], (SWAY_ROLL,))[0])
         made.append(record(THESIS, pairs, SETTINGS, [drive]))
     plain, turned = (one.sets.reshape(len(one), -1) for one in made)
     pair = _pair_of(Problem(THESIS, pairs, SETTINGS).structure, plain.shape[1])

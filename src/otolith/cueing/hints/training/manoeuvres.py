@@ -82,7 +82,7 @@ def along(manoeuvres: Sequence[Manoeuvre], pairs: Sequence[Dof], *, seed: int = 
         others = [manoeuvres[i] for i in rng.permutation(len(manoeuvres))]
         still = rng.uniform(size=len(made)) < 0.25
         made = [
-            one if idle else one.beside(_scenario(other, pair))
+            one if idle else one.combined_with(_scenario(other, pair))
             for one, other, idle in zip(made, others, still, strict=True)
         ]
     return made
