@@ -41,7 +41,7 @@ def plants(platform: Platform) -> Iterator[tuple[str, float | None, list[Plant]]
 
 def drive(algorithm: str, platform: Platform, pairs: tuple[Dof, ...], told: float | None, plant: Plant):  # type: ignore[no-untyped-def]
     """Runs over all scenarios."""
-    cueing = registry.make_cueing(algorithm, Design(platform=platform, pairs=pairs), dead_time=told)
+    cueing = registry.make_cueing(algorithm, Design(platform=platform, dofs=pairs), dead_time=told)
     for name in SCENARIOS:
         wanted = scenario(name)
         if len(pairs) == 2:

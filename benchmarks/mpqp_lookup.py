@@ -14,12 +14,12 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from otolith.cueing.mpc.joint import problems
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import SURGE_PITCH
 from otolith.core.lti import zero_order_hold
-from otolith.cueing.mpc.explicit_problem import ExplicitSettings
-from otolith.cueing.mpc.rows import explicit_dynamics
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
+from otolith.cueing.mpc.motion import explicit_dynamics
 from otolith.files import read_platform
 from otolith.mpqp import Law, enumerate_regions
 
@@ -31,12 +31,14 @@ REPEATS, CALLS, POINTS = 100, 30, 2000
 def law_of(case: str) -> Law:
     horizon, block_from = CASES[case]
     settings = ExplicitSettings(horizon=horizon, period=PERIOD, block_from=block_from)
-    return enumerate_regions(problems(read_platform("thesis"), ["surge-pitch"], settings)[0])
+    thesis = read_platform("thesis")
+    problem = explicit_problem(SURGE_PITCH, thesis.limits(SURGE_PITCH), thesis.braking, settings)
+    return enumerate_regions(problem)
 
 
 def trajectory(law: Law, steps: int, seed: int) -> Mat:
     """Closed loop under sums of six sines, a new one every minute: parameters (steps, 5)."""
-    A, B = zero_order_hold(*explicit_dynamics(), PERIOD)
+    A, B = zero_order_hold(*explicit_dynamics(SURGE_PITCH), PERIOD)
     low, high = law.problem.lower[:4], law.problem.upper[:4]
     rng, x, region, thetas = np.random.default_rng(seed), np.zeros(4), -1, []
     for t in range(steps):
