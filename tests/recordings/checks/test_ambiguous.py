@@ -90,3 +90,15 @@ def test_a_vertical_force_without_gravity_is_said_to_be_unproven_where_nothing_e
     data = written(one, ("ax", "az", "vx"))
     data["az"] = data["az"] - vehicles.G
     assert any(note.startswith("left and right are not proven") for note in read(data).notes)
+
+
+def test_the_way_out_for_a_leaning_vehicle_states_every_unit_that_is_doubted() -> None:
+    """Before, it stated that of the force alone, and the same refusal came again, for the yaw rate's."""
+    leaning = vehicles.motorcycle(lean=0.983)
+    data = written(leaning, ("ax", "ay", "yaw_rate", "vx"))
+    _, sentence = attempt(data)
+    (way,) = re.findall(r"or map ([^;]*?) if the road is banked, or the vehicle leans", sentence)
+    mapping = dict(part.split("=", 1) for part in way.split(" and "))
+    assert set(mapping) == {"ay", "yaw_rate"}
+    log = read(data, **mapping)
+    assert max(differs(log, truth(leaning, ("ax", "ay", "yaw_rate"))).values()) < 1e-6

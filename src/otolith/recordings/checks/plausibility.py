@@ -224,8 +224,10 @@ def _road_may_explain(one: Relation, drive: Kinematics, found: Sequence[Remedy])
     if turned:
         way = "--axes iso"
     else:
-        column = drive.channels["ay"].column
-        way = f"map ay={spelled(column, unit=column.unit)}"
+        doubted = dict.fromkeys(["ay", *(key for remedy in found for key in remedy.mapping)])
+        columns = {key: drive.channels[key].column for key in doubted if key in drive.channels}
+        stated = (f"{key}={spelled(column, unit=column.unit)}" for key, column in columns.items())
+        way = f"map {' and '.join(stated)}"  # a unit that the user states is not doubted again
     angle = f"{np.degrees(np.arcsin(share)):.0f} deg"
     return f"{way} if the road is banked, or the vehicle leans, by {angle}"
 
