@@ -1,7 +1,9 @@
 """`import otolith`: few names, documented, found when asked for, and nothing imported before."""
 
 import ast
+import importlib
 import inspect
+import pkgutil
 import subprocess
 import sys
 from pathlib import Path
@@ -68,3 +70,15 @@ def test_the_examples_and_the_washout_need_nothing_else() -> None:
             if isinstance(node, ast.ImportFrom):
                 assert node.module is not None
                 assert not node.module.startswith("otolith."), f"{source.name} imports {node.module}"
+
+
+def test_every_package_has_the_names_that_it_promises() -> None:
+    """A name left in `__all__` after its object went is found by `from … import *` alone."""
+    promised = 0
+    for one in pkgutil.walk_packages(otolith.__path__, "otolith."):
+        if one.ispkg and not one.name.endswith(".samples"):
+            package = importlib.import_module(one.name)
+            names = getattr(package, "__all__", ())
+            promised += len(names)
+            assert [name for name in names if not hasattr(package, name)] == [], one.name
+    assert promised > 50

@@ -73,7 +73,7 @@ def _names(text: bytes, file: str, packages: Packages) -> set[str]:
 
 
 def _absolute(base: str, file: str, packages: Packages) -> str:
-    """The full name behind a relative one, e.g. `..core` in otolith/mpc/model.py."""
+    """The full name behind a relative one, e.g. `..core` in otolith/cueing/mpc/rows.py."""
     rest = base.lstrip(".")
     folder = Path(file).parents[len(base) - len(rest) - 1]
     root = next((root for _, root in packages if folder.is_relative_to(root)), None)

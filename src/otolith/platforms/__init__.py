@@ -3,4 +3,4 @@
 from otolith.platforms.library import catalog, load
 from otolith.platforms.platform import AxisLimits, Braking, Platform, parse_platform
 
-__all__ = ["AxisLimits", "Braking", "PairLimits", "Platform", "catalog", "load", "parse_platform"]
+__all__ = ["AxisLimits", "Braking", "Platform", "catalog", "load", "parse_platform"]

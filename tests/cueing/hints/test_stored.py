@@ -9,8 +9,10 @@ from numpy.testing import assert_array_equal
 from otolith.core.errors import CorruptFile
 from otolith.core.frames import SWAY_ROLL
 from otolith.cueing.hints.stored import Kind, StaleHint, StoredHint, digest, model_of
+from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.perception import Vestibular
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine
 from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, tiny_hint
@@ -25,6 +27,8 @@ from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, tiny_hint
         ("thesis", PAIRS, MpcSettings(horizon=51), "horizon"),
         ("thesis", PAIRS, replace(SETTINGS, blocks=(10, 40)), "blocks"),
         ("thesis", PAIRS, replace(SETTINGS, soft={"tilt_rate": 100.0}), "soft"),
+        ("thesis", PAIRS, replace(SETTINGS, linear=True), "linear"),
+        ("thesis", PAIRS, replace(SETTINGS, objective=Objective(senses=Vestibular())), "what is sensed"),
     ],
 )
 def test_a_hint_for_another_model_is_refused_and_the_sentence_says_what_differs(

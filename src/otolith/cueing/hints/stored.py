@@ -34,6 +34,7 @@ _SETTINGS: Final = (
     "blocks",
     "firm",
     "later_penalty",
+    "linear",
 )
 PARAMETERS: Final = 7  # of a pair: its states and the force wanted
 Model = dict[str, Any]  # plain JSON values
@@ -55,7 +56,9 @@ def model_of(platform: Platform, pairs: Sequence[Dof], settings: MpcSettings) ->
     """Everything that the QP depends on beside state and reference."""
     limits = {pair.name: [asdict(one) for one in platform.limits(pair)] for pair in pairs}
     chosen = {"axes": [pair.name for pair in pairs]} | {name: getattr(settings, name) for name in _SETTINGS}
+    objective = settings.objective
     chosen |= {"lag": settings.lag_on(platform)}
+    chosen |= {"force weight": objective.force, "tracks what is sensed": objective.senses is not None}
     chosen |= {"washout": [asdict(weight) for weight in settings.washout], "soft": dict(settings.soft)}
     chosen |= {"circle": platform.circle, "limits": limits, "braking law": platform.braking.model_dump()}
     plain: Model = json.loads(json.dumps(chosen))
