@@ -1,12 +1,14 @@
 """Rows of an axis of its own, judged by the law that stops a platform."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from otolith.core.frames import DOFS
-from otolith.cueing.mpc.rows import BrakingRows, rows_of
+from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH
+from otolith.cueing.mpc.rows import BrakingRows, command_bounds, rows_of
 from otolith.platforms import load
 from otolith.safety.stopping import Stopping, safe
 
@@ -37,3 +39,15 @@ def test_whoever_keeps_the_rows_of_an_axis_alone_can_stop_inside(
         return  # this end's row lets it be beyond the other end, which the other end's row does not
     stopping = Stopping(DAVSI, (dof,), lag=lag, period=0.01)
     assert safe(motion, stopping.reach)
+
+
+def test_next_to_rows_on_the_leading_motion_a_command_keeps_the_acceleration_as_well() -> None:
+    """A file may allow greater commands than accelerations; rows at the nodes keep the two apart."""
+    travel, tilt = DAVSI.limits(SURGE_PITCH)
+    limits = (replace(travel, acceleration=4.0, command=9.0), tilt)
+    turning = tilt.acceleration
+    for kind, bound in ((BrakingRows.STOPPING, 4.0), (BrakingRows.LEADING, 4.0), (BrakingRows.POSITION, 9.0)):
+        assert command_bounds(SURGE_PITCH, limits, kind).tolist() == [turning, bound]
+    (heave,) = DAVSI.limits(HEAVE)
+    alone = (replace(heave, acceleration=2.0, command=3.0),)
+    assert command_bounds(HEAVE, alone, BrakingRows.POSITION).tolist() == [2.0]
