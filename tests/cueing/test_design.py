@@ -231,3 +231,20 @@ def test_yaw_is_cued_to_size_where_the_platform_can_turn_so_far(make) -> None:  
     size = metrics.scale_ratio(run.reference_rate[:, 2], run.felt_rate[:, 2])
     assert 0.9 < size < 1.1
     assert all(excess.at_nodes < 1e-6 for excess in metrics.excesses(run))
+
+
+def test_what_is_linear_and_what_is_sensed_is_as_each_algorithm_says() -> None:
+    of = {make: make(design()).problem.settings for make in (implicit, implicit_sensed, linear_mpc)}
+    assert [one.linear for one in of.values()] == [False, False, True]
+    assert [one.objective.senses is not None for one in of.values()] == [False, True, True]
+    assert [one.braking.value for one in of.values()] == ["stopping", "stopping", "leading"]
+
+
+def test_after_a_reset_nobody_remembers_what_was_felt() -> None:
+    cueing, fresh = (implicit_sensed(design()) for _ in range(2))
+    reference = Reference(specific_force=np.array([0.7, 0.0, 0.0]))
+    for _ in range(20):
+        cueing.step(PlatformState(), reference)
+    cueing.reset(PlatformState())
+    first, again = fresh.step(PlatformState(), reference), cueing.step(PlatformState(), reference)
+    assert_array_equal(first.acceleration, again.acceleration)

@@ -311,3 +311,11 @@ def test_axes_that_are_not_cued_stay_out_of_it() -> None:
     assert not command.acceleration[idle].any()
     assert not command.plan[:, idle].any()
     assert not command.pose[idle].any()
+
+
+def test_the_law_asks_for_no_more_than_the_machine_may_give_and_be_asked_for() -> None:
+    surge = load("davsi").surge.model_copy(update={"acceleration_mps2": 4.0, "command_mps2": 9.0})
+    hasty = load("davsi").model_copy(update={"surge": surge})
+    assert Stopping(hasty, (SURGE_PITCH,), lag=0.01, period=PERIOD).reach.command[0] == 4.0
+    gentle = hasty.model_copy(update={"surge": surge.model_copy(update={"command_mps2": 3.0})})
+    assert Stopping(gentle, (SURGE_PITCH,), lag=0.01, period=PERIOD).reach.command[0] == 3.0

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.frames import GRAVITY, SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.core.frames import GRAVITY, HEAVE, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import zero_order_hold
 from otolith.cueing.mpc.motion import dynamics, stacked
 from otolith.cueing.mpc.problem import Problem
@@ -224,3 +224,10 @@ def test_weights_follow_eq_4_12() -> None:
     x = np.array([0, 0, 0, -0.4, 0, 0])
     qp = written(problem((SURGE_PITCH,), washout=(weight,)), x, np.zeros((N, 2)), np.zeros((N, 1)))
     assert_allclose(qp.state_weight, weight.at(x))
+
+
+def test_whoever_keeps_the_rows_can_stop_where_they_are_on_the_leading_motion() -> None:
+    """Then every decision is held to it by the stopping law; an axis of its own always has such rows."""
+    for kind in BrakingRows:
+        assert problem((SURGE_PITCH,), braking=kind).can_stop == (kind in ("stopping", "leading"))
+        assert Problem(load("davsi"), (HEAVE,), MpcSettings(horizon=N, braking=kind)).can_stop
