@@ -49,7 +49,8 @@ def by_ppopt(problem: ParametricQp, algorithm: str) -> Sized:
     critical_region.chebyshev_ball = ball  # which takes gurobi, whatever one names
     data = (np.array(problem.G), b, c, np.array(problem.F), np.array(problem.H), box, level)
     program = MPQP_Program(*data, np.array(problem.S), solver=free)
-    return solve_mpqp(program, mpqp_algorithm[algorithm]).critical_regions
+    regions: list[object] = solve_mpqp(program, mpqp_algorithm[algorithm]).critical_regions
+    return regions
 
 
 def timed(run: Callable[[], Sized]) -> tuple[int, float, float]:
@@ -67,13 +68,13 @@ def main(horizons: list[int]) -> None:
     print(f"{'problem':<12}{'solver':<22}{'regions':>8}{'CPU s':>10}{'wall s':>10}{'ratio of CPU':>14}")
     for horizon in horizons:
         problem, name = blocked(horizon), f"blocked N={horizon}"
-        runs = [timed(lambda problem=problem: enumerate_regions(problem)) for _ in range(3)]
+        runs = [timed(partial(enumerate_regions, problem)) for _ in range(3)]
         ours = min(runs, key=lambda run: run[1])
         print(f"{name:<12}{'otolith':<22}{ours[0]:>8}{ours[1]:>10.3f}{ours[2]:>10.3f}{1:>14}", flush=True)
         for algorithm in ALGORITHMS if present else ():
             label = f"PPOPT {algorithm}"
             try:
-                count, cpu, wall = timed(lambda problem=problem, a=algorithm: by_ppopt(problem, a))
+                count, cpu, wall = timed(partial(by_ppopt, problem, algorithm))
             except np.linalg.LinAlgError as error:
                 print(f"{name:<12}{label:<22}  failed: {error}", flush=True)
                 continue

@@ -27,13 +27,13 @@ ABSENT = 1e20
 def read(path: Path, variables: int, rows: int) -> Qp | None:
     """The problem of one file; None when it is larger than asked for."""
     data: Any = loadmat(path) if path.suffix == ".mat" else np.load(path)
-    A, q = sparse.csr_array(data["A"]), np.ravel(data["q"]).astype(float)
+    stored, q = sparse.csr_array(data["A"]), np.ravel(data["q"]).astype(float)
     n = len(q)
-    if n > variables or A.shape[0] > rows + n:
+    if n > variables or stored.shape[0] > rows + n:
         return None
     lower, upper = np.ravel(data["l"]).astype(float), np.ravel(data["u"]).astype(float)
     lower[lower <= -ABSENT], upper[upper >= ABSENT] = -np.inf, np.inf
-    A, P = A.toarray(), sparse.csr_array(data["P"]).toarray()
+    A, P = stored.toarray(), sparse.csr_array(data["P"]).toarray()
     if len(A) < n or not np.array_equal(A[-n:], np.eye(n)):
         return Qp(P, q, A, lower, upper)
     first = [np.concatenate([side[-n:], side[:-n]]) for side in (lower, upper)]  # simple bounds come first

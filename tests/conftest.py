@@ -1,14 +1,7 @@
 """Shared by all tests: a run without any algorithm behind it, made by hand."""
 
-import os
-import subprocess
-from typing import Any, NoReturn
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import numpy as np
 import pytest
-from numba.core.dispatcher import Dispatcher
 
 from otolith.core.frames import SURGE_PITCH
 from otolith.loop import Run
@@ -50,25 +43,3 @@ def handmade() -> Run:
         guess_missed=np.array([False] * 9 + [True]),
         step_time=np.linspace(1e-6, 10e-6, m),
     )
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """`pytest --fast`, the daily loop: see `pytest_configure`."""
-    parser.addoption(
-        "--fast", action="store_true", help="skip every test at its first call of a compiled kernel"
-    )
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """With --fast, a test is skipped at the moment it calls a kernel, or starts another process that might.
-
-    So no list has to be kept of which tests those are, and no test that needs no kernel is left out.
-    """
-    if not config.getoption("--fast"):
-        return
-
-    def compiled(*_: Any, **__: Any) -> NoReturn:
-        raise pytest.skip.Exception("calls compiled code (--fast)", allow_module_level=True)
-
-    Dispatcher._compile_for_args = compiled  # what numba calls at the first call with arguments of a type
-    subprocess.Popen.__init__ = compiled  # type: ignore[method-assign]

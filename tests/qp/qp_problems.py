@@ -26,7 +26,7 @@ def known_qp(rng: np.random.Generator, kind: str) -> Known:
     In degenerate ones more rows than variables meet at the point, some of them with no multiplier; weak
     ones have a singular H, so that the multipliers must hold the point.
     """
-    n, m, b = rng.integers(2, 10), rng.integers(1, 15), rng.integers(0, 3)
+    n, m, b = map(int, (rng.integers(2, 10), rng.integers(1, 15), rng.integers(0, 3)))
     root = rng.standard_normal((n, n))
     if kind == "ill-conditioned":
         root = root @ np.diag(10.0 ** rng.uniform(-4, 0, n))

@@ -40,7 +40,8 @@ def truth(lap: Lap, start: float, end: float, rate: float) -> Truth:
     t = np.arange(start, end, 1.0 / rate)
 
     def at(values: Vec) -> Vec:
-        return np.interp(t, lap.time, values)
+        sampled: Vec = np.interp(t, lap.time, values)
+        return sampled
 
     columns = [*lap.force.T, *lap.rate.T, lap.velocity[:, 0], lap.position[:, 0], lap.position[:, 1]]
     names = (*FELT, "vx", "x", "y")

@@ -12,7 +12,7 @@ def test_the_reference_is_the_cars_acceleration_through_eq_6_4() -> None:
     reference = hockenheim_reference(80.0)
     lap = drive(road("hockenheim").limited(80 / 3.6), load_car(), Driver(), standing=True)
     assert reference.duration == pytest.approx(lap.time[-1], abs=0.011)
-    otolith = signal.lti([4.0, 0.4], np.polymul([5.0, 1.0], [0.016, 1.0]))
+    otolith = ([4.0, 0.4], np.polymul([5.0, 1.0], [0.016, 1.0]))
     felt = reference.specific_force(lap.time)
     for axis in range(2):
         _, expected, _ = signal.lsim(otolith, lap.acceleration[:, axis], lap.time)

@@ -82,7 +82,8 @@ def test_characteristics_of_a_first_order_lag_are_known() -> None:
     found = step_characteristics(time, output, towards=1.0)
     assert found.rise_time == pytest.approx(tau * np.log(9.0), rel=1e-6)  # τ ln(0.9/0.1)
     assert found.settling_time == pytest.approx(-tau * np.log(0.02), rel=1e-4)
-    assert (found.minimum, found.maximum) == (0.0, pytest.approx(1.0))
+    assert found.minimum == 0.0
+    assert found.maximum == pytest.approx(1.0)
 
 
 def test_sensitivity_is_the_printed_polynomial() -> None:

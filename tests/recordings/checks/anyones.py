@@ -42,7 +42,7 @@ class Case:
 
 def random_ride(rng: np.random.Generator) -> tuple[str, Ride]:
     """A vehicle on a road, driven at random."""
-    a, b, c = rng.uniform(0.5, 1.5, 3)
+    a, b, c = map(float, rng.uniform(0.5, 1.5, 3))
 
     def pace(t: Vec) -> Vec:
         return 16.0 * a + 6.0 * np.sin(0.3 * b * t) + 2.0 * np.sin(0.11 * c * t)

@@ -14,7 +14,7 @@ nothing to change and no hint is looked at. Of these decisions the dense engine 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -29,6 +29,7 @@ from otolith.qp.engines import CondensedEngine, StageEngine, StageMemory, Struct
 from otolith.qp.stage import StageSolution
 
 Tell = Callable[[str], None]
+Engine = TypeVar("Engine", bound=StageEngine)
 PREVIOUS: Final = "previous"
 COLD: Final = "cold"
 PASSES: Final = 2  # over the timed steps, after one in which the hints alone are timed
@@ -71,7 +72,7 @@ class Problems:
         """Number of commands of one step."""
         return self._problem.structure.inputs
 
-    def engine(self, make: Callable[..., StageEngine]) -> StageEngine:
+    def engine(self, make: Callable[..., Engine]) -> Engine:
         """A fresh engine for these problems."""
         settings = self._settings
         engine = make(self._problem.structure, tolerance=settings.tolerance, blocks=settings.blocks)
