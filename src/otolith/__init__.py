@@ -1,7 +1,8 @@
 """Otolith: motion cueing for driving simulators.
 
-Turns what a vehicle's driver would feel into what a motion platform should do, and measures how well. What is
-here is all that a first tour needs; it is imported on use, so that `import otolith` costs nothing.
+Otolith turns what a vehicle's driver would feel into what a motion platform should do, and measures how well
+this succeeds. This module offers all that a first tour needs. Its names are imported on first use, so `import
+otolith` itself takes no time.
 
 Examples
 --------
@@ -59,7 +60,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# Where each name is, as "module:name". The imports above tell type checkers the same; a test compares them.
+# Where each name is defined, as "module:name". The imports above state the same for type checkers; a test
+# compares the two.
 _WHERE: Final = {
     "Command": "interfaces:Command",
     "Comparison": "report.notebook:Comparison",
@@ -150,7 +152,7 @@ __all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show 
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> Any:
-        """Import a name of the face when it is first asked for."""
+        """Import a public name when it is first used."""
         if name not in _WHERE:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         module, _, attribute = _WHERE[name].partition(":")

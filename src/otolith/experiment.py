@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from otolith import __version__, files, registry
-from otolith.core.errors import CorruptFile, InputError, damage_told
+from otolith.core.errors import CorruptFile, InputError, damage_reported
 from otolith.core.frames import Dof, pairs_of
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
@@ -240,7 +240,7 @@ class Experiment:
             bound = f"given: the run names {run.cueing}, and no file starts code by itself"
             raise InputError("--cueing", "absent", bound)
         paths = {"law": _named("law", told.get("law"), law), "hint": _named("hint", told.get("hint"), hint)}
-        with damage_told("the settings of the run are not of this version"):
+        with damage_reported("the settings of the run are not of this version"):
             design = design_from_record(told["design"], run.platform, run.dofs)
             wanted, preview = Wanted.from_record(told["wanted"], log=log), bool(told["preview"])
         if paths["law"] is not None:

@@ -1,8 +1,8 @@
 """The two roles, Cueing and Plant, and the values that pass between them.
 
-Everything that decides motion implements `Cueing`; everything that moves implements `Plant`.
-These are the whole contract between algorithms, simulator, real platforms and user interfaces.
-Six-vectors are ordered surge, sway, heave [m], roll, pitch, yaw [rad]; see `otolith.core.frames`.
+Everything that decides motion implements `Cueing`; everything that moves implements `Plant`. These protocols
+are the whole contract between algorithms, simulator, real platforms and user interfaces. Six-vectors are
+ordered surge, sway, heave [m], roll, pitch, yaw [rad]; see `otolith.core.frames`.
 """
 
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from otolith.core.arrays import Mat, Vec, freeze
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlatformState:
-    """Where the platform is. Pose in world about the neutral pose; rates are d/dt of the pose."""
+    """State of the platform: its pose in world relative to the neutral pose, and the pose's derivatives."""
 
     pose: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m ×3, rad ×3]
     twist: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s ×3, rad/s ×3]
@@ -31,9 +31,9 @@ class PlatformState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """What the driver should feel, in the driver's frame: now, and where it is known, soon."""
+    """What the driver should feel, in the driver's frame: now and, if a preview is known, soon."""
 
-    specific_force: Vec  # (3,) [m/s²], without the standing 1 g
+    specific_force: Vec  # (3,) [m/s²], without the constant 1 g
     angular_rate: Vec = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
     preview: Mat | None = None  # (K, 3) [m/s²] forces at the ends of the next K periods
 
@@ -42,41 +42,43 @@ class Reference:
 
 
 class Status(StrEnum):
-    """Whose command it is: the algorithm's own, or that of the fallback, which brakes to rest, and why."""
+    """Who decided a command: the algorithm itself, or the fallback, which brakes to rest, and why."""
 
-    DECIDED = "decided"  # the algorithm's own; certified where the algorithm solves a problem
-    FALLBACK = "fallback"  # the algorithm found no answer that it can certify
-    REFUSED = "refused"  # its answer leads to where the platform could not stop inside its limits
-    INVALID = "invalid"  # the state or the reference is not a number of this world
+    DECIDED = "decided"  # by the algorithm; certified where the algorithm solves a problem
+    FALLBACK = "fallback"  # fallback: the algorithm found no answer that it can certify
+    REFUSED = (
+        "refused"  # fallback: the platform could not stop inside its limits after the algorithm's command
+    )
+    INVALID = "invalid"  # fallback: the state or the reference is not finite or not plausible
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How a command came about, as a value that says whether to trust it."""
+    """How a command was obtained; the status says whether it is the algorithm's own."""
 
     status: Status
-    solver: str = ""  # what the solver said, e.g. "infeasible"; empty where none was asked
+    solver: str = ""  # status of the solver, e.g. "infeasible"; empty where none was used
     changes: int = 0  # working-set changes of the active-set solver
     residual: float = 0.0  # largest violation of the optimality conditions (the certificate)
-    guess_missed: bool = False  # a guess was asked for and could not be had
+    guess_missed: bool = False  # a guess was requested but not available
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """Set-points of the next period, and what to do if no further command comes."""
+    """Set-points for the next period, and what to do if no further command arrives."""
 
-    acceleration: Vec  # (6,) [m/s² ×3, rad/s² ×3] commanded over the period
+    acceleration: Vec  # (6,) [m/s² ×3, rad/s² ×3] commanded during the period
     pose: Vec  # (6,) predicted at the period's end
     twist: Vec  # (6,) predicted at the period's end
-    plan: Vec  # (K, 6) commanded accelerations of the following periods, which end at rest
+    plan: Vec  # (K, 6) commanded accelerations of the following periods; they end at rest
     outcome: Outcome
 
 
 class Cueing(Protocol):
-    """Turns wanted vehicle motion into platform motion, once per period.
+    """Turns the desired vehicle motion into platform motion, once per period.
 
-    An algorithm that may pass a limit at a price names it in an attribute `soft`, a set of names such as
-    "surge-pitch tilt_rate"; without one every limit counts as hard when a run is judged.
+    An algorithm that may exceed a limit at a price lists it in an attribute `soft`, a set of names such as
+    "surge-pitch tilt_rate". Without this attribute every limit counts as hard when a run is judged.
     """
 
     @property
@@ -87,22 +89,24 @@ class Cueing(Protocol):
         """Forget the past and start from `state`."""
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide one command; in trouble, return a safe one whose outcome says why."""
+        """Decide one command. In trouble, return a safe command whose outcome gives the reason; never
+        raise.
+        """
 
 
 class Plant(Protocol):
-    """Moves as commanded: an ideal platform, one with actuators, a hexapod, a real one."""
+    """Moves as commanded: an ideal platform, one with actuators, a hexapod, or a real one."""
 
     @property
     def dead_time(self) -> float | None:
-        """Time before a command takes effect [s], as its maker states it.
+        """Time before a command takes effect [s], as the manufacturer states it.
 
-        None where the plant moves exactly as the algorithms' models say, so that its state can be taken as
-        it is measured.
+        None where the plant moves exactly as the algorithms' models predict, so that its measured state can
+        be used without correction.
         """
 
     def reset(self, state: PlatformState) -> None:
-        """Put the platform to `state`."""
+        """Place the platform in `state`."""
 
     def step(self, command: Command, dt: float) -> PlatformState:
-        """Follow `command` for `dt` seconds and say where the platform is then."""
+        """Follow `command` for `dt` seconds and return the state reached."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from otolith import registry
 from otolith.core.disk import read_bytes
-from otolith.core.errors import InputError, damage_told
+from otolith.core.errors import InputError, damage_reported
 from otolith.recordings.blocks import has_blocks, parse_blocks
 from otolith.recordings.columns import recognise
 from otolith.recordings.erg import parse_erg
@@ -77,12 +77,12 @@ def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
     verdict = f"{path.name} is damaged, or not of the format that its name says"
     if ending == ".erg":
         info, _ = decode(read_bytes(path.with_name(f"{path.name}.info"), "description of the log"), path.name)
-        with damage_told(verdict):
+        with damage_reported(verdict):
             return parse_erg(info, read_bytes(path, "log", most=MAX_FILE), path.name)
     if ending in (".mf4", ".mdf") or (ending == ".dat" and _begins(path, b"MDF")):
         mapped = " ".join(columns.values())
         read = registry.LOG_FORMATS["mdf"].load()
-        with damage_told(verdict):
+        with damage_reported(verdict):
             channels: Recorded = read(path, lambda name: recognise(name) is not None or name in mapped)
         return channels
     if path.is_dir() and any(path.rglob("*.npy")) and not (path / "metadata.yaml").exists():
@@ -90,7 +90,7 @@ def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
         raise InputError(f"log {path.name}", "a folder of numpy's arrays", bound)
     if ending in (".bag", ".mcap", ".db3") or path.is_dir():
         read = registry.LOG_FORMATS["rosbag"].load()
-        with damage_told(verdict):
+        with damage_reported(verdict):
             bag: Recorded = read(path.parent if ending == ".db3" else path)
         return bag
     return _of_plugin(path, verdict)
@@ -109,7 +109,7 @@ def _of_plugin(path: Path, verdict: str) -> Recorded | None:
     if entry is None or not entry.outside:
         return None
     read = entry.load()
-    with damage_told(verdict):
+    with damage_reported(verdict):
         found: Recorded = read(path)
     return found
 

@@ -1,8 +1,8 @@
-"""One line per algorithm: what there is by name, and how it is made.
+"""The registry: one line per algorithm, plant, solver and format, with its name and where it is made.
 
-Choices of the command line, tables in the documentation, legends and conformance tests are all
-read from here. Entries are imported on use, so that an optional dependency costs nothing when absent.
-Installed packages add entries of their own by entry points; see CONTRIBUTING.md.
+Options of the command line, tables in the documentation, legends and conformance tests all read it. Entries
+are imported on use, so an optional dependency costs nothing when it is absent. Installed packages add entries
+of their own by entry points; see CONTRIBUTING.md.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,24 +23,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Where an algorithm is made, and one line about it."""
+    """An entry of the registry: where an object is made, one line of description, and what it needs."""
 
     target: str  # "module:attribute"
     description: str
-    extra: str = ""  # name of the optional dependency group it needs
-    needs: tuple[str, ...] = ()  # modules of that group
-    plant: str = "ideal"  # of a cueing algorithm: the entry of PLANTS that its model describes
-    limited: bool = True  # of a cueing algorithm: whether it knows the platform's limits and keeps them
-    reads: frozenset[str] = frozenset()  # of a cueing algorithm: which of the options below it reads
-    outside: bool = False  # whether it is no part of this package
-    declared: "EntryPoint | None" = None  # how an installed package declares it
+    extra: str = ""  # optional dependency group (extra) that it needs
+    needs: tuple[str, ...] = ()  # modules of that extra
+    plant: str = "ideal"  # cueing algorithms only: entry of PLANTS that the algorithm's model describes
+    limited: bool = True  # cueing algorithms only: whether it knows and keeps the platform's limits
+    reads: frozenset[str] = frozenset()  # cueing algorithms only: the options below that it reads
+    outside: bool = False  # whether it comes from outside this package
+    declared: "EntryPoint | None" = None  # the entry point by which an installed package declares it
 
     def load(self) -> Any:
         """Import and return the target.
 
         Raises
         ------
-        MissingExtra : a declared optional dependency is absent; every other import error stands.
+        MissingExtra : a declared optional dependency is not installed; other import errors are not caught.
         BrokenPlugin, InputError : an entry from outside this package cannot be imported.
         """
         if self.declared is not None:
@@ -60,10 +60,10 @@ class Entry:
 
 
 class Table(Mapping[str, Entry]):
-    """Entries by name: our own, then those that installed packages declare in an entry-point group.
+    """Entries by name: Otolith's own, then those that installed packages declare in an entry-point group.
 
-    A name of our own stands, whatever others declare. Packages are searched when a name is not our own, or
-    when all names are asked for.
+    Otolith's own names take precedence. Installed packages are searched only when a name is not Otolith's
+    own, or when all names are listed.
     """
 
     def __init__(self, group: str, own: Mapping[str, Entry]) -> None:
@@ -79,7 +79,7 @@ class Table(Mapping[str, Entry]):
         return len({**self.own, **self._declared()})
 
     def shadowed(self) -> dict[str, str]:
-        """Names of our own that other distributions declare in vain, with the distribution."""
+        """Otolith's own names that other distributions declare in vain, each with that distribution."""
         found = plugins.declared(self.group)
         return {name: plugins.distribution(found[name]) for name in self.own if name in found}
 
@@ -91,11 +91,15 @@ class Table(Mapping[str, Entry]):
         }
 
 
-# Options of the command line that only some cueing algorithms read; all others are of the reference, the
-# platform or the results, and act whatever the algorithm.
+# Options of the command line that only some cueing algorithms read. All other options concern the reference,
+# the platform or the results, and apply to every algorithm.
 _LAW: Final = frozenset({"braking", "law"})
 _SENSED: Final = frozenset({"solver", "horizon", "blocks", "preview", "washout", "weight", "braking"})
-_LINEAR: Final = _SENSED - {"washout", "weight", "braking"}  # its own washout and terminal rows instead
+_LINEAR: Final = _SENSED - {
+    "washout",
+    "weight",
+    "braking",
+}  # it has its own washout and terminal rows instead
 _IMPLICIT: Final = _SENSED | {"soft"}
 _GUESSING: Final = _IMPLICIT | {"guess_entry"}
 _HYBRID: Final = _GUESSING | {"law"}
@@ -187,7 +191,7 @@ CUEING: Final = Table(
 _OUTSIDE: Final = Entry("otolith.cueing.outside:make_outside", "makes and watches algorithms of others")
 _AHEAD: Final = Entry("otolith.cueing.ahead:Ahead", "decides for the moment at which a command takes effect")
 
-# The thesis's four, which differ in their guess alone (section 3.1).
+# The four controllers of the thesis, which differ only in their guess (section 3.1).
 FOUR_MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")
 
 # Plants: callables Platform -> Plant.
@@ -231,7 +235,7 @@ SOLVERS: Final = {
     ),
 }
 
-# Perception models: callables () -> StateSpace, one organ, one axis.
+# Perception models: callables () -> StateSpace, each for one organ and one axis.
 PERCEPTION: Final = {
     "otolith-telban": Entry("otolith.perception.otoliths:telban", "specific force; the thesis's (eq. 6.4)"),
     "otolith-young": Entry("otolith.perception.otoliths:young", "specific force; Young & Meiry (Table B.3)"),
@@ -248,7 +252,7 @@ PERCEPTION: Final = {
     ),
 }
 
-# Formats of recorded drives that need a library: callables that give `scenarios.recorded.Channels`.
+# Formats of recorded drives that need a library: callables that return `scenarios.recorded.Channels`.
 LOG_FORMATS: Final = Table(
     "otolith.formats",
     {
@@ -264,11 +268,11 @@ LOG_FORMATS: Final = Table(
 
 
 def check_options(names: Sequence[str], given: Iterable[str]) -> None:
-    """Refuse an option that was given and that none of the cueing algorithms `names` reads.
+    """Refuse an option that was given but that none of the cueing algorithms `names` reads.
 
     Raises
     ------
-    InputError : there is one; the sentence says who reads it.
+    InputError : there is such an option; the message lists the algorithms that read it.
     """
     read = frozenset().union(*(cueing_named(name).reads for name in names))
     for option in given:
@@ -280,20 +284,20 @@ def check_options(names: Sequence[str], given: Iterable[str]) -> None:
 
 
 def unread(name: str) -> frozenset[str]:
-    """Options that only other cueing algorithms than `name` read; they are no part of its record."""
+    """Options that `name` does not read but other cueing algorithms do; they are left out of its record."""
     every = frozenset().union(*(entry.reads for entry in CUEING.own.values()))
     return every - cueing_named(name).reads
 
 
 def cueing_named(name: str) -> Entry:
-    """The entry of a cueing algorithm by its name, or by "module:attribute"; one from outside is imported.
+    """Find a cueing algorithm by its name or by "module:attribute"; one from outside is imported.
 
-    What an algorithm from outside reads of the options, its plant, and whether it keeps limits stand in
-    attributes of its maker, see `otolith.cueing.outside`.
+    An algorithm from outside states the options it reads, its plant, and whether it keeps limits in
+    attributes of its maker; see `otolith.cueing.outside`.
 
     Raises
     ------
-    OtolithError : there is none, or it cannot be imported.
+    OtolithError : the algorithm does not exist or cannot be imported.
     """
     found = Entry(name, name, outside=True) if ":" in name else None
     entry = found or lookup(CUEING, "--cueing", name, otherwise=", or " + plugins.IN_WORDS)
@@ -313,13 +317,13 @@ def cueing_named(name: str) -> Entry:
 
 
 def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) -> "Cueing":
-    """The algorithm `name` for a design; errors as `cueing_named`, and those of the algorithm itself.
+    """Make the cueing algorithm `name` for a design; raises as `cueing_named` and the algorithm itself do.
 
     Parameters
     ----------
-    dead_time : [s] as `otolith.interfaces.Plant.dead_time` says of what will be moved. None: it moves exactly
-        as the algorithm's model; else what is measured passes an observer and a predictor, see
-        `otolith.cueing.ahead`.
+    dead_time : [s] the `dead_time` of the plant that will be moved (`otolith.interfaces.Plant`). With None
+        the plant moves exactly as the algorithm's model; otherwise the measured state passes through an
+        observer and a predictor, see `otolith.cueing.ahead`.
     """
     entry = cueing_named(name)
     if entry.outside:
@@ -332,13 +336,18 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
 
 
 def make_plant(name: str, platform: "Platform") -> "Plant":
-    """The plant `name` for a platform; errors as `lookup`, and those of the plant itself."""
+    """Make the plant `name` for a platform; raises as `lookup` and the plant itself do."""
     plant: Plant = lookup(PLANTS, "--plant", name).load()(platform)
     return plant
 
 
 def lookup(table: Mapping[str, Entry], kind: str, name: str, *, otherwise: str = "") -> Entry:
-    """Entry `name` of one of the tables above, or one sentence that lists what there is."""
+    """Find entry `name` of one of the tables above.
+
+    Raises
+    ------
+    InputError : there is no such entry; the message lists those that exist.
+    """
     if name not in table:
         raise InputError(kind, repr(name), one_of(table, name, otherwise=otherwise))
     return table[name]

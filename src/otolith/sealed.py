@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import frozen_array
-from otolith.core.errors import damage_told
+from otolith.core.errors import damage_reported
 from otolith.core.frames import DOFS
 from otolith.core.hdf5 import Content, read_sealed, write_sealed
 from otolith.cueing.hints.stored import StoredHint
@@ -71,7 +71,7 @@ def read_run(path: Path) -> Run:
     CorruptFile : not a run of this version, damaged, or its series do not belong together.
     """
     content = read_sealed(path, kind=RUN_KIND, version=RUN_VERSION)
-    with damage_told(f"{path} is no sound {RUN_KIND} file"):
+    with damage_reported(f"{path} is no sound {RUN_KIND} file"):
         return _run(content)
 
 
@@ -144,7 +144,7 @@ def read_laws(path: Path) -> tuple[Law, ...]:
     CorruptFile : not laws of this version, damaged, or arrays that do not belong together.
     """
     content = read_sealed(path, kind=LAW_KIND, version=LAW_VERSION)
-    with damage_told(f"{path} is no sound {LAW_KIND} file"):
+    with damage_reported(f"{path} is no sound {LAW_KIND} file"):
         return _laws(content)
 
 
@@ -174,7 +174,7 @@ def read_hint(path: Path) -> StoredHint:
     CorruptFile : not a hint of this version, damaged, or arrays that do not belong together.
     """
     content = read_sealed(path, kind=HINT_KIND, version=HINT_VERSION)
-    with damage_told(f"{path} is no sound {HINT_KIND} file"):
+    with damage_reported(f"{path} is no sound {HINT_KIND} file"):
         return _hint(content)
 
 

@@ -1,1 +1,1 @@
-"""What every layer stands on: errors, arrays, frames, compiled kernels. Knows no algorithm."""
+"""The foundation of every other layer: errors, arrays, frames, compiled kernels. It knows no algorithm."""

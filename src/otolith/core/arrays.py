@@ -1,4 +1,4 @@
-"""Array types and the one way to freeze them inside a dataclass."""
+"""Array types, and the functions that make a dataclass's arrays read-only."""
 
 from typing import Any
 
@@ -12,20 +12,20 @@ Bools = NDArray[np.bool_]
 
 
 def frozen_array(values: object, *, dtype: Any = np.float64, order: Any = "C") -> NDArray[Any]:
-    """Read-only copy of `values`."""
+    """Return a read-only copy of `values` as an array of the given type and memory order."""
     array = np.array(values, dtype=dtype, order=order)
     array.setflags(write=False)
     return array
 
 
 def freeze(instance: Any, **shapes: tuple[int, ...]) -> None:
-    """Replace the named array fields of a frozen dataclass by read-only float64 copies of that shape.
+    """Replace the named array fields of a frozen dataclass by read-only float64 copies of the stated shape.
 
     Raises
     ------
     ValueError : a field has another shape. This is a programming error, never a user's.
     """
-    # As dataclasses.fields, which a thousand states a second cannot wait for.
+    # This replaces dataclasses.fields, which is too slow for the thousands of states made per second.
     names = type(instance).__dataclass_fields__
     for name, shape in shapes.items():
         if name not in names:

@@ -17,15 +17,15 @@ from typing import Final
 
 from otolith.core.errors import InputError, OtolithError
 
-SETTINGS_BYTES: Final = 1_000_000  # most that a file of settings (TOML) may hold
-TABLE_BYTES: Final = 50_000_000  # most that a table of points may hold: a road, a curve
+SETTINGS_BYTES: Final = 1_000_000  # largest settings file (TOML) that is read [bytes]
+TABLE_BYTES: Final = 50_000_000  # largest table of points (a road, a curve) that is read [bytes]
 _HOST: Final = re.sub(r"\W+", "", platform.node())[:20] or "host"
 _PART: Final = re.compile(r"\..+\.part-(\w+)-(\d+)-\w+(\.\w+)?")
-_ABANDONED: Final = 86_400.0  # [s] after which a temporary file of another machine counts as left behind
+_ABANDONED: Final = 86_400.0  # [s] age at which another machine's temporary file counts as left behind
 
 
 class NotWritten(OtolithError):
-    """A file or folder could not be written; the sentence says why, and that nothing was left of it."""
+    """A file or folder could not be written. The message gives the reason; nothing half-written is left."""
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path} could not be written: {reason}; nothing half-written was left")
@@ -33,16 +33,16 @@ class NotWritten(OtolithError):
 
 
 def read_bytes(path: Path, what: str, *, most: int = SETTINGS_BYTES) -> bytes:
-    """Content of a file that the user named.
+    """Read a file that the user named.
 
     Parameters
     ----------
-    what : what the file should be, for the error's sentence.
-    most : number of bytes beyond which the file is refused, without being read any further.
+    what : what the file should be; the error message begins with it.
+    most : largest size that is accepted [bytes]; a larger file is refused without being read further.
 
     Raises
     ------
-    InputError : the file cannot be read, or is larger.
+    InputError : the file cannot be read, or is larger than `most`.
     """
     try:
         with path.open("rb") as file:
@@ -55,7 +55,7 @@ def read_bytes(path: Path, what: str, *, most: int = SETTINGS_BYTES) -> bytes:
 
 
 def read_text(path: Path, what: str, *, most: int = SETTINGS_BYTES) -> str:
-    """Text of a UTF-8 file that the user named; arguments and errors as `read_bytes`."""
+    """Read a UTF-8 text file that the user named. Arguments and errors are those of `read_bytes`."""
     try:
         return read_bytes(path, what, most=most).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -63,11 +63,16 @@ def read_text(path: Path, what: str, *, most: int = SETTINGS_BYTES) -> str:
 
 
 def check_lines(lines: Iterable[str], source: str, *, most: int) -> None:
-    """Refuse a line of more than `most` characters before a parser spends memory and hours on it.
+    """Refuse text with an overlong line before a parser spends memory and hours on it.
+
+    Parameters
+    ----------
+    source : the file's name, for the error message.
+    most : largest number of characters in a line.
 
     Raises
     ------
-    InputError : there is one; `source` names the file.
+    InputError : a line is longer than `most` characters.
     """
     for number, line in enumerate(lines, start=1):
         if len(line) > most:
@@ -77,11 +82,11 @@ def check_lines(lines: Iterable[str], source: str, *, most: int) -> None:
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Give a temporary path to write a file to; on success it becomes `path`, on any failure it vanishes.
+    """Yield a temporary path to write to. It is renamed to `path` on success and removed on any failure.
 
     Raises
     ------
-    NotWritten : the folder is not writable, the disk is full, or the like.
+    NotWritten : the folder is not writable, the disk is full, or writing failed in another way.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -93,7 +98,7 @@ def whole(path: Path) -> Iterator[Path]:
     temporary = Path(name)
     try:
         yield temporary
-        temporary.chmod(0o644)  # mkstemp makes it private
+        temporary.chmod(0o644)  # mkstemp makes the file readable by its owner only
         _force_to_disk(temporary)
         temporary.replace(path)
     except OSError as error:
@@ -103,13 +108,13 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file, whole or not at all; errors as `whole`."""
+    """Write a file completely or not at all; raises `NotWritten` as `whole` does."""
     with whole(path) as temporary:
         temporary.write_bytes(data)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a UTF-8 text file, whole or not at all; errors as `whole`."""
+    """Write a UTF-8 text file completely or not at all; raises `NotWritten` as `whole` does."""
     write_bytes(path, text.encode())
 
 
@@ -126,12 +131,12 @@ def sweep(folder: Path) -> None:
 
 
 def part_prefix(path: Path) -> str:
-    """What the name of a temporary file begins with: its purpose, this machine and this process."""
+    """Prefix of a temporary file's name: the file it will become, this machine and this process."""
     return f".{path.name}.part-{_HOST}-{os.getpid()}-"
 
 
 def _in_use(entry: Path, *, host: str, process: int) -> bool:
-    """Whether the process that made a temporary file may still be writing it."""
+    """True when the process that made a temporary file may still be writing it."""
     if host == _HOST and os.name == "posix":
         return _is_alive(process)
     with contextlib.suppress(FileNotFoundError):
@@ -150,6 +155,8 @@ def _is_alive(process: int) -> bool:
 
 
 def _force_to_disk(path: Path) -> None:
-    """Wait until the content is on the disk, or a power cut could leave the new name with nothing in it."""
+    """Wait until the content is on the disk. Without this a power cut could leave a renamed but empty
+    file.
+    """
     with path.open("rb") as file:
         os.fsync(file.fileno())

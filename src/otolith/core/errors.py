@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-# What parsers raise on bytes that they were not written for.
+# The exceptions that parsers raise on bytes that they were not written for.
 _UNREADABLE: Final = (
     ArithmeticError,
     AssertionError,
@@ -23,21 +23,21 @@ _UNREADABLE: Final = (
     zlib.error,
 )
 
-_LONGEST: Final = 300  # characters of a value that a sentence quotes
+_LONGEST: Final = 300  # longest value, in characters, that an error message quotes in full
 
 
 class OtolithError(Exception):
-    """Base of all errors of this package; its text is one sentence for the user."""
+    """Base class of all errors that Otolith raises on purpose; the text is one sentence for the user."""
 
 
 class InputError(OtolithError):
-    """A user's value (file, option, log, packet) is refused.
+    """A user's value (in a file, an option, a log or a packet) is refused.
 
     Parameters
     ----------
     field : where the value stands, in the user's words, e.g. ``surge.position_m in rig.toml``.
     value : what was found there.
-    bound : what is allowed, as the end of the sentence "…, must be <bound>", with its unit.
+    bound : what is allowed, with its unit; it ends the sentence "…, must be <bound>".
     """
 
     def __init__(self, field: str, value: object, bound: str) -> None:
@@ -46,20 +46,24 @@ class InputError(OtolithError):
 
 
 def _clipped(value: object) -> str:
-    """The value's text; the middle of a long one is left out, since an error is one sentence."""
+    """Return the value's text, with the middle of a long one left out so that the error stays one
+    sentence.
+    """
     text = str(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"
 
 
 class CorruptFile(OtolithError):
-    """A stored file is truncated, altered, foreign or of another version."""
+    """A stored file is truncated, was altered, has another format, or was written by another version."""
 
 
 @contextlib.contextmanager
-def damage_told(verdict: str) -> Iterator[None]:
-    """Turn whatever a parser raises on a damaged file into a `CorruptFile` that begins with `verdict`.
+def damage_reported(verdict: str) -> Iterator[None]:
+    """Turn any exception that a parser raises on a damaged file into a `CorruptFile` beginning with
+    `verdict`.
 
-    Only the parsing of one file belongs inside: a mistake of ours there would be told as damage, too.
+    Put only the parsing of one file inside this context: a programming error there would also be reported as
+    damage.
     """
     try:
         yield
@@ -69,11 +73,13 @@ def damage_told(verdict: str) -> Iterator[None]:
 
 
 class MissingExtra(OtolithError):
-    """An optional dependency is absent; the sentence carries the pip command."""
+    """An optional dependency is not installed; the message contains the pip command that installs it."""
 
 
 def one_of(known: Iterable[str], name: str, *, otherwise: str = "") -> str:
-    """The end of a refusal: "one of …", then `otherwise`, then the known name that `name` resembles."""
+    """Word the bound of an `InputError`: "one of …", then `otherwise`, then the closest known name to
+    `name`.
+    """
     known = list(known)
     close = difflib.get_close_matches(name, known, n=1)
     return f"one of {', '.join(known)}{otherwise}" + (f" (did you mean {close[0]}?)" if close else "")

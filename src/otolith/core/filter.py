@@ -1,4 +1,4 @@
-"""A discrete system at work: it keeps its state from one sample to the next."""
+"""Run a discrete-time system sample by sample; the filter keeps the state between samples."""
 
 from typing import Self
 
@@ -10,7 +10,7 @@ from otolith.core.lti import StateSpace
 
 
 class Filter:
-    """Runs a discrete system sample by sample, or over a whole series at once.
+    """A discrete-time system that processes samples one by one, or a whole series at once.
 
     At each sample y_k = C x_k + D u_k, then x_{k+1} = A x_k + B u_k. For a system made by
     `StateSpace.discretise`, y_k is therefore the continuous output at the sample's own instant.
@@ -30,7 +30,7 @@ class Filter:
 
     @property
     def state(self) -> Vec:
-        """Copy of the state (nx,)."""
+        """A copy of the state (nx,)."""
         return self._x.copy()
 
     @state.setter
@@ -38,7 +38,7 @@ class Filter:
         self._x = np.array(x, dtype=np.float64).reshape(self._x.shape)
 
     def reset(self, u: Vec | None = None) -> None:
-        """Start from the zero state, or from rest under the constant input u (nu,).
+        """Start from the zero state, or from the steady state under the constant input u (nu,).
 
         Raises
         ------
@@ -47,19 +47,21 @@ class Filter:
         self._x = np.zeros_like(self._x) if u is None else self._system.steady_state(u)
 
     def at_rest(self, u: Vec) -> Self:
-        """Reset to rest under u (nu,); returns the filter itself."""
+        """Reset to the steady state under the input u (nu,) and return the filter itself."""
         self.reset(u)
         return self
 
     def step(self, u: Vec) -> Vec:
-        """Output (ny,) at this sample, under the input u (nu,); the state moves on to the next."""
+        """Return the output (ny,) at this sample under the input u (nu,), and advance the state by one
+        sample.
+        """
         y = np.empty(len(self._system.D))
         s = self._system
         _advance(s.A, s.B, s.C, s.D, self._x, frozen_array(u)[None, :], y[None, :])
         return y
 
     def simulate(self, u: Mat) -> Mat:
-        """Outputs (n, ny) under the inputs u (n, nu), the same as n steps."""
+        """Return the outputs (n, ny) under the inputs u (n, nu); the result equals n calls of `step`."""
         y = np.empty((len(u), len(self._system.D)))
         s = self._system
         _advance(s.A, s.B, s.C, s.D, self._x, frozen_array(u), y)
@@ -68,7 +70,7 @@ class Filter:
 
 @kernel
 def _advance(A: Mat, B: Mat, C: Mat, D: Mat, x: Vec, u: Mat, y: Mat) -> None:
-    """Write the outputs y (n, ny) under u (n, nu) and leave the last state in x (nx,)."""
+    """Write the outputs y (n, ny) under the inputs u (n, nu); x (nx,) is overwritten with the last state."""
     nx, ny, nu = x.shape[0], y.shape[1], u.shape[1]
     after = np.empty(nx)
     for k in range(u.shape[0]):

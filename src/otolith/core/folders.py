@@ -1,8 +1,8 @@
-"""Folders of results: written whole or not at all, and replaced whole or refused, never mixed.
+"""Folders of results. A folder is replaced as a whole or not at all; old and new results are never mixed.
 
-A folder is filled under a temporary name next to its place and renamed into it. It then holds a list of what
-was written and by which command, so that the same command can tell results, which it may replace, from files
-of the user's and of other commands.
+A folder is filled under a temporary name next to its place and then renamed. It contains a list of the files
+that were written and the command that wrote them. With this list the same command can distinguish results,
+which it may replace, from files of the user or of other commands.
 """
 
 import contextlib
@@ -16,17 +16,18 @@ from typing import Final
 from otolith.core.disk import NotWritten, part_prefix, sweep, write_text
 from otolith.core.errors import InputError
 
-LIST: Final = ".otolith"  # name of the list: a line that names the command, then one file a line
-PICTURES: Final = (".pdf", ".png", ".svg")  # endings of the figures that can be drawn
-_REPORTED: Final = 3  # names of foreign files that a sentence quotes
+LIST: Final = ".otolith"  # name of the list: first line the command, then one file per line
+PICTURES: Final = (".pdf", ".png", ".svg")  # file endings of the figure formats that can be drawn
+_REPORTED: Final = 3  # how many foreign files an error message names
 
 
 def check_folder(folder: Path, *, command: str, force: bool = False) -> None:
-    """Refuse, before any work is done, a folder that `whole_folder` could not write or should not replace.
+    """Refuse a folder that `whole_folder` could not write or should not replace, before any work is done.
 
     Raises
     ------
-    InputError : it is a file or not writable; or it holds what `command` did not write, without `force`.
+    InputError : the folder is a file or not writable, or it holds files that `command` did not write and
+        `force` is not set.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"output {folder}", "a file", "a folder, or the name of one to make")
@@ -47,15 +48,15 @@ def check_folder(folder: Path, *, command: str, force: bool = False) -> None:
 
 
 def check_file(path: Path, *endings: str) -> None:
-    """Refuse, before any work is done, a file that could not be written, or not be read again by its name.
+    """Refuse an output file before any work is done, if it could not be written or not be recognised later.
 
     Parameters
     ----------
-    endings : of the names that the file may have, with their dots, in lower case; none: any.
+    endings : allowed endings of the name, in lower case with their dots; with none, any name is allowed.
 
     Raises
     ------
-    InputError : its name ends otherwise, it is a folder, or its own folder is not writable.
+    InputError : the name has another ending, the path is a folder, or its folder is not writable.
     """
     if endings and path.suffix.lower() not in endings:
         raise InputError("name of the output", str(path), f"a name that ends in {' or '.join(endings)}")
@@ -66,12 +67,12 @@ def check_file(path: Path, *endings: str) -> None:
 
 @contextlib.contextmanager
 def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator[Path]:
-    """Give a temporary folder to fill; on success it takes the place of `folder`, on any failure it vanishes.
+    """Yield a temporary folder to fill. It replaces `folder` on success and is removed on any failure.
 
     Raises
     ------
-    InputError : as `check_folder`.
-    NotWritten : the disk is full, or the like; what stood at `folder` stands there still.
+    InputError : the folder is refused, see `check_folder`.
+    NotWritten : writing failed, e.g. because the disk is full; what stood at `folder` is unchanged.
     """
     check_folder(folder, command=command, force=force)
     place = folder.resolve()
@@ -82,7 +83,7 @@ def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator
     except OSError as error:
         raise NotWritten(folder, error.strerror or str(error)) from error
     try:
-        temporary.chmod(0o755)  # mkdtemp makes it private
+        temporary.chmod(0o755)  # mkdtemp makes the folder accessible to its owner only
         yield temporary
         _write_list(temporary, command, _names(temporary))
         _exchange(temporary, place)
@@ -95,7 +96,9 @@ def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator
 
 
 def enlist(path: Path) -> None:
-    """Note a file that was added to a folder of results later, so that it counts as a result, too."""
+    """Add a file that was written later to its folder's list of results, so that it counts as a result
+    too.
+    """
     if (path.parent / LIST).is_file():
         command, names = _list(path.parent)
         _write_list(path.parent, command, sorted({*names, path.name}))
@@ -106,13 +109,13 @@ def _write_list(folder: Path, command: str, names: Sequence[str]) -> None:
 
 
 def _list(folder: Path) -> tuple[str, list[str]]:
-    """The command that wrote a folder, and the files that it wrote."""
+    """Read a folder's list: the command that wrote the folder, and the names of the files it wrote."""
     head, *names = (folder / LIST).read_text(encoding="utf-8", errors="replace").splitlines() or [""]
     return head.removeprefix("# otolith "), names
 
 
 def _exchange(temporary: Path, place: Path) -> None:
-    """Rename `temporary` to `place`; what stood there is moved aside first, and put back if that fails."""
+    """Rename `temporary` to `place`. An existing `place` is moved aside first and restored if this fails."""
     if not place.exists():
         temporary.rename(place)
         return
@@ -127,18 +130,20 @@ def _exchange(temporary: Path, place: Path) -> None:
 
 
 def _foreign(folder: Path, command: str) -> list[str]:
-    """Names of the files in a folder that are not on its list of results of this command."""
+    """Names of the files in a folder that are not on its list, or all files if another command wrote the
+    list.
+    """
     writer, listed = _list(folder) if (folder / LIST).is_file() else ("", [])
     return [name for name in _names(folder) if name != LIST and (writer != command or name not in listed)]
 
 
 def _names(folder: Path) -> list[str]:
-    """Paths of all files below a folder, relative to it."""
+    """Paths of all files below a folder, relative to that folder."""
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
 
 
 def _check_writable(folder: Path) -> None:
-    """Try to make a file, which no one sees, in the nearest folder that exists."""
+    """Check that the nearest existing folder is writable by creating an anonymous temporary file in it."""
     existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     try:
         if not existing.is_dir():

@@ -1,11 +1,11 @@
-"""Frames, signs and degrees of freedom: the one place where planar models meet the six axes.
+"""Frames, signs and degrees of freedom: the only module that converts planar models to the six axes.
 
-Axes x forward, y left, z up (ISO 8855); roll, pitch, yaw about them, intrinsic z-y-x, so
-positive pitch is nose-down. Order of six-vectors: surge x, sway y, heave z, roll, pitch, yaw.
+The axes are x forward, y left, z up (ISO 8855), with roll, pitch and yaw about them (intrinsic z-y-x), so
+positive pitch is nose-down. A six-vector is ordered surge x, sway y, heave z, roll, pitch, yaw.
 
-A *degree of freedom* that is cued is an axis pair or an axis of its own. An axis pair couples one
-translation and one tilt through one specific force; its planar model writes f = a + g sin(tilt), and the
-sign between tilt and the platform's own angle is kept here only.
+A *degree of freedom* that is cued is either an axis pair or a single axis. An axis pair couples one
+translation and one tilt through one specific force. Its planar model writes f = a + g sin(tilt); the sign
+between this tilt and the platform's own angle is defined here only.
 """
 
 from collections.abc import Iterable, Sequence
@@ -17,36 +17,36 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError, one_of
 
-GRAVITY: Final = 9.81  # [m/s²], the thesis's value
+GRAVITY: Final = 9.81  # [m/s²] the value used in the thesis
 AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True, slots=True)
 class Dof:
-    """A degree of freedom that is cued: an axis pair, or an axis of its own.
+    """A degree of freedom that is cued: an axis pair or a single axis.
 
-    A pair serves one specific force by moving along its translation and by tilting about its rotation. An
-    axis of its own serves a specific force (heave) or an angular rate (yaw) by its motion alone.
+    A pair produces one specific force by moving along its translation and by tilting about its rotation. A
+    single axis produces a specific force (heave) or an angular rate (yaw) by its motion alone.
     """
 
-    name: str  # as on the command line: the names of its axes, joined by "-"
-    along: str  # the scenarios' word for what is felt: longitudinal, lateral, vertical or yaw
-    axes: tuple[int, ...]  # indices in a six-vector: the translation and the rotation, or the axis alone
+    name: str  # name on the command line: the names of its axes, joined by "-"
+    along: str  # name of the cued quantity in scenarios: longitudinal, lateral, vertical or yaw
+    axes: tuple[int, ...]  # indices in a six-vector: translation and rotation, or the single axis
     sign: float = 1.0  # tilt = sign · angle, chosen so that f = a + g sin(tilt)
 
     @property
     def is_pair(self) -> bool:
-        """True when a tilt helps the translation."""
+        """True for an axis pair, in which a tilt supports the translation."""
         return len(self.axes) == 2
 
     @property
     def feels_rate(self) -> bool:
-        """True when an angular rate is cued, False when it is a specific force."""
+        """True when an angular rate is cued, False when a specific force is."""
         return self.axes[0] >= 3
 
     @property
     def felt(self) -> int:
-        """Index in (3,) of the specific force or of the angular rate that is cued."""
+        """Index of the cued component in a (3,) specific force or angular rate."""
         return self.axes[0] % 3
 
     @property
@@ -61,7 +61,7 @@ class Dof:
 
     @property
     def signs(self) -> tuple[float, ...]:
-        """Sign of the model's motion against the platform's, one for each of `axes`."""
+        """Sign of the model's coordinate relative to the platform's, one for each of `axes`."""
         return (1.0, self.sign)[: len(self.axes)]
 
 
@@ -74,7 +74,7 @@ PAIRS: Final = tuple(dof.name for dof in DOFS.values() if dof.is_pair)
 
 
 def dofs_named(names: Iterable[str], known: Sequence[str] = tuple(DOFS)) -> tuple[Dof, ...]:
-    """Degrees of freedom by their names, in the order of `DOFS`, whatever the order of the names.
+    """Look up degrees of freedom by name and return them in the order of `DOFS`.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def dofs_named(names: Iterable[str], known: Sequence[str] = tuple(DOFS)) -> tupl
 
 
 def pairs_of(dofs: Iterable[Dof]) -> tuple[Dof, ...]:
-    """The axis pairs among degrees of freedom."""
+    """Return the axis pairs among the given degrees of freedom."""
     return tuple(dof for dof in dofs if dof.is_pair)
 
 

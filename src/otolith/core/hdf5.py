@@ -1,11 +1,11 @@
-"""HDF5 files that are sealed: no byte reaches the HDF5 library before its SHA-256 was checked.
+"""Sealed HDF5 files: their SHA-256 is checked before the HDF5 library sees a single byte.
 
 The HDF5 library cannot be trusted with damaged files: one flipped bit can make it crash the whole process,
-and so can a full disk while it writes. So a file is composed in memory and written in one go, and begins
-with a *seal*, 512 bytes that hold the SHA-256 of all the others. HDF5 calls such bytes a user block and skips
-them, so that MATLAB's h5read and Python's h5py open these files as any others.
+and so can a full disk while it writes. Therefore a file is composed in memory and written in one go. It
+begins with a *seal*, 512 bytes that contain the SHA-256 of the rest. HDF5 calls such bytes a user block and
+skips them, so MATLAB's h5read and Python's h5py open these files like any others.
 
-The seal protects from damage. It does not protect from a person, who can compute a new one.
+The seal protects against accidental damage. It does not protect against a person, who can compute a new one.
 """
 
 import hashlib
@@ -19,21 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.disk import write_bytes
-from otolith.core.errors import CorruptFile, InputError, damage_told
+from otolith.core.errors import CorruptFile, InputError, damage_reported
 
 if TYPE_CHECKING:
-    import h5py  # imported on use: a command that reads no such file need not wait for it
+    import h5py  # imported on use, so that commands without such files start faster
 
 SEAL_BYTES: Final = 512
 _SEAL: Final = "Otolith file, an HDF5 file after its first 512 bytes. SHA-256 of all that follows them:\n"
-MOST_BYTES: Final = 4 * 2**30  # most that all data sets of a file may unfold to: five hours of a run
-MOST_RATIO: Final = 1100  # gzip shrinks by a factor of 1032 at most
+MOST_BYTES: Final = 4 * 2**30  # limit on the unpacked data of a file [bytes]: five hours of a run
+MOST_RATIO: Final = 1100  # limit on the compression ratio; gzip reaches 1032 at most
 Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What a file holds: attributes and arrays by name; "/" in an array's name separates groups."""
+    """The content of a file: attributes, and arrays by name; a "/" in an array's name separates groups."""
 
     attributes: dict[str, Any]
     arrays: dict[str, NDArray[Any]]
@@ -42,7 +42,7 @@ class Content:
 def write_sealed(
     path: Path, attributes: Mapping[str, Any], arrays: Arrays, *, kind: str, version: int
 ) -> None:
-    """Write a sealed HDF5 file of a kind and version, whole or not at all; errors as `disk.whole`."""
+    """Write a sealed HDF5 file completely or not at all; raises `NotWritten` as `disk.whole` does."""
     import h5py
 
     buffer = io.BytesIO()
@@ -56,17 +56,18 @@ def write_sealed(
 
 
 def read_sealed(path: Path, *, kind: str, version: int) -> Content:
-    """Content of a sealed HDF5 file.
+    """Read a sealed HDF5 file of the given kind and version.
 
     Raises
     ------
-    InputError : there is no such file.
-    CorruptFile : it is of another kind or version, damaged, altered, or unfolds to more than `MOST_BYTES`.
+    InputError : the file does not exist or cannot be read.
+    CorruptFile : the file is damaged, was altered, has another kind or version, or unpacks to more than
+        `MOST_BYTES`.
     """
     import h5py
 
     _check_seal(path, kind)
-    with damage_told(f"{path} is no readable {kind} file"), h5py.File(path, "r") as file:
+    with damage_reported(f"{path} is no readable {kind} file"), h5py.File(path, "r") as file:
         _check_kind(file, path, kind, version)
         _check_size(file, path)
         return Content(_attributes(file), _arrays(file))
@@ -102,7 +103,7 @@ def _check_kind(file: "h5py.File", path: Path, kind: str, version: int) -> None:
 
 
 def _check_size(file: "h5py.File", path: Path) -> None:
-    """Add up what the data sets say they hold, before any memory is taken for them."""
+    """Refuse a file whose data sets declare too many bytes, before any memory is allocated for them."""
     declared = sum(data.nbytes for data in _datasets(file).values())
     most = min(MOST_BYTES, MOST_RATIO * path.stat().st_size)
     if declared > most:
@@ -112,7 +113,7 @@ def _check_size(file: "h5py.File", path: Path) -> None:
 
 
 def _datasets(file: "h5py.File") -> dict[str, "h5py.Dataset"]:
-    """All data sets by path; links to elsewhere are not followed."""
+    """All data sets by path; links to other files are not followed."""
     import h5py
 
     found: dict[str, h5py.Dataset] = {}
@@ -132,5 +133,5 @@ def _arrays(file: "h5py.File") -> dict[str, NDArray[Any]]:
 
 
 def _attributes(file: "h5py.File") -> dict[str, Any]:
-    """The file's own attributes but kind and version, which were checked."""
+    """The file's attributes except kind and version, which were checked before."""
     return {name: value for name, value in file.attrs.items() if name not in ("kind", "version")}

@@ -1,10 +1,10 @@
-"""Decorators for everything that numba compiles, and a cache of machine code that is never stale.
+"""Decorators for all functions that numba compiles, and a cache of machine code that is never stale.
 
-Numba keeps machine code beside the source, or in the user's cache where that cannot be written to, and
-compiles anew when the source file of the function itself changes. But the code of a function holds that of
-all functions it calls, and the constants it reads, also from other files. Here the code is stamped with
-a fingerprint of all these files (`otolith.core.sources`), so that after an edit or a `git pull` no
-process runs what the source no longer says, in whatever order functions are called.
+Numba caches machine code next to the source, or in the user's cache if that folder is not writable, and
+recompiles when the source file of the function itself changes. But compiled code also contains the functions
+it calls and the constants it reads, possibly from other files. Here the cached code is stamped with a
+fingerprint of all these files (`otolith.core.sources`). After an edit or a `git pull`, no process runs code
+that differs from the source, whatever the order in which functions are called.
 """
 
 import pickle
@@ -20,24 +20,29 @@ from otolith.core.sources import fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_FREEDOMS: Final = {"contract", "nsz", "reassoc", "arcp"}  # of fast-math, those that keep NaN and infinity
+_FREEDOMS: Final = {
+    "contract",
+    "nsz",
+    "reassoc",
+    "arcp",
+}  # the fast-math flags that preserve NaN and infinity
 
-# What unpickling raises where the code kept is for a type whose module or class was moved since.
+# The exceptions that unpickling raises when cached code refers to a type that was moved or renamed.
 _MOVED: Final = (ImportError, AttributeError)
-_swept: set[tuple[str, str]] = set()  # folders and modules whose stale code this process has removed
+_swept: set[tuple[str, str]] = set()  # (folder, module) whose stale code this process has already removed
 
 
 def kernel(function: F) -> F:
-    """Compile `function` on first use and cache the machine code beside the source.
+    """Compile `function` on first use and cache its machine code next to the source.
 
-    Strict IEEE arithmetic: fast-math would let a NaN pass for a number (a residual test
-    would then accept it), so it is never switched on where data are judged.
+    The arithmetic is strict IEEE. Fast-math could treat a NaN as a number, so that a test of a residual would
+    accept it; it is therefore never used where data are judged.
     """
     return compiled(function)
 
 
 def compiled(function: F, **options: Any) -> F:
-    """As `kernel`, with further options of `numba.njit`."""
+    """Compile as `kernel` does, with further options of `numba.njit`."""
     options = {"error_model": "numpy", **options}
     dispatcher: Any = numba.njit(**options)(function)
     if hasattr(dispatcher, "py_func"):  # absent when numba is disabled
@@ -46,15 +51,15 @@ def compiled(function: F, **options: Any) -> F:
 
 
 def jit_fused(function: F) -> F:
-    """Compile a kernel that may fuse and reorder its arithmetic; no data are judged in it."""
+    """Compile a kernel whose arithmetic may be fused and reordered. Do not use it where data are judged."""
     return compiled(function, fastmath=_FREEDOMS)
 
 
 def jit_inlined(function: F) -> F:
-    """Compile a function as part of its callers only.
+    """Compile a function only as part of its callers.
 
-    Every compiled function carries the machine code of those it calls, compiled again; inlining the
-    ones that only steer into the one call at the top makes that a fraction.
+    Every compiled function contains its own copy of the functions it calls, compiled again. Inlining those
+    that only steer into the one call at the top reduces the compile time to a fraction.
     """
     compile_: Any = numba.njit(inline="always", error_model="numpy")
     inlined: F = compile_(function)
@@ -62,25 +67,27 @@ def jit_inlined(function: F) -> F:
 
 
 def jit_entry(function: F) -> F:
-    """Like `kernel`, for a function that only Python calls, never C; it compiles in half the time."""
+    """Compile like `kernel` a function that is called only from Python, never from C; this takes half the
+    time.
+    """
     return _lean(function, no_cfunc_wrapper=True)
 
 
 def jit_allocating(function: F) -> F:
-    """Like `kernel`, for a function that makes arrays and is called from kernels only."""
+    """Compile like `kernel` a function that creates arrays and is called only from other kernels."""
     return _lean(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def jit_inner(function: F) -> F:
-    """Like `jit_allocating`, for a function that neither makes nor returns an array.
+    """Compile like `jit_allocating` a function that neither creates nor returns an array.
 
-    Without reference counts on the arrays it is handed it runs in half the time.
+    Without reference counting of its array arguments it runs in half the time.
     """
     return _lean(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 
 
 def _lean(function: F, **options: bool) -> F:
-    """A kernel without what numba adds for callers that it does not have."""
+    """Compile a kernel without the wrappers that numba adds for callers that do not exist here."""
     dispatcher: Any = kernel(function)
     if hasattr(dispatcher, "targetoptions"):  # absent when numba is disabled
         dispatcher.targetoptions.update(options)
@@ -88,7 +95,7 @@ def _lean(function: F, **options: bool) -> F:
 
 
 def _cache_of(function: Callable[..., Any]) -> FunctionCache | None:
-    """Where the machine code of `function` is kept; None without a source file or a folder to write to."""
+    """The cache for the machine code of `function`; None without a source file or a writable folder."""
     if not Path(function.__code__.co_filename).is_file():
         return None
     try:
@@ -96,22 +103,22 @@ def _cache_of(function: Callable[..., Any]) -> FunctionCache | None:
     except (
         RuntimeError,
         AttributeError,
-    ) as error:  # numba's: no locator; another numba, without the parts used
+    ) as error:  # numba finds no cache folder, or this version of numba lacks the parts used here
         warnings.warn(f"every start compiles anew: {error}; set NUMBA_CACHE_DIR", stacklevel=4)
         return None
 
 
 class SourceCache(FunctionCache):
-    """Numba's cache of one function, its stamp the fingerprint of all source that is compiled into it."""
+    """Numba's cache for one function, stamped with the fingerprint of all source compiled into it."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        _ = self._cache_file._source_stamp  # AttributeError here rather than stale code later
+        _ = self._cache_file._source_stamp  # fail here with AttributeError rather than run stale code later
         self._module = function.__module__
         self._file = function.__code__.co_filename
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Machine code of a signature, or None; the stamp is made when it is first asked for."""
+        """Load the machine code for a signature, or None; the stamp is computed on first use."""
         self._stamp()
         try:
             return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
@@ -120,7 +127,7 @@ class SourceCache(FunctionCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the machine code of a signature, after what the module kept under other stamps is removed."""
+        """Store the machine code for a signature, after removing code of this module under other stamps."""
         self._stamp()
         self._sweep()
         super().save_overload(sig, data)  # type: ignore[no-untyped-call]
@@ -129,7 +136,9 @@ class SourceCache(FunctionCache):
         self._cache_file._source_stamp = fingerprint(self._file, self._module)
 
     def _sweep(self) -> None:
-        """Remove what no process can load any more, once per module: it would pile up with every edit."""
+        """Remove code that no process can load any more, once per module; otherwise it piles up with
+        every edit.
+        """
         folder, stem = self.cache_path, Path(self._file).stem
         if (folder, stem) in _swept:
             return
@@ -140,15 +149,15 @@ class SourceCache(FunctionCache):
 
 
 def _remove(index: Path) -> None:
-    """Remove an index of numba's, and the machine code that it lists."""
+    """Remove one of numba's index files and the machine code that it lists."""
     for stale in (*index.parent.glob(f"{index.stem}.*.nbc"), index):
         stale.unlink(missing_ok=True)
 
 
 def _stamp_of(index: Path) -> Any:
-    """The stamp in an index of numba's; None when another version of numba wrote it, or it is damaged.
+    """Read the stamp in one of numba's index files; None if it is damaged or of another numba version.
 
-    An index that names a type which was moved or renamed has the stamp "", which no source has.
+    An index that names a type which was moved or renamed yields the stamp "", which no source has.
     """
     try:
         with index.open("rb") as file:

@@ -15,13 +15,13 @@ from scipy.linalg import block_diag, expm
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import InputError, OtolithError
 
-REST_TOLERANCE = 1e-9  # of a steady state's residual, relative to the size of its terms
+REST_TOLERANCE = 1e-9  # largest residual of a steady state, relative to the size of its terms
 
 Complexes = NDArray[np.complex128]
 
 
 class NoSteadyState(OtolithError):
-    """A system that integrates never comes to rest under this input."""
+    """The system integrates its input, so it has no steady state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +39,7 @@ class StateSpace:
     B: Mat  # (nx, nu)
     C: Mat  # (ny, nx)
     D: Mat  # (ny, nu)
-    period: float | None = None  # [s] of the samples; None: continuous time
+    period: float | None = None  # [s] sampling period; None for continuous time
 
     def __post_init__(self) -> None:
         nx, (ny, nu) = np.shape(self.A)[0], np.shape(self.D)
@@ -49,7 +49,7 @@ class StateSpace:
 
     @classmethod
     def from_polynomials(cls, numerator: Sequence[float], denominator: Sequence[float]) -> Self:
-        """Single-input, single-output continuous system in controllable canonical form.
+        """Make a single-input, single-output continuous system in controllable canonical form.
 
         Parameters
         ----------
@@ -57,8 +57,8 @@ class StateSpace:
 
         Raises
         ------
-        InputError : a coefficient is not finite, the denominator is zero, or the system would
-            differentiate (numerator of higher degree than the denominator).
+        InputError : a coefficient is not finite, the denominator is zero, or the system would differentiate
+            (numerator of higher degree than the denominator).
         """
         b, a = _polynomial(numerator, "numerator"), _polynomial(denominator, "denominator")
         n = len(a) - 1
@@ -73,7 +73,7 @@ class StateSpace:
 
     @classmethod
     def gain(cls, D: Mat) -> Self:
-        """The system y = D u without a state, D (ny, nu); it is of continuous time."""
+        """Make the continuous-time system y = D u without a state, D (ny, nu)."""
         ny, nu = np.shape(D)
         return cls(A=np.zeros((0, 0)), B=np.zeros((0, nu)), C=np.zeros((ny, 0)), D=D)
 
@@ -88,15 +88,15 @@ class StateSpace:
         return np.linalg.eigvals(self.A).astype(np.complex128)
 
     def discretise(self, period: float, hold: Literal["zero", "first"] = "zero") -> "StateSpace":
-        """Exact discrete equal for inputs that are held, or run straight, between the samples.
+        """Discretise exactly for inputs that are constant ("zero") or linear ("first") between the samples.
 
-        Under a first-order hold the state is x − B₁ u, where x is the continuous one and B₁ the effect of
-        the input at a period's end, so that no step needs the next input (Franklin, Powell & Workman,
-        Digital Control of Dynamic Systems, 1998, section 6.3.2, the triangle hold).
+        With a first-order hold the state is x − B₁ u, where x is the continuous state and B₁ the effect of
+        the input at a period's end, so that no step needs the next input (Franklin, Powell & Workman, Digital
+        Control of Dynamic Systems, 1998, section 6.3.2, the triangle hold).
 
         Raises
         ------
-        ValueError : the system is discrete already, or there is no such hold.
+        ValueError : the system is already discrete, or the hold is unknown.
         """
         if self.period is not None or hold not in ("zero", "first"):
             raise ValueError(f"cannot discretise with hold {hold!r} a system of period {self.period}")
@@ -107,7 +107,7 @@ class StateSpace:
         return StateSpace(A=A, B=B0 + A @ B1, C=self.C, D=self.D + self.C @ B1, period=period)
 
     def frequency_response(self, omega: Vec) -> Complexes:
-        """C (λ I − A)⁻¹ B + D at λ = jω, or e^{jωT} in discrete time.
+        """Evaluate C (λ I − A)⁻¹ B + D at λ = jω, or at λ = e^{jωT} in discrete time.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class StateSpace:
         return (self.C @ np.linalg.solve(resolvent, rhs) + self.D).astype(np.complex128)
 
     def steady_state(self, u: Vec) -> Vec:
-        """The state (nx,) at rest under the constant input u (nu,); the smallest, where there are many.
+        """Return the steady state (nx,) under the constant input u (nu,), the smallest if there are many.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class StateSpace:
 
 
 def series(*systems: StateSpace) -> StateSpace:
-    """One system after another: the outputs of each are the inputs of the next, left to right."""
+    """Connect systems in series: the outputs of each are the inputs of the next, left to right."""
     joined = systems[0]
     for after in systems[1:]:
         _same_period(joined, after)
@@ -159,7 +159,7 @@ def series(*systems: StateSpace) -> StateSpace:
 
 
 def parallel(*systems: StateSpace) -> StateSpace:
-    """All systems under the same inputs, their outputs added."""
+    """Connect systems in parallel: all have the same inputs, and their outputs are added."""
     _same_period(*systems)
     return replace(
         systems[0],
@@ -171,18 +171,22 @@ def parallel(*systems: StateSpace) -> StateSpace:
 
 
 def diagonal(*systems: StateSpace) -> StateSpace:
-    """All systems side by side, each with its own inputs and outputs, in their order."""
+    """Combine systems block-diagonally: each keeps its own inputs and outputs, in the order given."""
     _same_period(*systems)
     A, B, C, D = (block_diag(*(getattr(system, name) for system in systems)) for name in "ABCD")
     return replace(systems[0], A=A, B=B, C=C, D=D)
 
 
 def zero_order_hold(A: Mat, B: Mat, period: float) -> tuple[Mat, Mat]:
-    """Exact (A_d, B_d) for inputs held over `period` [s] (Van Loan, 1978).
+    """Discretise ẋ = A x + B u exactly for inputs held constant over `period` [s] (Van Loan, 1978).
 
     Parameters
     ----------
-    A : (nx, nx); B : (nx, nu), of the continuous-time model.
+    A : (nx, nx) and B : (nx, nu) of the continuous-time model.
+
+    Returns
+    -------
+    A_d (nx, nx), B_d (nx, nu).
     """
     nx, nu = B.shape
     exponential = expm(np.block([[A, B], [np.zeros((nu, nx + nu))]]) * period)
@@ -190,14 +194,18 @@ def zero_order_hold(A: Mat, B: Mat, period: float) -> tuple[Mat, Mat]:
 
 
 def first_order_hold(A: Mat, B: Mat, period: float) -> tuple[Mat, Mat, Mat]:
-    """Exact (A_d, B_0, B_1) of x⁺ = A_d x + B_0 u + B_1 u⁺ for inputs straight over `period` [s].
+    """Discretise exactly for inputs that are linear over `period` [s]: x⁺ = A_d x + B_0 u + B_1 u⁺.
 
     Parameters
     ----------
-    A : (nx, nx); B : (nx, nu), of the continuous-time model.
+    A : (nx, nx) and B : (nx, nu) of the continuous-time model.
+
+    Returns
+    -------
+    A_d (nx, nx), B_0 and B_1 (nx, nu).
     """
     nx, nu = B.shape
-    M = np.zeros((nx + 2 * nu, nx + 2 * nu))  # of [x, u, (u⁺ − u)/T]: the last one is u's slope
+    M = np.zeros((nx + 2 * nu, nx + 2 * nu))  # acts on [x, u, (u⁺ − u)/T]; the last part is the slope of u
     M[:nx, :nx], M[:nx, nx : nx + nu], M[nx : nx + nu, nx + nu :] = A, B, np.eye(nu)
     exponential = expm(M * period)
     B1 = exponential[:nx, nx + nu :] / period
@@ -207,7 +215,7 @@ def first_order_hold(A: Mat, B: Mat, period: float) -> tuple[Mat, Mat, Mat]:
 def condense(A: Mat, B: Mat, horizon: int) -> tuple[Mat, Mat]:
     """Prediction matrices Φ (N, nx, nx) and Γ (N, nx, N·nu) of x⁺ = A x + B u.
 
-    Row k − 1 predicts x_k: x_k = Φ[k−1] x₀ + Γ[k−1] U with U (N·nu,) the inputs stage by stage.
+    Entry k − 1 predicts x_k = Φ[k−1] x₀ + Γ[k−1] U, where U (N·nu,) stacks the inputs stage by stage.
     """
     nx, nu = B.shape
     Phi = np.empty((horizon, nx, nx))
@@ -222,7 +230,7 @@ def condense(A: Mat, B: Mat, horizon: int) -> tuple[Mat, Mat]:
 
 
 def _polynomial(coefficients: Sequence[float], what: str) -> Vec:
-    """Coefficients without leading zeros; of zero, one zero is left."""
+    """Return the coefficients without leading zeros; the zero polynomial keeps one zero."""
     values = np.asarray(coefficients, dtype=np.float64)
     if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
         raise InputError(f"the transfer function's {what}", list(coefficients), "finite coefficients")

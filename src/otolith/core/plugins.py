@@ -1,7 +1,8 @@
-"""Objects from outside this package: named on the command line, or declared by installed packages.
+"""Load objects from outside this package: named on the command line, or declared by installed packages.
 
-A *target* is "module:attribute", or "path/to/file.py:attribute" for a file of one's own. Packages declare
-targets as entry points. Whatever goes wrong in someone else's code becomes one sentence that says whose.
+A *target* is "module:attribute", or "path/to/file.py:attribute" for a file of the user's own. Packages
+declare targets as entry points. Any failure in someone else's code becomes one sentence that names its
+origin.
 """
 
 import importlib.util
@@ -20,26 +21,26 @@ IN_WORDS = "MODULE:ATTRIBUTE, of an installed module or of a file as in washout.
 
 
 class BrokenPlugin(OtolithError):
-    """Code from outside this package failed; the sentence says whose, how and in which line."""
+    """Code from outside this package failed; the message names the code, the error and the line."""
 
     def __init__(self, who: str, what: str, error: BaseException) -> None:
-        said = " ".join(f"{type(error).__name__}: {error}".split())
-        super().__init__(f"{who} {what}: {said}{_place(error)}")
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        super().__init__(f"{who} {what}: {reason}{_place(error)}")
 
 
 def _place(error: BaseException) -> str:
-    """File and line in which an error was raised."""
+    """File and line in which an error was raised, as text for a message."""
     frames = traceback.extract_tb(error.__traceback__)
     return f" (line {frames[-1].lineno} of {Path(frames[-1].filename).name})" if frames else ""
 
 
 @cache
 def declared(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group by name; installed packages are searched once, when first asked for.
+    """Entry points of a group by name; installed packages are searched once, on first use.
 
     Raises
     ------
-    OtolithError : two distributions declare the same name, so that it would depend on luck who is meant.
+    OtolithError : two distributions declare the same name, so it would be a matter of luck which one is used.
     """
     found: dict[str, EntryPoint] = {}
     for one in entry_points(group=group):
@@ -59,29 +60,29 @@ def distribution(entry_point: EntryPoint) -> str:
 
 
 def load_entry_point(entry_point: EntryPoint) -> Any:
-    """Import what an entry point names.
+    """Import the object that an entry point names.
 
     Raises
     ------
-    BrokenPlugin : it cannot be imported; the sentence names the distribution.
+    BrokenPlugin : it cannot be imported; the message names the distribution.
     """
     try:
         return entry_point.load()
-    except Exception as error:  # whatever the code of others raises
+    except Exception as error:  # code of others may raise anything
         who = f"{entry_point.group} {entry_point.name!r} of {distribution(entry_point)}"
         raise BrokenPlugin(who, "could not be imported", error) from error
 
 
 def load_target(field: str, target: str) -> Any:
-    """Import "module:attribute" or "file.py:attribute".
+    """Import the object that "module:attribute" or "file.py:attribute" names.
 
     Parameters
     ----------
-    field : the option that named it, for the error's sentence, e.g. "--cueing".
+    field : the option that named it, for the error message, e.g. "--cueing".
 
     Raises
     ------
-    InputError : no such module, file or attribute.
+    InputError : the module, the file or the attribute does not exist.
     BrokenPlugin : importing the module failed.
     """
     where, _, attribute = target.rpartition(":")
@@ -96,7 +97,7 @@ def load_target(field: str, target: str) -> Any:
 
 
 def _is_own(value: Any, module: ModuleType) -> bool:
-    """Whether a module defines this class or function itself."""
+    """True when the module itself defines this class or function."""
     name = getattr(value, "__name__", "_")
     return getattr(value, "__module__", None) == module.__name__ and not name.startswith("_")
 
@@ -120,14 +121,16 @@ def _file(field: str, path: Path) -> ModuleType:
 
 @cache
 def _module_of_file(path: Path, changed: int) -> ModuleType:
-    """The module in a file, run as `python FILE` does but not as the main program; again if it `changed`."""
+    """Load the module in a file, not as the main program. It is loaded again when the time `changed`
+    differs.
+    """
     del changed
     name = f"otolith_file_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:  # not so for a file that ends in .py
+    if spec is None or spec.loader is None:  # cannot happen for a file that ends in .py
         raise ImportError(f"{path} cannot be imported")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up by name
+    sys.modules[name] = module  # dataclasses look up their module by name
     try:
         spec.loader.exec_module(module)
     except Exception as error:

@@ -1,11 +1,13 @@
-"""Rigid motion: between poses at the edges and quaternions, angular rates and lever arms inside.
+"""Rigid-body motion: converts between poses (used at the edges) and quaternions, velocities and lever arms.
 
-Notation: a *pose* is (p, φ), position and roll-pitch-yaw φ = (ϕ θ ψ) with R = Rz(ψ) Ry(θ) Rx(ϕ), R from
+Notation: a *pose* is (p, φ), position and roll-pitch-yaw φ = (ϕ θ ψ) with R = Rz(ψ) Ry(θ) Rx(ϕ), where R maps
 the platform's frame to world; *twist* and *acceleration* are its derivatives. A *place* is (p, q) with the
-unit quaternion q = (w x y z) of R; *velocity* is (v, ω), its derivative (a, α), all in world. ω = E(φ) φ̇,
-whose columns are the axes about which roll, pitch and yaw turn; α = E φ̈ + Ė φ̇.
-Derivation: Diebel, Representing Attitude (2006), sequence 3-2-1. E is singular at a pitch of 90 deg, which
-no platform reaches; quaternions are not. Checked by finite differences and by round trips.
+unit quaternion q = (w x y z) of R; its *velocity* is (v, ω) with the derivative (a, α), all in world. ω =
+E(φ) φ̇, where the columns of E are the axes about which roll, pitch and yaw turn; α = E φ̈ + Ė φ̇.
+Derivation: Diebel, Representing Attitude (2006), sequence 3-2-1. E is singular at a pitch of 90 deg, which no
+platform reaches; quaternions have no singularity. Checked by finite differences and by round trips.
+
+All functions write their result into an array argument, since they are called from compiled code.
 """
 
 import math
@@ -19,7 +21,7 @@ from otolith.core.jit import kernel
 
 @kernel
 def place_of(pose: Vec, place: Vec) -> None:
-    """Write the place (7,) of a pose (6,)."""
+    """Write the place (7,) that corresponds to a pose (6,)."""
     place[:3] = pose[:3]
     cr, sr = math.cos(0.5 * pose[3]), math.sin(0.5 * pose[3])
     cp, sp = math.cos(0.5 * pose[4]), math.sin(0.5 * pose[4])
@@ -32,7 +34,7 @@ def place_of(pose: Vec, place: Vec) -> None:
 
 @kernel
 def pose_of(place: Vec, pose: Vec) -> None:
-    """Write the pose (6,) of a place (7,); pitch within ±90 deg."""
+    """Write the pose (6,) that corresponds to a place (7,); the pitch must be within ±90 deg."""
     pose[:3] = place[:3]
     w, x, y, z = place[3], place[4], place[5], place[6]
     pose[3] = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
@@ -42,7 +44,7 @@ def pose_of(place: Vec, pose: Vec) -> None:
 
 @kernel
 def rotation_of(place: Vec, R: Mat) -> None:
-    """Write the rotation (3, 3) from the platform's frame to world."""
+    """Write the rotation matrix (3, 3) of a place, from the platform's frame to world."""
     w, x, y, z = place[3], place[4], place[5], place[6]
     R[0, 0], R[0, 1], R[0, 2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
     R[1, 0], R[1, 1], R[1, 2] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
@@ -51,7 +53,7 @@ def rotation_of(place: Vec, R: Mat) -> None:
 
 @kernel
 def turn(place: Vec, x: float, y: float, z: float) -> None:
-    """Turn a place in place by the rotation vector (x, y, z) [rad] of the world's frame."""
+    """Rotate a place by the rotation vector (x, y, z) [rad] given in world; the place is overwritten."""
     angle = math.sqrt(x * x + y * y + z * z)
     c = math.cos(0.5 * angle)
     s = math.sin(0.5 * angle) / angle if angle > 1e-9 else 0.5
@@ -67,7 +69,7 @@ def turn(place: Vec, x: float, y: float, z: float) -> None:
 
 @kernel
 def velocity_of(pose: Vec, twist: Vec, velocity: Vec) -> None:
-    """Write the velocity (6,) of a pose's twist (6,)."""
+    """Write the velocity (v, ω) (6,) that corresponds to the twist (6,) of a pose."""
     cp, sp, cy, sy = math.cos(pose[4]), math.sin(pose[4]), math.cos(pose[5]), math.sin(pose[5])
     velocity[:3] = twist[:3]
     velocity[3] = cy * cp * twist[3] - sy * twist[4]
@@ -77,7 +79,7 @@ def velocity_of(pose: Vec, twist: Vec, velocity: Vec) -> None:
 
 @kernel
 def _turning(pose: Vec, twist: Vec) -> tuple[float, float, float]:
-    """Ė φ̇: what α has beyond E φ̈."""
+    """Return Ė φ̇, the part of α that does not come from φ̈."""
     cp, sp, cy, sy = math.cos(pose[4]), math.sin(pose[4]), math.cos(pose[5]), math.sin(pose[5])
     roll, pitch, yaw = twist[3], twist[4], twist[5]
     x = (-sy * cp * yaw - cy * sp * pitch) * roll - cy * yaw * pitch
@@ -87,7 +89,7 @@ def _turning(pose: Vec, twist: Vec) -> tuple[float, float, float]:
 
 @kernel
 def acceleration_of(pose: Vec, twist: Vec, acceleration: Vec, out: Vec) -> None:
-    """Write (a, α) (6,) of a pose's second derivative (6,)."""
+    """Write (a, α) (6,) that corresponds to the second derivative (6,) of a pose."""
     velocity_of(pose, acceleration, out)
     x, y, z = _turning(pose, twist)
     out[3] += x
@@ -97,7 +99,7 @@ def acceleration_of(pose: Vec, twist: Vec, acceleration: Vec, out: Vec) -> None:
 
 @kernel
 def twist_of(pose: Vec, velocity: Vec, twist: Vec) -> None:
-    """Write the derivative (6,) of a pose that moves with `velocity`; undoes `velocity_of`."""
+    """Write the twist (6,) of a pose that moves with `velocity`; the inverse of `velocity_of`."""
     cp, sp, cy, sy = math.cos(pose[4]), math.sin(pose[4]), math.cos(pose[5]), math.sin(pose[5])
     twist[:3] = velocity[:3]
     twist[3] = (cy * velocity[3] + sy * velocity[4]) / cp
@@ -107,7 +109,7 @@ def twist_of(pose: Vec, velocity: Vec, twist: Vec) -> None:
 
 @kernel
 def pose_acceleration_of(pose: Vec, twist: Vec, acceleration: Vec, out: Vec) -> None:
-    """Write a pose's second derivative (6,) from (a, α); undoes `acceleration_of`."""
+    """Write the second derivative (6,) of a pose from (a, α); the inverse of `acceleration_of`."""
     x, y, z = _turning(pose, twist)
     free = acceleration.copy()
     free[3] -= x
@@ -144,7 +146,7 @@ def felt_at(head: Vec, place: Vec, velocity: Vec, acceleration: Vec, force: Vec)
 
 @kernel
 def felt_along(head: Vec, pose: Mat, twist: Mat, acceleration: Mat, force: Mat) -> None:
-    """Write specific forces (n, 3) at a head for rows (n, 6) of poses and their derivatives."""
+    """Write the specific forces (n, 3) [m/s²] at a head for rows (n, 6) of poses and their derivatives."""
     place, velocity, moving = np.empty(7), np.empty(6), np.empty(6)
     for k in range(len(pose)):
         place_of(pose[k], place)
@@ -155,7 +157,9 @@ def felt_along(head: Vec, pose: Mat, twist: Mat, acceleration: Mat, force: Mat) 
 
 @kernel
 def rate_along(pose: Mat, twist: Mat, rate: Mat) -> None:
-    """Write angular rates (n, 3) [rad/s] in the platform's frame, Rᵀ ω, as a gyroscope there reads them."""
+    """Write the angular rates (n, 3) [rad/s] in the platform's frame, Rᵀ ω, as a gyroscope would read
+    them.
+    """
     for k in range(len(pose)):
         cr, sr = math.cos(pose[k, 3]), math.sin(pose[k, 3])
         cp, sp = math.cos(pose[k, 4]), math.sin(pose[k, 4])

@@ -1,8 +1,8 @@
-"""Which source files a module is made from, and a fingerprint of what they say.
+"""Find the source files that a module depends on, and compute a fingerprint of their content.
 
-Whatever a module takes from others, functions and constants alike, it names in an import statement;
-theirs are followed in turn, within the module's own package and Otolith. That an import is conditional,
-or made for a type alone, is not looked at: a file too many costs a compilation, one too few a wrong answer.
+A module names everything that it takes from others, functions and constants alike, in import statements.
+These are followed recursively within the module's own package and Otolith. Conditional imports and imports
+for types alone are followed too: a file too many costs a compilation, one too few a wrong result.
 """
 
 import functools
@@ -24,8 +24,8 @@ def fingerprint(file: str, module: str) -> str:
 
     Parameters
     ----------
-    file : where the module's source lies.
-    module : its full name, from which the place of its package follows.
+    file : path of the module's source.
+    module : full name of the module, from which the root of its package follows.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def fingerprint(file: str, module: str) -> str:
     return _together(str(place), packages)
 
 
-Packages = tuple[tuple[str, str], ...]  # name and root of each package that is followed
+Packages = tuple[tuple[str, str], ...]  # name and root folder of each package that is followed
 
 
 @functools.cache
@@ -54,14 +54,14 @@ def _together(file: str, packages: Packages) -> str:
 
 @functools.cache
 def _read(file: str, packages: Packages) -> tuple[str, tuple[str, ...]]:
-    """SHA-256 of a file, and the files that it imports."""
+    """SHA-256 of a file, and the paths of the files that it imports."""
     text = Path(file).read_bytes()
     imported = {found for name in _names(text, file, packages) if (found := _found(name, packages))}
     return hashlib.sha256(text).hexdigest(), tuple(imported)
 
 
 def _names(text: bytes, file: str, packages: Packages) -> set[str]:
-    """Full names of what may be a module in the import statements of a text."""
+    """Full names that occur in the import statements of a text and may be modules."""
     names = set()
     for statement in _IMPORT.finditer(text):
         base = (statement[1] or statement[3]).decode()
@@ -73,7 +73,7 @@ def _names(text: bytes, file: str, packages: Packages) -> set[str]:
 
 
 def _absolute(base: str, file: str, packages: Packages) -> str:
-    """The full name behind a relative one, e.g. `..core` in otolith/cueing/mpc/rows.py."""
+    """Resolve a relative module name, e.g. `..core` in otolith/cueing/mpc/rows.py, to its full name."""
     rest = base.lstrip(".")
     folder = Path(file).parents[len(base) - len(rest) - 1]
     root = next((root for _, root in packages if folder.is_relative_to(root)), None)
@@ -82,7 +82,7 @@ def _absolute(base: str, file: str, packages: Packages) -> str:
 
 @functools.cache
 def _found(name: str, packages: Packages) -> str:
-    """The file of a module of one of the packages; empty where there is none."""
+    """Path of a module's file if it belongs to one of the packages, else an empty string."""
     for package, root in packages:
         if name == package or name.startswith(f"{package}."):
             path = os.path.join(root, *name.split("."))  # noqa: PTH118 (many calls: pathlib takes ten times as long)

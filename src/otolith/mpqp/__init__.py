@@ -1,6 +1,6 @@
 """Multi-parametric quadratic programming: enumerate, evaluate, verify and export explicit laws.
 
-Knows nothing of what a problem stands for.
+The package does not know what a problem stands for.
 """
 
 from otolith.mpqp.certify import Verification, verify

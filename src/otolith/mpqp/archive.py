@@ -1,4 +1,4 @@
-"""A law as plain arrays and back, checked on the way in."""
+"""Convert an explicit law to plain arrays and back; arrays are checked when a law is made from them."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
@@ -23,7 +23,7 @@ _SCALARS: Final = ("tolerance", "seconds", "compile_seconds")
 
 
 def pack(law: "Law") -> dict[str, NDArray[Any]]:
-    """The arrays of a law by name."""
+    """Return the arrays of a law by name."""
     arrays = {name: getattr(law, name) for name in STORED}
     arrays |= {name: np.array(getattr(law, name)) for name in ("alone", *_SCALARS)}
     arrays |= {f"problem.{name}": getattr(law.problem, name) for name in _PROBLEM}
@@ -33,11 +33,11 @@ def pack(law: "Law") -> dict[str, NDArray[Any]]:
 
 
 def unpack(arrays: Arrays) -> dict[str, Any]:
-    """Arguments of `Law` from the arrays of one.
+    """Return the arguments of `Law` that the arrays of a law contain.
 
     Raises
     ------
-    CorruptFile : an array is missing, is damaged, or does not belong to the others.
+    CorruptFile : an array is missing, damaged, or inconsistent with the others.
     """
     try:
         problem = ParametricQp(**{name: arrays[f"problem.{name}"] for name in _PROBLEM})
@@ -54,7 +54,7 @@ def unpack(arrays: Arrays) -> dict[str, Any]:
 
 
 def _form(problem: ParametricQp, arrays: Arrays) -> LeastDistance:
-    """The least-distance problem of the rows that were kept, derived anew from the model."""
+    """Derive the least-distance problem of the kept rows anew from the model."""
     whole = least_distance(problem)
     kept = np.isin(whole.rows, arrays["rows_kept"])
     if kept.sum() != len(arrays["rows_kept"]):
@@ -64,11 +64,11 @@ def _form(problem: ParametricQp, arrays: Arrays) -> LeastDistance:
 
 
 def _check(stored: dict[str, NDArray[Any]], form: LeastDistance, alone: int) -> None:
-    """Every shape and every index fits the others.
+    """Check that every shape and every index is consistent with the others.
 
     Raises
     ------
-    CorruptFile : one does not.
+    CorruptFile : a shape or an index is not.
     """
     m, _, p = form.sizes
     h, facets = len(stored["radius"]), len(stored["beyond"])

@@ -1,6 +1,6 @@
-"""Turns what an enumeration found into a law: numbers the regions and links the neighbours.
+"""Turn the result of an enumeration into a law: number the regions and link the neighbours.
 
-Notation: as in `lookup` (ids, mirror images) and `sets` (codes).
+The notation is that of `lookup` (ids, mirror images) and `sets` (codes).
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def assemble(
     seconds: float,
     compile_seconds: float,
 ) -> Law:
-    """Law of the regions found, those that are their own mirror images first."""
+    """Make a law of the regions found; regions that are their own mirror images come first."""
     h, facets = int(found.used[0]), int(found.used[1])
     owner = found.owner[:h].astype(np.int64)
     own = _own_images(table.keys[owner], form)
@@ -42,7 +42,7 @@ def assemble(
 
 
 def _own_images(keys: Words, form: LeastDistance) -> Bools:
-    """Which active sets are their own mirror images; all of them without symmetry."""
+    """Mark the active sets that are their own mirror images; all of them if there is no symmetry."""
     if len(form.mirror) == 0:
         return np.ones(len(keys), dtype=np.bool_)
     m = len(form.rows)
@@ -53,7 +53,7 @@ def _own_images(keys: Words, form: LeastDistance) -> Bools:
 
 
 def _slices(start: Ints, lengths: Ints) -> Ints:
-    """Indices start[i], ..., start[i] + lengths[i] - 1 of all i, one after the other."""
+    """Concatenate the indices start[i], ..., start[i] + lengths[i] - 1 for all i."""
     offset = np.cumsum(lengths) - lengths
     total = int(lengths.sum())
     indices: Ints = np.arange(total) + np.repeat(start - offset, lengths)
@@ -61,7 +61,7 @@ def _slices(start: Ints, lengths: Ints) -> Ints:
 
 
 def _linked(beyond: Ints32, number: Ints, h: int, alone: int) -> Ints32:
-    """Region ids from codes of active sets; a set that is no region becomes UNKNOWN."""
+    """Convert codes of active sets to region ids; a set that is no region becomes UNKNOWN."""
     ids = beyond.astype(np.int64)
     codes = ids >= 0
     stored, image = number[ids[codes] >> 1], (ids[codes] & 1).astype(bool)

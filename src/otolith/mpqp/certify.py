@@ -1,11 +1,11 @@
-"""Proof by an independent solver that a law is complete and right.
+"""Prove with an independent solver that a law is complete and correct.
 
-Notation: θ parameter, τ the same in the unit box, z minimiser. The oracle is DAQP on the ordinary QP
-at θ, see `oracle`; it shares no code with the engine. Points are drawn uniformly, inside regions with
-preference for small ones, and on both sides of facets.
+Notation: θ parameter, τ the parameter scaled to the unit box, z minimiser. The oracle is DAQP on the ordinary
+QP at θ, see `oracle`; it shares no code with the engine. Points are drawn uniformly, inside regions (small
+ones preferred), and on both sides of facets.
 
-Every variable is judged in a unit of its own, the largest value that it takes at the samples, and
-feasibility in the oracle's, so that the verdict does not depend on the units of the problem.
+Every variable is judged relative to the largest value that it takes at the samples, and feasibility in the
+oracle's unit, so that the verdict does not depend on the units of the problem.
 """
 
 from dataclasses import dataclass
@@ -23,60 +23,62 @@ from otolith.mpqp.problem import ParametricQp
 from otolith.mpqp.prune import inscribed
 
 LongVec = NDArray[np.longdouble]
-LAW_ERROR = 1e-8  # largest relative deviation of z, and jump across a facet, that passes
-_GRAIN = 1e-2  # part of a law's grain by which the former grows: rounding, where curvature is weak
-_SMALL = 1e-6  # least unit of a variable, relative to the largest, where each has the curvature 1
-_BESIDE = 1e-6  # distance of points beside a facet, in τ
-_STRICT = 2e-6  # margin of the overlap census, above the rounding of the stored rows
-_BOUNDARY = 1e-8  # margin of the QP, in the oracle's unit, below which feasibility is a matter of rounding
-_BLURRED = 3.0  # margin below which it is so for the law, in violations that its own QP ends with
-_FOUND = 1e-9  # how far from its place, in τ, a facet may be found again
+LAW_ERROR = 1e-8  # largest accepted relative deviation of z, and largest accepted jump across a facet
+_GRAIN = 1e-2  # part of a law's grain that is added to LAW_ERROR, for rounding where curvature is weak
+_SMALL = 1e-6  # smallest unit of a variable relative to the largest, with units of curvature 1
+_BESIDE = 1e-6  # distance from a facet of the points next to it, in τ
+_STRICT = 2e-6  # margin of the overlap census, larger than the rounding of the stored rows
+_BOUNDARY = 1e-8  # margin of the QP, in the oracle's unit, below which rounding decides feasibility
+_BLURRED = 3.0  # the same for the law, in multiples of the violation that its own QP ends with
+_FOUND = 1e-9  # how far from its place, in τ, a facet may be located again
 _TOUCH = 1e-12  # how near, in τ, a region must come to a point to share it
-_REFINED = 4  # solves of a linear system, all but the first for the residual
+_REFINED = 4  # solves of a linear system; all but the first are refinements
 _FACETS = 1000
-_RADIUS = 1e-2  # relative error of a radius of the order of the tolerance
-_SCANS = 100_000_000  # region tests spent on the overlap census
-_INSPECTED = 2000  # regions held against their own optimality conditions
-_RAYS = 32  # from the centre of each of those
+_RADIUS = 1e-2  # relative error of a radius that is close to the tolerance
+_SCANS = 100_000_000  # largest number of region tests in the overlap census
+_INSPECTED = 2000  # largest number of regions checked against their own optimality conditions
+_RAYS = 32  # rays from the centre of each of these
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """What a check of a law found; `passed` sums it up.
+    """The result of checking a law; `passed` summarises it.
 
-    Between full regions lie thinner ones, down to facets where many constraints meet. They are left
-    out of the law, which is what its tolerance says. A parameter inside such a sliver is no hole:
-    `Law.evaluate` solves the QP there and its answer is exact, only its region is -1 (MISSED).
+    Between full regions lie thinner ones, down to facets where many constraints meet. The law leaves them
+    out, as its tolerance states. A parameter inside such a sliver is no hole: `Law.evaluate` solves the QP
+    there and its answer is exact, only its region is -1 (MISSED).
 
-    Two regions cannot share an interior when each lies within its own optimality conditions (at most
-    one active set meets them strictly) and none is stored twice: `strays` and `doubles` check this
-    region by region, and the census `max_overlap` once more by counting at sample parameters. The
-    census leaves out points nearer than 2e-6 to a facet: rows stored in 32 bits are off by up to
-    2^-24 (|a|_1 + |b|), at most 4e-7 for five parameters.
+    Two regions cannot share an interior if each lies within its own optimality conditions (at most one active
+    set satisfies them strictly) and none is stored twice. `strays` and `doubles` check this region by region;
+    the census `max_overlap` checks it once more by counting at sample parameters. The census leaves out
+    points nearer than 2e-6 to a facet: rows stored in 32 bits have an error of up to 2^-24 (|a|_1 + |b|), at
+    most 4e-7 for five parameters.
     """
 
     regions: int
-    tolerance: float  # of the enumeration: the count depends on it
+    tolerance: float  # tolerance of the enumeration, on which the number of regions depends
     samples: int
     feasible: int  # samples where the QP has a solution
-    unsolved: int  # samples where the law has an answer, an LP finds it feasible, and the oracle has none
-    missing: int  # of those, in no region although they lie deeper inside than `tolerance`
-    slivers: int  # of those, in no region because theirs is thinner than `tolerance`
-    false_hits: int  # samples where the law has an answer, or a region, and the QP no solution
+    unsolved: (
+        int  # samples where the law answers and an LP confirms feasibility, but the oracle has no answer
+    )
+    missing: int  # feasible samples in no region although they lie deeper inside than `tolerance`
+    slivers: int  # feasible samples in no region because their region is thinner than `tolerance`
+    false_hits: int  # samples where the law has an answer or a region although the QP has no solution
     max_law_error: float  # largest |z_i - z_QP,i|, relative to the largest |z_QP,i| of all samples
     overlap_samples: int
-    max_overlap: int  # most regions, beyond one, strictly inside which one sample lies
-    strays: int  # regions, of up to 2000, whose facets let points through that their conditions forbid
-    doubles: int  # active sets stored twice, as they are or as mirror images
-    facets: int  # facets crossed to a region that shares them
-    continuity: float  # largest jump of z across a facet, relative likewise
-    open_facets: int  # facets with no region beyond although the QP is feasible there
+    max_overlap: int  # largest number of regions, beyond one, that strictly contain the same sample
+    strays: int  # of up to 2000 regions, those whose facets admit points that their conditions forbid
+    doubles: int  # active sets stored twice, directly or as mirror images
+    facets: int  # number of facets crossed to a region that shares them
+    continuity: float  # largest jump of z across a facet, relative in the same way
+    open_facets: int  # facets with no region beyond them although the QP is feasible there
     mirror_missing: int  # regions whose mirror image is absent from a centrally symmetric problem's law
-    allowed_error: float = LAW_ERROR  # of law and continuity
+    allowed_error: float = LAW_ERROR  # bound on `max_law_error` and `continuity`
 
     @property
     def passed(self) -> bool:
-        """Whether nothing is missing, wrong, double, torn, or left open by the oracle."""
+        """True when nothing is missing, wrong, stored twice, discontinuous, or undecided by the oracle."""
         holes = (self.missing, self.open_facets, self.mirror_missing, self.unsolved)
         excess = (self.false_hits, self.max_overlap, self.strays, self.doubles)
         return not any(holes + excess) and max(self.max_law_error, self.continuity) <= self.allowed_error
@@ -111,7 +113,7 @@ def verify(law: Law, samples: int, rng: np.random.Generator) -> Verification:
 
 
 class _Judge:
-    """What is true at the samples (N, p), and how small a difference from it does not count."""
+    """The true minimisers at the samples (N, p), and the differences from them that count as rounding."""
 
     def __init__(self, law: Law, thetas: Mat) -> None:
         self.oracle = Oracle(law.problem)
@@ -121,16 +123,16 @@ class _Judge:
         self._boundary = max(_BOUNDARY, _BLURRED * law.form.blur)
 
     def feasible(self, theta: Vec) -> bool:
-        """Whether the QP at `theta` is feasible by more than rounding."""
+        """True when the QP at `theta` is feasible by more than rounding."""
         return self.oracle.margin(theta) > self._boundary
 
     def infeasible(self, theta: Vec) -> bool:
-        """Whether the QP at `theta` is infeasible by more than rounding."""
+        """True when the QP at `theta` is infeasible by more than rounding."""
         return self.oracle.margin(theta) < -self._boundary
 
 
 def _points(law: Law, samples: int, rng: np.random.Generator) -> Mat:
-    """Parameters (samples, p): three fifths uniform, a fifth in regions, a fifth beside facets."""
+    """Draw parameters (samples, p): three fifths uniform, a fifth inside regions, a fifth next to facets."""
     in_regions = samples // 5
     uniform = rng.uniform(-1.0, 1.0, (samples - 2 * in_regions, len(law.form.half)))
     chosen = _choose(law, in_regions, rng)
@@ -147,7 +149,7 @@ def _points(law: Law, samples: int, rng: np.random.Generator) -> Mat:
 
 
 def _choose(law: Law, count: int, rng: np.random.Generator) -> Ints:
-    """Region ids, half of them among the tenth with the smallest balls."""
+    """Draw region ids, half of them from the tenth of the regions with the smallest balls."""
     h = len(law.radius)
     small = np.argsort(law.radius)[: max(1, h // 10)]
     stored = np.where(rng.random(count) < 0.5, rng.choice(small, count), rng.integers(h, size=count))
@@ -157,7 +159,7 @@ def _choose(law: Law, count: int, rng: np.random.Generator) -> Ints:
 
 
 def _inside(law: Law, region: int, rng: np.random.Generator) -> Vec:
-    """A τ within half the radius of a region's centre."""
+    """Draw a τ within half the radius around a region's centre."""
     centre, radius = law.ball(region)
     step = rng.standard_normal(len(centre))
     inside: Vec = centre + 0.5 * radius * step / np.linalg.norm(step)
@@ -165,9 +167,9 @@ def _inside(law: Law, region: int, rng: np.random.Generator) -> Vec:
 
 
 def _facet_point(law: Law, region: int, rng: np.random.Generator) -> tuple[Vec, Vec, int]:
-    """Where a random ray from a region's centre leaves it: τ, the unit row there, and the facet, or -1.
+    """Shoot a random ray from a region's centre; return the exit point τ, the unit row there, and the facet.
 
-    -1 stands for the bounds of the parameter.
+    The facet is -1 where the ray leaves through the bounds of the parameter.
     """
     centre, _ = law.ball(region)
     facets = law.facets(region)
@@ -177,7 +179,9 @@ def _facet_point(law: Law, region: int, rng: np.random.Generator) -> tuple[Vec, 
 
 
 def _leave(rows: Mat, centre: Vec, rays: Mat) -> tuple[Mat, Ints]:
-    """Where rays (N, p) from the centre first meet a half-space: τ (N, p) and which one."""
+    """Find where rays (N, p) from the centre first meet a half-space: τ (N, p), and the index of that
+    half-space.
+    """
     speed = rays @ rows[:, :-1].T  # (N, rows)
     gap = np.maximum(rows[:, -1] - rows[:, :-1] @ centre, 0.0)
     reach = np.where(speed > 0.0, gap / np.where(speed > 0.0, speed, 1.0), np.inf)
@@ -193,12 +197,16 @@ def _domain(law: Law) -> Mat:
 
 
 def _within(law: Law, thetas: Mat) -> Bools:
-    """Which parameters (N, p) satisfy the constraints on the parameter alone, which regions do not repeat."""
+    """Mark the parameters (N, p) that satisfy the constraints on the parameter alone; regions do not
+    store these.
+    """
     return np.asarray((law.form.scaled(thetas) @ law.form.E <= law.form.e).all(axis=1), dtype=np.bool_)
 
 
 def _strays(law: Law, region: int, rng: np.random.Generator) -> bool:
-    """Whether a region's facets leave a way to where it is not optimal: then it covers others."""
+    """True when a region's facets admit points where its law is not optimal, so that it covers other
+    regions.
+    """
     A, (centre, _) = law.form_rows(region), law.ball(region)
     rows = np.vstack([exact_rows(law.form, A, law.facets(region)), _domain(law)])
     points, _ = _leave(rows, centre, rng.standard_normal((_RAYS, len(centre))))
@@ -207,7 +215,7 @@ def _strays(law: Law, region: int, rng: np.random.Generator) -> bool:
 
 
 def _doubles(law: Law) -> int:
-    """Active sets that are stored twice, as they are or as mirror images."""
+    """Count the active sets that are stored twice, directly or as mirror images."""
     bits = law.bits()
     image = bits[law.alone :, law.form.mirror] if law.alone < len(bits) else bits[:0]
     packed = np.packbits(np.vstack([bits, image]), axis=1)
@@ -222,7 +230,7 @@ class _Crossing:
 
 
 def _cross_facets(law: Law, judge: _Judge, count: int, rng: np.random.Generator) -> _Crossing:
-    """Leave regions through their facets: z must not jump, and nothing feasible may lie uncovered."""
+    """Leave regions through their facets: z must not jump, and no feasible point may be uncovered."""
     facets, jump, uncovered = 0, 0.0, 0
     for region in _choose(law, count, rng):
         tau, row, facet = _facet_point(law, int(region), rng)
@@ -241,11 +249,13 @@ def _cross_facets(law: Law, judge: _Judge, count: int, rng: np.random.Generator)
 
 
 def _jump(law: Law, judge: _Judge, one: int, facet: int, *, other: int, on: Vec, past: Vec) -> float:
-    """|difference| of the laws of two regions where they meet; -1 when the second does not reach it.
+    """Return |difference| of the laws of two regions where they meet; -1 when the second does not reach the
+    point.
 
-    A facet is known to rounding over the length of its gradient, and the laws part from there with the
-    difference of their gains: 1e-12 times 1e4 is no tear. The facet is therefore found again, on the
-    line from `on` to `past` and within _FOUND of `on`, as the zero of its own multiplier or slack.
+    A facet's position has a rounding error along its gradient, and from there the laws differ by the
+    difference of their gains: an error of 1e-12 times a gain of 1e4 is no discontinuity. Therefore the facet
+    is located again as the zero of its own multiplier or slack, on the line from `on` to `past` and within
+    _FOUND of `on`.
     """
     problem = judge.oracle.problem
     i = int(law.form.rows[law.facets(one)[facet]])
@@ -262,7 +272,7 @@ def _jump(law: Law, judge: _Judge, one: int, facet: int, *, other: int, on: Vec,
 
 
 def _condition(problem: ParametricQp, A: Ints, theta: LongVec, i: int) -> np.longdouble:
-    """Multiplier of constraint i when in A, else its slack, by the law of A at `theta`."""
+    """Multiplier of constraint i if it is in A, else its slack, by the law of A at `theta`."""
     z, lam = _law_at(problem, A, theta)
     if i in A:
         return np.longdouble(lam[i == A][0])
@@ -270,9 +280,9 @@ def _condition(problem: ParametricQp, A: Ints, theta: LongVec, i: int) -> np.lon
 
 
 def _law_at(problem: ParametricQp, A: Ints, theta: LongVec) -> tuple[LongVec, LongVec]:
-    """Minimiser and multipliers with the constraints A active, free of rounding but that of the data.
+    """Minimiser and multipliers with the constraints A active, without rounding except that of the data.
 
-    Solves [H G_A'; G_A 0][z; λ] = [-(f + F θ); w_A + S_A θ], its residuals in extended precision.
+    Solves [H G_A'; G_A 0][z; λ] = [-(f + F θ); w_A + S_A θ] with residuals in extended precision.
     """
     n, G = len(problem.f), problem.G[A]
     K = np.block([[problem.H, G.T], [G, np.zeros((len(A), len(A)))]])
@@ -285,7 +295,9 @@ def _law_at(problem: ParametricQp, A: Ints, theta: LongVec) -> tuple[LongVec, Lo
 
 
 def _is_sliver(law: Law, theta: Vec) -> bool:
-    """Whether the region of a feasible `theta` is rightly absent: its ball is below the tolerance."""
+    """True when the region of a feasible `theta` may be absent because its ball is smaller than the
+    tolerance.
+    """
     answer = law.evaluate(theta)
     if not answer.found:
         return False
@@ -295,14 +307,14 @@ def _is_sliver(law: Law, theta: Vec) -> bool:
 
 
 def _all_rows(law: Law, A: Ints) -> Mat:
-    """Unit half-spaces of the region of active rows A, constant ones left out."""
+    """Unit half-spaces of the region of active rows A, without constant ones."""
     gradient = affine_slacks(law.form, A)[:, :-1]
     gradient[A] = affine_multipliers(law.form, A)[:, :-1]
     return exact_rows(law.form, A, np.flatnonzero(np.linalg.norm(gradient, axis=1) > 1e-9))
 
 
 def _mirror_missing(law: Law) -> int:
-    """Regions without their image, looked for among all active sets; 0 without central symmetry."""
+    """Count the regions without a mirror image among all active sets; 0 without central symmetry."""
     mirror = least_distance(law.problem).without(_dropped(law)).mirror
     if len(mirror) == 0:
         return 0

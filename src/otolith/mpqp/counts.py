@@ -1,16 +1,16 @@
-"""How many regions a law has, by more than one definition of what counts.
+"""Count the regions of a law by more than one definition of what counts as a region.
 
-Two things are left open where a thesis or a paper prints a number of regions:
+Where a thesis or a paper prints a number of regions, it leaves two things open:
 
 - how thin a region may be. `enumerate_regions` measures the largest ball with the parameter box scaled to
   [-1, 1]^p. The Multi-Parametric Toolbox (Herceg, Kvasnica, Jones & Morari, 2013) measures it in the
-  parameters' own units and asks for a diameter of 1e-7 (`region_tol`): see `count_regions`.
+  parameters' own units and requires a diameter of 1e-7 (`region_tol`): see `count_regions`.
 - whether regions may overlap. Where more constraints bind than there are independent ones, several active
   sets are optimal at one parameter; a law keeps one of them (`dualqp`). `overlapping_sets` finds the others.
 
-Notation: as in `leastdistance`; τ = (θ - c) / s. A ball of radius r in θ/scale lies within a'τ ≤ b, |a| = 1,
-when a'x + r |a·scale/s| ≤ b at its centre x. Derivation: the greatest a'(τ - x) over |(θ - θ_x)/scale| ≤ r.
-Checked by test_radii_in_own_units_are_those_of_a_general_solver.
+The notation is that of `leastdistance`; τ = (θ - c) / s. A ball of radius r in θ/scale lies within a'τ ≤ b,
+|a| = 1, when a'x + r |a·scale/s| ≤ b at its centre x. Derivation: the greatest a'(τ - x) over
+|(θ - θ_x)/scale| ≤ r. Checked by test_radii_in_own_units_are_those_of_a_general_solver.
 """
 
 from itertools import combinations
@@ -28,7 +28,9 @@ from otolith.mpqp.region import Form, Work, halfspaces, kernel_form, start_ball,
 from otolith.mpqp.simplex import UNDECIDED, factorise, solve
 
 NO_REGION: Final = -1.0  # radius of a set that is dependent, weakly active or never optimal
-_NULL: Final = 1e-9  # gradient, slack and multiplier up to which a function of the parameter is zero
+_NULL: Final = (
+    1e-9  # a function of the parameter with gradient, slack and multiplier up to this size counts as zero
+)
 
 
 def ball_radii(law: Law, scale: Vec | None = None) -> Vec:
@@ -36,29 +38,31 @@ def ball_radii(law: Law, scale: Vec | None = None) -> Vec:
 
     Parameters
     ----------
-    law : its stored regions, one of each mirror pair.
-    scale : (p,) in the units of the parameters; without it the ball is one in those units themselves.
+    law : only its stored regions are measured, one of each mirror pair.
+    scale : (p,) in the units of the parameters; None measures the ball in these units themselves.
     """
     return _radii(law.form, law.bits(), np.ones(len(law.form.half)) if scale is None else scale)
 
 
 def count_regions(law: Law, radius: float, scale: Vec | None = None) -> int:
-    """Regions, mirror images included, that hold a ball of `radius` in θ/scale (see `ball_radii`).
+    """Count the regions, mirror images included, that contain a ball of `radius` in θ/scale (see
+    `ball_radii`).
 
-    Regions thinner than the tolerance of the law are not in it: for a full count that must be at most
-    radius · min(scale/s), s half the parameter box.
+    Regions thinner than the tolerance of the law are not in it. For a full count the tolerance must be at
+    most radius · min(scale/s), where s is half the parameter box.
     """
     large = ball_radii(law, scale) >= radius
     return int(2 * large.sum() - large[: law.alone].sum())
 
 
 def overlapping_sets(law: Law, radius: float, scale: Vec | None = None) -> set[tuple[int, ...]]:
-    """Active sets, beside those of the law, that are optimal throughout a ball of `radius` in θ/scale.
+    """Find active sets besides those of the law that are optimal throughout a ball of `radius` in θ/scale.
 
-    Each is independent, with no multiplier zero throughout, as rows of `law.form`. All of them: the law
-    has a set for every affine minimiser; any other set with the same minimiser lies among the rows B that
-    bind wherever it holds, and is what remains of a basis of B when zero multipliers are dropped. Work grows
-    with the number of such bases, binomial in the number of dependent rows.
+    Each is independent, with no multiplier that is zero throughout, and is given as rows of `law.form`. The
+    result is complete: the law has a set for every affine minimiser; any other set with the same minimiser
+    lies among the rows B that bind wherever it holds, and remains when zero multipliers are dropped from a
+    basis of B. The work grows with the number of such bases, which is binomial in the number of dependent
+    rows.
     """
     form = law.form
     own = {tuple(law.form_rows(region).tolist()) for region in range(len(law))}
@@ -72,7 +76,9 @@ def overlapping_sets(law: Law, radius: float, scale: Vec | None = None) -> set[t
 
 
 def _all_binding(law: Law) -> set[tuple[int, ...]]:
-    """For every region with more rows binding throughout than are active: those rows; mirror images too."""
+    """For each region with more rows that bind throughout than are active, these rows; mirror images
+    included.
+    """
     form, found = law.form, set()
     for region in range(len(law.radius)):
         A = law.form_rows(region)
@@ -91,7 +97,7 @@ def _rank(form: LeastDistance, rows: tuple[int, ...]) -> int:
 
 
 def _supports(form: LeastDistance, rows: tuple[int, ...]) -> set[tuple[int, ...]]:
-    """What remains of every basis of dependent rows without multipliers that are zero throughout."""
+    """For each basis of dependent rows, the rows whose multipliers are not zero throughout."""
     rank = _rank(form, rows)
     found = set()
     for basis in combinations(rows, rank):
@@ -114,7 +120,7 @@ def _radii(form: LeastDistance, active: Bools, scale: Vec) -> Vec:
 
 @jit_entry
 def _measure(form: Form, work: Work, active: Bools, stretch: Vec, radius: Vec) -> None:
-    """As `_radii`, with UNDECIDED where the simplex method runs out of steps."""
+    """Compute `_radii`, with UNDECIDED where the simplex method exceeds its number of steps."""
     lp = work.lp
     for t in range(active.shape[0]):
         k = 0
@@ -137,7 +143,7 @@ def _measure(form: Form, work: Work, active: Bools, stretch: Vec, radius: Vec) -
 
 
 def _by_general_solver(form: LeastDistance, A: Ints, stretch: Vec) -> float:
-    """Decide it for one active set by scipy's interior-point linear program."""
+    """Compute the radius for one active set with scipy's interior-point linear program."""
     affine = affine_slacks(form, A)
     affine[A] = affine_multipliers(form, A)
     rows = affine[np.linalg.norm(affine[:, :-1], axis=1) >= _NULL]

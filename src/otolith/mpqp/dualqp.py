@@ -1,14 +1,14 @@
 """Dense kernels on the least-distance form: factorisation, optimality at a point, a dual active-set QP.
 
-Notation: as in `leastdistance`; A[:k] lists the active rows, L L' = Q_AA
+The notation is that of `leastdistance`; A[:k] lists the active rows, L L' = Q_AA
 (the diagonal of L is stored inverted), dv = d(τ) (m,), λ (k,),
-slack = dv + Q_·A λ. The QP is solved by the dual method of Goldfarb and Idnani (1983), started
-from the unconstrained minimiser u = 0.
+slack = dv + Q_·A λ. The QP is solved by the dual method of Goldfarb and Idnani (1983), started from the
+unconstrained minimiser u = 0.
 
-Degeneracy: where a row outside A depends on A and has slack zero throughout, several active sets give
-the same u and their regions overlap. Of these the one is chosen that stays optimal when every bound
-is relaxed by an infinitesimal δ_i: the slack of such a row i is then δ_i - Q_iA Q_AA⁻¹ δ_A, and must
-not be negative. `tie` finds a row that forbids a set; exchanging it in is a step of the dual method.
+Degeneracy: where a row outside A depends on A and has slack zero throughout, several active sets give the
+same u and their regions overlap. Of these the set is chosen that remains optimal when every bound is relaxed
+by an infinitesimal δ_i: the slack of such a row i is then δ_i - Q_iA Q_AA⁻¹ δ_A, and must not be negative.
+`tie` finds a row that excludes a set; exchanging this row in is a step of the dual method.
 """
 
 import numpy as np
@@ -19,15 +19,15 @@ from otolith.core.jit import jit_inner
 DEPENDENT = 1e-10  # squared length of a row outside the span of the active ones that counts as zero
 INFEASIBLE, FAILED = -1, -2
 CHANGE_LIMIT = 500
-SLACK_WEIGHT = 10.0  # a wrong slack moves z by its condition, a wrong multiplier does not
-TIED = 1e-12  # slack up to which a dependent row counts as always binding
-TIGHT, LOOSE = 1e-14, 1e-11  # violations that the QP first aims at, and ends with, where rounding is usual
-RETRIED = 4.0  # times the first violation, which grows with rounding, the last is at least
+SLACK_WEIGHT = 10.0  # a wrong slack changes z by its condition number, a wrong multiplier does not
+TIED = 1e-12  # largest slack at which a dependent row counts as always binding
+TIGHT, LOOSE = 1e-14, 1e-11  # the violations that the QP aims at first, and accepts last, with usual rounding
+RETRIED = 4.0  # factor by which the last violation exceeds at least the first, which grows with rounding
 
 
 @jit_inner
 def append_row(Q: Mat, A: Ints, k: int, L: Mat) -> bool:
-    """Extend the factor of rows A[:k] by row A[k]; false when it depends on the others."""
+    """Extend the factor of rows A[:k] by row A[k]; return false when it depends on the others."""
     j = A[k]
     diagonal = Q[j, j]
     for c in range(k):
@@ -45,7 +45,7 @@ def append_row(Q: Mat, A: Ints, k: int, L: Mat) -> bool:
 
 @jit_inner
 def cholesky(Q: Mat, A: Ints, start: int, k: int, L: Mat) -> bool:
-    """Factorise rows A[:k], the first `start` of which are done; false when they are dependent."""
+    """Factorise rows A[:k], the first `start` of which are done; return false when they are dependent."""
     for a in range(start, k):  # noqa: SIM110 (compiled loop)
         if not append_row(Q, A, a, L):
             return False
@@ -75,7 +75,7 @@ def substitute(L: Mat, k: int, x: Vec) -> None:
 
 @jit_inner
 def right_hand_side(d: Mat, tau: Vec, dv: Vec) -> None:
-    """Dv = d(τ)."""
+    """Compute dv = d(τ)."""
     p = tau.shape[0]
     for i in range(dv.shape[0]):
         dv[i] = d[p, i]
@@ -87,7 +87,7 @@ def right_hand_side(d: Mat, tau: Vec, dv: Vec) -> None:
 
 @jit_inner
 def slack_of(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> None:
-    """Slack = dv + Q_·A λ."""
+    """Compute slack = dv + Q_·A λ."""
     for i in range(dv.shape[0]):
         slack[i] = dv[i]
     for a in range(k):
@@ -99,7 +99,7 @@ def slack_of(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> None:
 
 @jit_inner
 def least(x: Vec) -> float:
-    """Smallest entry, by four chains of comparisons that the processor follows side by side."""
+    """Return the smallest entry, using four independent chains of comparisons that the processor overlaps."""
     a, b, c, d = 1e300, 1e300, 1e300, 1e300
     n = x.shape[0]
     for i in range(0, n - 3, 4):
@@ -112,10 +112,10 @@ def least(x: Vec) -> float:
 
 @jit_inner
 def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -> float:
-    """Solve for λ with the rows A active; returns the largest violation of λ ≥ 0 and slack ≥ 0.
+    """Solve for λ with the rows A active; return the largest violation of λ ≥ 0 and slack ≥ 0.
 
-    Relative to max(1, λ), which rounding grows with. L must hold the factor of Q_AA. Zero or less
-    means: this set is optimal at this point.
+    The violation is relative to max(1, λ), with which rounding grows. L must contain the factor of Q_AA. A
+    result of zero or less means that this set is optimal at this point.
     """
     for a in range(k):
         lam[a] = -dv[A[a]]
@@ -131,10 +131,10 @@ def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -
 
 @jit_inner
 def tie(Q: Mat, delta: Vec, A: Ints, k: int, L: Mat, slack: Vec, x: Vec) -> int:
-    """A row with slack zero, dependent on A, whose slack under δ is negative; -1 when there is none.
+    """Find a row with slack zero, dependent on A, whose slack under δ is negative; -1 when there is none.
 
-    L holds the factor of Q_AA; the slack of active rows must not be zero. x becomes the row's
-    coefficients in the active ones.
+    L contains the factor of Q_AA; the slack of active rows must not be zero. x is set to the row's
+    coefficients with respect to the active rows.
     """
     for i in range(slack.shape[0]):
         if abs(slack[i]) > TIED:
@@ -153,7 +153,7 @@ def tie(Q: Mat, delta: Vec, A: Ints, k: int, L: Mat, slack: Vec, x: Vec) -> int:
 
 @jit_inner
 def untie(Q: Mat, delta: Vec, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec, x: Vec) -> int:
-    """Exchange active rows until no tie is left; returns k, which does not change."""
+    """Exchange active rows until no tie is left; return k, which does not change."""
     for _ in range(4 * k):
         if not cholesky(Q, A, 0, k, L):
             return k
@@ -175,7 +175,7 @@ def untie(Q: Mat, delta: Vec, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack:
 
 @jit_inner
 def most_violated(slack: Vec, A: Ints, k: int, tolerance: float) -> int:
-    """The inactive row with the least slack below -tolerance, or -1."""
+    """Return the inactive row with the least slack below -tolerance, or -1."""
     for a in range(k):
         slack[A[a]] = 0.0
     chosen, worst = -1, -tolerance
@@ -187,9 +187,9 @@ def most_violated(slack: Vec, A: Ints, k: int, tolerance: float) -> int:
 
 @jit_inner
 def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Mat, x: Vec) -> int:
-    """Make row j, violated by `gap`, active, dropping rows whose multiplier would turn negative.
+    """Make row j, violated by `gap`, active; drop rows whose multiplier would become negative.
 
-    Returns the new number of active rows, or -1 when no z satisfies row j with the others.
+    Returns the new number of active rows, or -1 when no z satisfies row j together with the others.
     """
     own = 0.0
     while True:
@@ -227,7 +227,9 @@ def take_in(Q: Mat, A: Ints, k: int, n: int, j: int, gap: float, lam: Vec, L: Ma
 def attempt_qp(
     Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, tolerance: float, loosest: float
 ) -> int:
-    """As `solve_qp` at one tolerance; FAILED when infeasible by so little that rounding may be the cause."""
+    """Run `solve_qp` at one tolerance; return FAILED if infeasible by so little that rounding may be the
+    cause.
+    """
     k = 0
     for _ in range(CHANGE_LIMIT):
         slack_of(Q, dv, A, k, lam, slack)
@@ -243,7 +245,7 @@ def attempt_qp(
 
 @jit_inner
 def solve_qp(Q: Mat, dv: Vec, n: int, A: Ints, lam: Vec, L: Mat, x: Vec, slack: Vec, grain: float) -> int:
-    """Optimal active set of min ½|u|², M u ≤ dv, in A[:k] with λ; returns k, INFEASIBLE or FAILED."""
+    """Find the optimal active set of min ½|u|², M u ≤ dv, in A[:k] with λ; return k, INFEASIBLE or FAILED."""
     tolerance, loosest, k = TIGHT * grain, max(LOOSE, RETRIED * TIGHT * grain), FAILED
     while k == FAILED and tolerance <= loosest:
         k = attempt_qp(Q, dv, n, A, lam, L, x, slack, tolerance, loosest)

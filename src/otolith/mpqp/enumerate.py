@@ -1,21 +1,21 @@
-"""Enumerates every full-dimensional region of a parametric QP.
+"""Enumerate every full-dimensional region of a parametric QP.
 
-Method: start where the problem is feasible, cross every facet of every region found (breadth first),
-then look at random parameters until a whole round meets nothing new. When the problem is centrally
-symmetric, one region of each mirror pair is examined and the other follows. See `expand`, `region`.
+Method: start where the problem is feasible, cross every facet of every region found (breadth first), then
+test random parameters until a whole round finds nothing new. When the problem is centrally symmetric, only
+one region of each mirror pair is examined. See `expand`, `region`.
 
-Where several active sets give the same solution throughout a region (more constraints bind than there
-are independent ones) only one of them is counted, see `dualqp`: regions never overlap.
+Where several active sets give the same solution throughout a region (more constraints bind than there are
+independent ones) only one of them is counted, see `dualqp`: regions never overlap.
 
-The count depends on the tolerance: a set is a region when the largest ball in it, with the parameter
-box scaled to [-1, 1]^p, has at least that radius.
+The count depends on the tolerance: a set is a region when the largest ball in it, with the parameter box
+scaled to [-1, 1]^p, has at least that radius.
 
-Limit: rows whose distance from the span of the active ones is below 1e-5 (`dualqp.DEPENDENT`, squared)
-count as dependent. Very fine discretisations have many: with N = 50, Ts = 0.01 s and two blocks a few
-regions in 70,721 are missed and answers are off by up to 1e-7, which `verify` reports.
+Limit: rows whose distance from the span of the active ones is below 1e-5 (`dualqp.DEPENDENT`, squared) count
+as dependent. Very fine discretisations have many of these: with N = 50, Ts = 0.01 s and two blocks a few of
+70,721 regions are missed and answers have errors of up to 1e-7, which `verify` reports.
 
-Memory: 8·(words + 4) bytes per active set met and about 12 facets of 4·(p + 2) + 2 bytes per region,
-all doubled while buffers grow.
+Memory: 8·(words + 4) bytes per active set found and about 12 facets of 4·(p + 2) + 2 bytes per region, all
+doubled while buffers grow.
 """
 
 import time
@@ -39,18 +39,18 @@ from otolith.mpqp.region import Form, Work, kernel_form, work_memory
 from otolith.mpqp.sets import SetTable, grown, set_table
 
 T = TypeVar("T", bound=np.generic)
-_BATCH = 2000  # sets examined between two looks at the clock and the keyboard
+_BATCH = 2000  # sets examined between two checks of the clock and the keyboard
 _SEEDS = 2000  # random parameters per round
 _ROUNDS = 50
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far an enumeration is."""
+    """The progress of an enumeration."""
 
-    regions: int  # found so far, mirror images included
+    regions: int  # regions found so far, mirror images included
     open: int  # active sets waiting to be examined
-    seconds: float  # since the start
+    seconds: float  # [s] since the start
 
 
 Report = Callable[[Progress], None]
@@ -63,10 +63,11 @@ def enumerate_regions(
     progress: Report | None = None,
     symmetry: bool = True,
 ) -> Law:
-    """Explicit solution of `problem`: all regions whose scaled Chebyshev radius reaches `tolerance`.
+    """Compute the explicit solution of `problem`: all regions whose scaled Chebyshev radius reaches
+    `tolerance`.
 
-    `progress` is called between batches; an exception or KeyboardInterrupt ends the work and leaves
-    nothing behind. `symmetry=False` does not make use of central symmetry (the law is the same).
+    `progress` is called between batches; an exception or KeyboardInterrupt ends the work and leaves nothing
+    behind. `symmetry=False` ignores central symmetry (the law is the same).
 
     Raises
     ------
@@ -77,7 +78,7 @@ def enumerate_regions(
     pruned = prune(least_distance(problem))
     form = pruned.form if symmetry else pruned.form.unsymmetric()
     search = _Search(form, tolerance)
-    search.run(pruned.inside, lambda regions, waiting: _tell(progress, regions, waiting, start))
+    search.run(pruned.inside, lambda regions, waiting: _report(progress, regions, waiting, start))
     if search.found.used[0] == 0:
         raise NoRegions(_why_flat(form))
     return assemble(
@@ -87,7 +88,7 @@ def enumerate_regions(
 
 
 def _why_flat(form: LeastDistance) -> str:
-    """The sentence for a problem without full-dimensional regions."""
+    """Explain in one sentence why a problem has no full-dimensional region."""
     fixed = flat_directions(form)
     if len(fixed) == 0:
         return "the feasible parameters form a flat set; substitute the equations that hold between them"
@@ -95,7 +96,7 @@ def _why_flat(form: LeastDistance) -> str:
     return f"the feasible set leaves no room for parameter {names}; fix it and leave it out"
 
 
-def _tell(progress: Report | None, regions: int, waiting: int, start: float) -> None:
+def _report(progress: Report | None, regions: int, waiting: int, start: float) -> None:
     if progress is not None:
         progress(Progress(regions, waiting, time.perf_counter() - start))
 
@@ -129,7 +130,7 @@ class _Search:
             points = rng.uniform(-1, 1, (_SEEDS, self.p))
 
     def _solve(self, points: Mat) -> Ints32:
-        """Enter the optimal sets at τ (N, p); their codes, or NOWHERE, or UNKNOWN."""
+        """Solve the QP at τ (N, p) and enter its optimal sets; return their codes, or NOWHERE, or UNKNOWN."""
         self.table = grown(self.table, int(self.table.used[0]) + len(points))
         found = answers(len(points), self.form.n)
         evaluate(self.oracle, points, -1, found)
@@ -149,7 +150,7 @@ class _Search:
             tell(self.images * int(self.found.used[0]), int(self.table.used[0] - self.examined[0]))
 
     def _settle(self) -> None:
-        """Solve the QPs that the last batch left open and note what lies beyond those facets."""
+        """Solve the QPs that the last batch postponed, and record what lies beyond those facets."""
         waiting = int(self.found.used[2])
         points = np.clip(self.found.point[:waiting], -1.0, 1.0)
         self.found.beyond[self.found.facet[:waiting]] = self._solve(points)
@@ -162,7 +163,7 @@ class _Search:
 
 
 def _oracle(form: LeastDistance) -> Packed:
-    """A law without regions: every evaluation of it, in τ, solves the QP."""
+    """Make a law without regions: evaluating it, in τ, always solves the QP."""
     m, _, p = form.sizes
     none = np.zeros(0, dtype=np.int32)
     return pack(
@@ -195,7 +196,7 @@ def _doubled(array: NDArray[T], extra: int = 1) -> NDArray[T]:
 
 
 def _compile() -> float:
-    """Seconds spent compiling the engine, or loading it from the cache."""
+    """Compile the engine, or load it from the cache; return the time this took [s]."""
     start = time.perf_counter()
     one = np.ones((1, 1))
     tiny = ParametricQp(

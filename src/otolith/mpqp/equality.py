@@ -1,9 +1,9 @@
-"""Equality constraints, removed before the engine sees the problem.
+"""Eliminate equality constraints before the engine sees the problem.
 
-Notation: minimise ½ z'Hz + (f + F θ)'z subject to A z = b + B θ and G z ≤ w + S θ. With Y spanning the
-kernel of A and A⁺ its pseudo-inverse, z = Y y + A⁺(b + B θ); the problem in y has no equalities. H need
-be positive definite on the kernel of A only. Rows of A may depend on each other when their
-right-hand sides agree for every θ.
+Notation: minimise ½ z'Hz + (f + F θ)'z subject to A z = b + B θ and G z ≤ w + S θ. With Y spanning the kernel
+of A and A⁺ its pseudo-inverse, z = Y y + A⁺(b + B θ); the problem in y has no equalities. H need be positive
+definite only on the kernel of A. Rows of A may depend on each other if their right-hand sides agree for every
+θ.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.mpqp.problem import InvalidProblem, NoRegions, ParametricQp, unit_curvature
 
-_RANK = 1e-10  # singular value of A, its rows of length one, relative to its largest, that counts as zero
-_AGREE = 1e-9  # how far right-hand sides may contradict each other, relative to their size over the box
-_ROUNDING = 1e-12  # what is left of a difference, relative to its terms, that counts as zero
+_RANK = 1e-10  # singular values of A below this part of the largest count as zero (rows of length one)
+_AGREE = 1e-9  # largest contradiction of right-hand sides, relative to their size over the box
+_ROUNDING = 1e-12  # a difference below this part of its terms counts as zero
 
 
 @dataclass(frozen=True, slots=True)
 class Eliminated:
-    """A problem without equalities, and the way back: z = Y y + z0 + Z θ."""
+    """A problem without equalities, and the way back to the original variables: z = Y y + z0 + Z θ."""
 
     problem: ParametricQp
     Y: Mat  # (n, n')
@@ -28,7 +28,7 @@ class Eliminated:
     Z: Mat  # (n, p)
 
     def lift(self, y: Vec, theta: Vec) -> Vec:
-        """Z (n,) of the reduced minimiser y (n',) at θ (p,)."""
+        """Compute z (n,) from the reduced minimiser y (n',) at θ (p,)."""
         z: Vec = self.Y @ y + self.z0 + self.Z @ theta
         return z
 
@@ -41,7 +41,7 @@ def eliminate(
     Raises
     ------
     NoRegions : the equalities contradict each other, for all θ or for all but a flat set of θ.
-    InvalidProblem : nothing is left to choose, or the reduced problem is not strictly convex.
+    InvalidProblem : no free variable is left, or the reduced problem is not strictly convex.
     """
     unit = unit_curvature(H)
     scaled = A * unit
@@ -67,7 +67,7 @@ def eliminate(
 
 
 def _difference(whole: Mat, left: Mat, right: Mat) -> Mat:
-    """The difference whole - left @ right; zero where only rounding is left of it."""
+    """Return whole - left @ right; entries that consist only of rounding errors become zero."""
     rest = whole - left @ right
     size = np.abs(whole) + np.abs(left) @ np.abs(right)
     return np.where(np.abs(rest) > _ROUNDING * size, rest, 0.0)

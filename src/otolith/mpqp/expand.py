@@ -1,10 +1,10 @@
-"""Grows the set of regions: every facet of a region is crossed, the set beyond it entered in the table.
+"""Grow the set of regions: cross every facet of a region and enter the active set beyond it in the table.
 
-Notation: as in `region`. Crossing a facet of constraint i removes i from the active set when it was
-active, else adds it; when the enlarged set is dependent, every active row with a positive coefficient
-in M_i = Σ x_a M_a may have to leave instead, and if there is none the far side is infeasible (Farkas).
-A point STEP beyond the facet's centre tells which candidate is the neighbour; when none is, the QP
-is to be solved there, after the batch. All candidates are entered: one facet may have several neighbours.
+The notation is that of `region`. Crossing a facet of constraint i removes i from the active set if it was
+active, else adds it. If the enlarged set is dependent, an active row with a positive coefficient in M_i = Σ
+x_a M_a must leave instead; if there is none, the far side is infeasible (Farkas). A test at a point STEP
+beyond the facet's centre shows which candidate is the neighbour; if none is, the QP is solved there after the
+batch. All candidates are entered, since one facet may have several neighbours.
 """
 
 from typing import NamedTuple
@@ -32,9 +32,9 @@ from otolith.mpqp.region import (
 from otolith.mpqp.sets import SetTable, insert, unpack
 from otolith.mpqp.simplex import UNDECIDED, solve
 
-STEP = 1e-6  # beyond a facet, in the unit box
-INSIDE = 1e-12  # violation up to which a candidate set is optimal at that point
-NOWHERE, UNKNOWN = -2, -3  # beyond a facet: infeasible; not found
+STEP = 1e-6  # distance of the test point beyond a facet, in the unit box
+INSIDE = 1e-12  # largest violation at which a candidate set is optimal at that point
+NOWHERE, UNKNOWN = -2, -3  # what lies beyond a facet: infeasible; not found
 
 
 Ints32 = NDArray[np.int32]
@@ -48,7 +48,7 @@ class Found(NamedTuple):
     owner: Ints32  # (capacity,) int32 index of the active set
     centre: Mat  # (capacity, p)
     radius: Vec  # (capacity,)
-    start: Ints  # (capacity + 1,) first facet
+    start: Ints  # (capacity + 1,) first facet of each region
     rows: Rows32  # (facet capacity, p + 1) float32, a'τ ≤ b
     constraint: Ints16  # (facet capacity,) int16
     beyond: Ints32  # (facet capacity,) int32 code of the set beyond, NOWHERE or UNKNOWN
@@ -58,7 +58,7 @@ class Found(NamedTuple):
 
 
 def found_memory(p: int, regions: int, facets: int) -> Found:
-    """Empty memory."""
+    """Allocate memory without entries."""
     return Found(
         np.zeros(regions, dtype=np.int32), np.zeros((regions, p)), np.zeros(regions),
         np.zeros(regions + 1, dtype=np.int64), np.zeros((facets, p + 1), dtype=np.float32),
@@ -69,7 +69,7 @@ def found_memory(p: int, regions: int, facets: int) -> Found:
 
 @jit_inner
 def optimal_at(form: Form, work: Work, k: int) -> bool:
-    """Whether the rows near[:k] are the optimal active set at the point whose d(τ) is in dv."""
+    """True when the rows near[:k] are the optimal active set at the point whose d(τ) is in dv."""
     if k > form.n or not cholesky(form.Q, work.near, 0, k, work.L):
         return False
     if optimality(form.Q, work.dv, work.near, k, work.L, work.lam, work.slack) > INSIDE:
@@ -81,7 +81,9 @@ def optimal_at(form: Form, work: Work, k: int) -> bool:
 
 @jit_inner
 def copy_without(work: Work, k: int, left_out: int, added: int) -> int:
-    """Near = A[:k] without the position `left_out` and with the row `added` (-1 for none)."""
+    """Set near to A[:k] without the position `left_out` and with the row `added` (-1 for none); return
+    its size.
+    """
     size = 0
     for a in range(k):
         if a != left_out:
@@ -95,9 +97,10 @@ def copy_without(work: Work, k: int, left_out: int, added: int) -> int:
 
 @jit_inner
 def choices(form: Form, work: Work, k: int, i: int) -> int:
-    """Positions of A that may leave when row i becomes active, in work.leave; 0 if infeasible beyond.
+    """Store in work.leave the positions of A that may leave when row i becomes active; 0 if infeasible
+    beyond.
 
-    The position -1 stands for none: row i is simply added.
+    The position -1 stands for none: row i is simply added. The result is the number of positions.
     """
     copy_without(work, k, -1, i)
     work.leave[0] = -1
@@ -117,7 +120,9 @@ def choices(form: Form, work: Work, k: int, i: int) -> int:
 
 @jit_inner
 def untied(form: Form, work: Work, table: SetTable, k: int) -> bool:
-    """Whether A[:k], whose region is in work, stands for itself; else the sets tied with it are entered."""
+    """True when A[:k], whose region is in work, is free of ties; otherwise the sets tied with it are
+    entered.
+    """
     i = tie(form.Q, form.delta, work.A, k, work.L, work.slack, work.x)
     if i < 0:
         return True
@@ -129,7 +134,7 @@ def untied(form: Form, work: Work, table: SetTable, k: int) -> bool:
 
 @jit_inner
 def postpone(work: Work, found: Found) -> int:
-    """Note that the QP at work.tau must tell what lies beyond the next facet."""
+    """Record that the QP at work.tau must be solved to find what lies beyond the next facet."""
     t = found.used[2]
     for c in range(work.tau.shape[0]):
         found.point[t, c] = work.tau[c]
@@ -140,7 +145,7 @@ def postpone(work: Work, found: Found) -> int:
 
 @jit_inner
 def cross(form: Form, work: Work, table: SetTable, k: int, j: int, found: Found) -> int:
-    """Code of the set beyond facet j, whose centre is in lp.y; all candidates are entered."""
+    """Return the code of the set beyond facet j, whose centre is in lp.y; all candidates are entered."""
     lp, i = work.lp, work.ids[j]
     for c in range(work.tau.shape[0]):
         work.tau[c] = lp.y[c] + STEP * lp.A[c, j]
@@ -176,7 +181,7 @@ def record_facet(work: Work, found: Found, j: int, code: int) -> None:
 
 @jit_inner
 def has_room(table: SetTable, found: Found, rows: int, n: int) -> bool:
-    """Whether one more region fits, with all its facets and all sets beyond them."""
+    """True when there is room for one more region with all its facets and all sets beyond them."""
     sets = table.used[0] + rows * (n + 2) <= table.keys.shape[0]
     regions = found.used[0] + 1 < found.radius.shape[0]
     facets = found.used[1] + rows <= found.beyond.shape[0]
@@ -187,10 +192,10 @@ def has_room(table: SetTable, found: Found, rows: int, n: int) -> bool:
 def expand_many(
     form: Form, work: Work, table: SetTable, found: Found, span: Ints, tolerance: float, refused: Ints
 ) -> None:
-    """Examine sets from span[0] up to span[1] while there is room; span[0] moves on.
+    """Examine sets from span[0] up to span[1] while there is room, and advance span[0].
 
-    A set that is a region is recorded, and all sets beyond its facets are entered; `refused` (8,)
-    counts the others by reason.
+    A set that is a region is recorded, and all sets beyond its facets are entered; `refused` (8,) counts the
+    others by reason.
     """
     lp = work.lp
     while span[0] < min(span[1], table.used[0]) and has_room(table, found, work.ids.shape[0], form.n):
@@ -227,7 +232,9 @@ def expand_many(
 
 @jit_entry
 def insert_many(table: SetTable, A: Ints, count: Ints, codes: Ints32) -> None:
-    """Enter the sets A[t, :count[t]] and note their codes; a negative count leaves its code alone."""
+    """Enter the sets A[t, :count[t]] and store their codes; where the count is negative the code is
+    unchanged.
+    """
     for t in range(count.shape[0]):
         if count[t] >= 0:
             codes[t] = insert(table, A[t], count[t])

@@ -1,9 +1,9 @@
-"""A law as C source without dependencies: one header, one file of tables and two functions.
+"""Export a law as C source without dependencies: one header, one file of tables and two functions.
 
-Notation: θ parameter, z minimiser. Of a centrally symmetric law one region of each mirror pair is
-written; the other is met by reflecting θ in the centre of the box. Rows and gains are in 64 bits, so
-that the regions alone decide; there is no QP behind them. A walk along neighbours comes first, a scan
-of all regions next.
+Notation: θ parameter, z minimiser. Of a centrally symmetric law only one region of each mirror pair is
+written; the other is reached by reflecting θ in the centre of the box. Rows and gains are written in 64 bits,
+so that the regions alone decide; there is no QP behind them. The search first walks along neighbours and then
+scans all regions.
 """
 
 import re
@@ -28,7 +28,7 @@ class CSource:
 
 
 def export_c(law: Law, name: str, *, outputs: int | None = None) -> CSource:
-    """C99 source of a law, its functions and constants prefixed by `name`.
+    """Write the C99 source of a law, its functions and constants prefixed by `name`.
 
     `outputs` limits the minimiser to its first components (an MPC applies the first input only).
 
@@ -51,7 +51,7 @@ def export_c(law: Law, name: str, *, outputs: int | None = None) -> CSource:
 
 
 def _tables(law: Law, outputs: int) -> str:
-    """All arrays of the source."""
+    """Text of all arrays of the source."""
     rows, gains = _rows_and_gains(law, outputs)
     return "\n".join(
         (
@@ -81,7 +81,7 @@ def _rows_and_gains(law: Law, outputs: int) -> tuple[Mat, Mat]:
 
 
 def _array(kind: str, name: str, values: Vec | Mat | NDArray[np.int32]) -> str:
-    """One C table; an empty one holds a zero, which nothing reads."""
+    """Text of one C table; an empty table contains one zero, which is never read."""
     flat = values.ravel()
     words = [f"{v:d}" if kind == "int" else f"{v:.17g}" for v in flat.tolist()] or ["0"]
     lines = [", ".join(words[i : i + 8]) for i in range(0, len(words), 8)]

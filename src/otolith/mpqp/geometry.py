@@ -1,6 +1,8 @@
-"""Half-spaces of regions in 64 bits, from their active sets; plain numpy, for few regions at a time.
+"""Half-spaces of regions in 64 bits, computed from their active sets in plain numpy, for few regions at a
+time.
 
-Notation: as in `leastdistance`; written apart from the compiled kernels, so that each checks the other.
+The notation is that of `leastdistance`. The code is independent of the compiled kernels, so each checks the
+other.
 """
 
 import numpy as np
@@ -10,12 +12,12 @@ from otolith.mpqp.leastdistance import LeastDistance
 
 
 def affine_multipliers(form: LeastDistance, A: Ints) -> Mat:
-    """λ_A as an affine function of τ: (k, p + 1), the constant last."""
+    """Return λ_A as an affine function of τ: (k, p + 1), the constant in the last column."""
     return np.asarray(-np.linalg.solve(form.Q[np.ix_(A, A)], form.d[:, A].T), dtype=np.float64)
 
 
 def affine_slacks(form: LeastDistance, A: Ints) -> Mat:
-    """Slack as an affine function of τ: (m, p + 1), the constant last."""
+    """Return the slack as an affine function of τ: (m, p + 1), the constant in the last column."""
     result: Mat = form.d.T + form.Q[:, A] @ affine_multipliers(form, A)
     return result
 

@@ -25,9 +25,9 @@ class Evaluation(NamedTuple):
     """The answer at one parameter."""
 
     z: Vec  # (n,) minimiser; NaN when not found
-    region: int  # id, or one of MISSED, OUTSIDE, UNSOLVED of `lookup`
+    region: int  # region id, or one of MISSED, OUTSIDE, UNSOLVED of `lookup`
     active: Ints  # (k,) active constraints of the problem
-    multipliers: Vec  # (k,) of those, ≥ 0 up to rounding
+    multipliers: Vec  # (k,) of the active constraints, ≥ 0 up to rounding
     found: bool
 
 
@@ -40,7 +40,7 @@ class Evaluations(NamedTuple):
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """Return a view of an array's memory that cannot be written to."""
+    """Return a read-only view of an array."""
     view = array.view()
     view.setflags(write=False)
     return view
@@ -48,26 +48,26 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Law:
-    """All regions of a parametric QP; of a mirror pair only one is stored.
+    """All regions of a parametric QP; only one region of each mirror pair is stored.
 
-    Stored region s has id s; the first `alone` of the h stored regions are their own images (all of
-    them when the problem has no central symmetry), and the image of any other has id s + h - alone.
-    Geometry is in the scaled parameter τ. The rows are 32-bit: they guide a walk whose end is checked
-    in 64 bits; `halfspaces` and `gains` are computed in 64 bits from the active set.
+    Stored region s has id s. The first `alone` of the h stored regions are their own mirror images (all of
+    them when the problem has no central symmetry); the image of any other has id s + h - alone. The geometry
+    is in the scaled parameter τ. The rows have 32 bits: they guide a walk whose end is checked in 64 bits.
+    `halfspaces` and `gains` are computed in 64 bits from the active set.
     """
 
     problem: ParametricQp
     form: LeastDistance
     keys: Words  # (h, words) active sets, bit i for row i of `form`
-    centre: Mat  # (h, p) of the largest ball, in τ
-    radius: Vec  # (h,) of that ball
+    centre: Mat  # (h, p) centre of the largest ball, in τ
+    radius: Vec  # (h,) radius of the largest ball, in τ
     start: Ints32  # (h + 1,) first facet of each region
     rows: Rows32  # (facets, p + 1) unit half-space a'τ ≤ b as (a, b)
     constraint: Ints16  # (facets,) row of `form` behind the facet
     beyond: Ints32  # (facets,) region id; -2 infeasible, -3 not a full-dimensional region
     alone: int
-    tolerance: float  # least radius of a region
-    seconds: float  # to enumerate, without compiling
+    tolerance: float  # smallest radius of a region, in τ
+    seconds: float  # [s] duration of the enumeration without compiling
     compile_seconds: float
     _packed: Packed = field(init=False, repr=False)
 
@@ -89,15 +89,15 @@ class Law:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the stored regions with their index of active sets."""
+        """Memory of the stored regions with their index of active sets [bytes]."""
         stored = sum(getattr(self, name).nbytes for name in archive.STORED if name not in ("start", "beyond"))
         return int(stored + self._packed.ints.nbytes)
 
     def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
-        """Minimiser, region, active constraints and multipliers at `theta` (p,).
+        """Return minimiser, region, active constraints and multipliers at `theta` (p,).
 
-        `start` is the region to walk from, usually the last answer's; without it the QP is solved.
-        The answer satisfies the optimality conditions whatever `start` is.
+        `start` is the region where the walk begins, usually that of the last answer; without it the QP is
+        solved. The answer satisfies the optimality conditions whatever `start` is.
         """
         found = answers(1, len(self.problem.f))
         evaluate(self._packed, np.array(theta, dtype=np.float64, ndmin=2), start, found)
@@ -106,15 +106,16 @@ class Law:
         return Evaluation(reals[:n], region, ints[2 : 2 + max(k, 0)], reals[n : n + max(k, 0)], k >= 0)
 
     def evaluate_many(self, thetas: Mat, start: int = -1) -> Evaluations:
-        """As `evaluate` for parameters (N, p), each walk starting where the last one ended."""
+        """Evaluate the law at parameters (N, p); each walk starts in the region of the previous answer."""
         found = answers(len(thetas), len(self.problem.f))
         evaluate(self._packed, np.array(thetas, dtype=np.float64, order="C", ndmin=2), start, found)
         return Evaluations(found.z, found.region, found.size >= 0)
 
     def locate_many(self, thetas: Mat) -> Evaluations:
-        """As `evaluate_many`, from the regions alone: region -1 where none of them is optimal.
+        """Evaluate the law at parameters (N, p) from the regions alone; region -1 where none of them is
+        optimal.
 
-        A hole in the table shows. Slow where walks fail: all regions are tried.
+        This reveals holes in the table. It is slow where walks fail, since all regions are then tested.
         """
         regions = np.empty(len(thetas), dtype=np.int64)
         z = np.full((len(thetas), len(self.problem.f)), np.nan)
@@ -122,7 +123,9 @@ class Law:
         return Evaluations(z, regions, regions >= 0)
 
     def count_many(self, thetas: Mat, margin: float = 0.0) -> Ints:
-        """How many regions hold each parameter (N, p) at least `margin`, in τ, away from their facets."""
+        """Count the regions that contain each parameter (N, p) at a distance of at least `margin` (in τ)
+        from their facets.
+        """
         counts = np.empty(len(thetas), dtype=np.int64)
         census(self._packed, np.array(self.form.scaled(thetas), order="C"), margin, counts)
         return counts
@@ -133,14 +136,14 @@ class Law:
         return int(self.radius.argmax())
 
     def stored(self, region: int) -> tuple[int, float]:
-        """Stored region behind an id, and +1, or -1 when the id is its mirror image."""
+        """Stored region behind an id, and a sign: +1, or -1 if the id is the stored region's mirror image."""
         h = len(self.radius)
         if not 0 <= region < len(self):
             raise IndexError(f"region {region} of {len(self)}")
         return (region, 1.0) if region < h else (region - (h - self.alone), -1.0)
 
     def form_rows(self, region: int) -> Ints:
-        """Active rows of `form`, ascending."""
+        """Active rows of `form`, in ascending order."""
         s, sign = self.stored(region)
         A = np.empty(len(self.form.rows) + 1, dtype=np.int64)
         k = unpack(self.keys, s, A)
@@ -153,17 +156,17 @@ class Law:
         return chosen if sign > 0 else self.form.mirror[chosen]
 
     def bits(self) -> Bools:
-        """Active rows (h, m) of `form`, of every stored region."""
+        """Active rows (h, m) of `form`, for every stored region."""
         octets = self.keys.astype("<u8").view(np.uint8).reshape(len(self.keys), -1)
         bits = np.unpackbits(octets, axis=1, bitorder="little", count=len(self.form.rows))
         return bits.astype(np.bool_)
 
     def active(self, region: int) -> Ints:
-        """Active constraints of the problem, ascending."""
+        """Active constraints of the problem, in ascending order."""
         return np.sort(self.form.rows[self.form_rows(region)])
 
     def gains(self, region: int) -> tuple[Mat, Vec]:
-        """K (n, p) and k (n,) with z = K θ + k throughout the region."""
+        """Gain K (n, p) and offset k (n,) with z = K θ + k throughout the region."""
         f, A = self.form, self.form_rows(region)
         T = np.linalg.solve(f.Q[np.ix_(A, A)], f.d[:, A].T)
         affine = f.Z + f.V[A].T @ T  # (n, p + 1) in τ
@@ -176,16 +179,16 @@ class Law:
         return sign * self.centre[s], float(self.radius[s])
 
     def halfspaces(self, region: int) -> tuple[Mat, Vec]:
-        """A (facets, p) and b with A θ ≤ b on the region, its rows of length one in τ.
+        """A (facets, p) and b with A θ ≤ b on the region; the rows have length one in τ.
 
-        The bounds of the parameter, and constraints on the parameter alone, hold besides.
+        The bounds of the parameter, and constraints on the parameter alone, hold in addition.
         """
         rows = exact_rows(self.form, self.form_rows(region), self.facets(region))
         A = rows[:, :-1] / self.form.half
         return A, rows[:, -1] + A @ self.form.centre
 
     def neighbours(self, region: int) -> Ints:
-        """Region id beyond each facet, in the order of `halfspaces`; negative where there is none."""
+        """Region id beyond each facet, in the order of `halfspaces`; negative where there is no region."""
         s, sign = self.stored(region)
         beyond = self.beyond[self.start[s] : self.start[s + 1]].astype(np.int64)
         if sign > 0:
@@ -193,22 +196,22 @@ class Law:
         return np.array([self.twin(int(r)) if r >= 0 else r for r in beyond], dtype=np.int64)
 
     def twin(self, region: int) -> int:
-        """Id of the mirror image; a region of a law without symmetry is its own."""
+        """Id of the mirror image; in a law without symmetry this is the region itself."""
         s, sign = self.stored(region)
         if s < self.alone:
             return s
         return s + len(self.radius) - self.alone if sign > 0 else s
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Everything needed to restore the law, as plain arrays."""
+        """Return everything needed to restore the law, as plain arrays."""
         return archive.pack(self)
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Law":
-        """Restore a law.
+        """Restore a law from the arrays that `to_arrays` returns.
 
         Raises
         ------
-        CorruptFile : an array is missing, is damaged, or does not belong to the others.
+        CorruptFile : an array is missing, damaged, or inconsistent with the others.
         """
         return cls(**archive.unpack(arrays))

@@ -1,13 +1,13 @@
-"""Finding the region of a parameter, and proving it, in compiled code.
+"""Find the region of a parameter and prove it, in compiled code.
 
-Notation: as in `leastdistance`. Of a centrally symmetric law only one region of each mirror pair is
-stored: h stored regions, the first `alone` of them their own images; region id r ≥ h is the image of
-the stored region r - (h - alone), met by looking at -τ.
+The notation is that of `leastdistance`. Of a centrally symmetric law only one region of each mirror pair is
+stored: h stored regions, the first `alone` of which are their own images. Region id r ≥ h is the image of the
+stored region r - (h - alone), which is evaluated at -τ.
 
-A walk starts at some region and crosses the facet that the point violates most. Its rows are rounded
-to 32 bits, so its end is a guess; the guess is believed only when the optimality conditions of the QP
-hold in 64 bits with that region's active set. Otherwise the QP itself is solved and its active set
-looked up. An answer is therefore right even where the table has a hole.
+A walk starts at some region and crosses the facet that the point violates most. Its rows are rounded to 32
+bits, so its end is a guess. The guess is accepted only if the optimality conditions of the QP hold in 64 bits
+with that region's active set. Otherwise the QP itself is solved and its active set looked up. An answer is
+therefore correct even where the table has a hole.
 """
 
 from typing import NamedTuple
@@ -24,9 +24,9 @@ from otolith.mpqp.sets import fold, seek, unpack
 MISSED, OUTSIDE, UNSOLVED = -1, -2, -3
 """Region ids: feasible but not in the table; infeasible or outside the box; the QP did not converge."""
 
-ROUNDED = 1e-6  # violation of a 32-bit row up to which a walk rests
-OPTIMAL = 2e-13  # violation of the optimality conditions up to which a guess is believed
-NEARLY = 1e-12  # the same for the best region of a table without recourse to the QP
+ROUNDED = 1e-6  # largest violation of a 32-bit row at which a walk stops
+OPTIMAL = 2e-13  # largest violation of the optimality conditions at which a guess is accepted
+NEARLY = 1e-12  # the same for the best region of a table without the QP as a fallback
 DOMAIN = 1e-8  # how far outside the box, scaled to [-1, 1]^p, a point may lie
 WALK_LIMIT = 40
 
@@ -45,7 +45,7 @@ class Scratch(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """What a lookup writes, one row per parameter, in two arrays."""
+    """Where a lookup writes its answers, one row per parameter, in two arrays."""
 
     reals: Mat  # (N, 2n)
     ints: Ints  # (N, n + 2)
@@ -67,7 +67,7 @@ class Answers(NamedTuple):
 
     @property
     def size(self) -> Ints:
-        """How many rows are active (N,), -1 where there is no answer."""
+        """Number of active rows (N,); -1 where there is no answer."""
         return self.ints[:, 1]
 
     @property
@@ -77,13 +77,13 @@ class Answers(NamedTuple):
 
 
 def answers(count: int, n: int) -> Answers:
-    """Room for `count` answers."""
+    """Allocate memory for `count` answers."""
     return Answers(np.empty((count, 2 * n)), np.empty((count, n + 2), dtype=np.int64))
 
 
 @jit_allocating
 def scratch(form: Form) -> Scratch:
-    """Fresh memory."""
+    """Allocate working memory for one problem."""
     q, m = form.d.shape
     n = form.n + 2
     return Scratch(
@@ -94,7 +94,7 @@ def scratch(form: Form) -> Scratch:
 
 @jit_inner
 def inside_domain(form: Form, tau: Vec) -> bool:
-    """Whether τ lies in the box and in E, each widened by DOMAIN."""
+    """True when τ lies in the box and in E, each widened by DOMAIN."""
     p = tau.shape[0]
     for c in range(p):
         if abs(tau[c]) > 1.0 + DOMAIN:
@@ -110,7 +110,7 @@ def inside_domain(form: Form, tau: Vec) -> bool:
 
 @jit_inner
 def twin(tables: Tables, r: int) -> int:
-    """Region id of the mirror image."""
+    """Return the id of a region's mirror image."""
     h = tables.start.shape[0] - 1
     if r < tables.alone:
         return r
@@ -119,7 +119,7 @@ def twin(tables: Tables, r: int) -> int:
 
 @jit_inner
 def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
-    """Stored region behind region r; `image` becomes the point as that region sees it."""
+    """Return the stored region behind region r; `image` is set to τ, or to -τ for a mirror image."""
     h = tables.start.shape[0] - 1
     sign = 1.0 if r < h else -1.0
     for c in range(tau.shape[0]):
@@ -129,7 +129,7 @@ def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
 
 @jit_inner
 def worst_facet(tables: Tables, s: int, tau: Vec) -> int:
-    """The facet of stored region s that τ violates most, or -1 when it violates none."""
+    """Return the facet of stored region s that τ violates most, or -1 when it violates none."""
     p = tau.shape[0]
     chosen, worst = -1, ROUNDED
     for f in range(tables.start[s], tables.start[s + 1]):
@@ -143,7 +143,7 @@ def worst_facet(tables: Tables, s: int, tau: Vec) -> int:
 
 @jit_inner
 def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
-    """Region that a walk from region r ends in, or MISSED; `image` is scratch."""
+    """Walk from region r towards τ; return the final region, or MISSED. `image` is working memory."""
     h = tables.start.shape[0] - 1
     for _ in range(WALK_LIMIT):
         f = worst_facet(tables, orient(tables, r, tau, image), image)
@@ -158,7 +158,9 @@ def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
 
 @jit_inner
 def certify(tables: Tables, r: int, w: Scratch) -> tuple[int, float]:
-    """Number of active rows of region r and the violation of optimality at w.tau; fills w.A, w.lam."""
+    """Return the number of active rows of region r and the violation of optimality at w.tau; fill w.A and
+    w.lam.
+    """
     s = orient(tables, r, w.tau, w.image)
     k = unpack(tables.sets.keys, s, w.A)
     right_hand_side(tables.form.d, w.image, w.dv)
@@ -173,7 +175,9 @@ def certify(tables: Tables, r: int, w: Scratch) -> tuple[int, float]:
 
 @jit_inner
 def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
-    """Region (or MISSED, OUTSIDE, UNSOLVED) and number of active rows at w.tau, by solving the QP."""
+    """Solve the QP at w.tau; return the region (or MISSED, OUTSIDE, UNSOLVED) and the number of active
+    rows.
+    """
     form = tables.form
     right_hand_side(form.d, w.tau, w.dv)
     k = solve_qp(form.Q, w.dv, form.n, w.A, w.lam, w.L, w.x, w.slack, form.grain)
@@ -189,7 +193,7 @@ def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
 
 @jit_inner
 def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
-    """τ of θ; false when a number is not finite."""
+    """Convert θ to τ; return false when a number is not finite."""
     finite = True
     for c in range(tau.shape[0]):
         tau[c] = (theta[c] - tables.centre[c]) / tables.half[c]
@@ -199,7 +203,7 @@ def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
 
 @jit_inner
 def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
-    """Z at w.tau with the rows w.A[:k] active."""
+    """Compute the minimiser z at w.tau with the rows w.A[:k] active."""
     n, p = tables.Z.shape[0], w.tau.shape[0]
     for i in range(n):
         s = tables.Z[i, p]
@@ -214,7 +218,7 @@ def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
 
 @jit_inner
 def write(tables: Tables, w: Scratch, r: int, k: int, reals: Vec, ints: Ints) -> None:
-    """One row of `Answers`."""
+    """Write one row of `Answers`."""
     n = tables.Z.shape[0]
     ints[0], ints[1] = r, k
     if k < 0:
@@ -228,7 +232,7 @@ def write(tables: Tables, w: Scratch, r: int, k: int, reals: Vec, ints: Ints) ->
 
 @jit_inner
 def answer_each(tables: Tables, thetas: Mat, guess: int, reals: Mat, ints: Ints, w: Scratch) -> None:
-    """The loop of `evaluate`, apart from it because here no array is counted."""
+    """The loop of `evaluate`, a separate function because numba does not count array references in it."""
     for t in range(thetas.shape[0]):
         r, k, violation = OUTSIDE, -1, np.inf
         if scale(tables, thetas[t], w.tau) and inside_domain(tables.form, w.tau):
@@ -243,14 +247,14 @@ def answer_each(tables: Tables, thetas: Mat, guess: int, reals: Mat, ints: Ints,
 
 @jit_entry
 def evaluate(packed: Packed, thetas: Mat, guess: int, answers: Answers) -> None:
-    """Answers at θ (N, p), each walk starting where the last one ended, the first at `guess`."""
+    """Answer at parameters θ (N, p); each walk starts at the previous region, the first one at `guess`."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     answer_each(tables, thetas, guess, answers.reals, answers.ints, scratch(tables.form))
 
 
 @jit_inner
 def contains(tables: Tables, r: int, tau: Vec, margin: float) -> bool:
-    """Whether τ satisfies the stored rows of region r, each tightened by `margin`."""
+    """True when τ satisfies the stored rows of region r, each tightened by `margin`."""
     p, h = tau.shape[0], tables.start.shape[0] - 1
     sign = 1.0 if r < h else -1.0
     s = r if r < h else r - (h - tables.alone)
@@ -265,7 +269,7 @@ def contains(tables: Tables, r: int, tau: Vec, margin: float) -> bool:
 
 @jit_inner
 def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
-    """Count the regions whose rows hold τ with `margin`; the first of them go to `hits`."""
+    """Count the regions whose rows contain τ with `margin`; store the first of them in `hits`."""
     h = tables.start.shape[0] - 1
     count = 0
     for r in range(2 * h - tables.alone):
@@ -278,10 +282,10 @@ def scan(tables: Tables, tau: Vec, margin: float, hits: Ints) -> int:
 
 @jit_inner
 def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int]:
-    """Region whose rows hold w.tau, and its number of active rows; MISSED when the table has none.
+    """Find a region whose rows contain w.tau, and its number of active rows; MISSED when the table has none.
 
-    A walk comes first, then the region that the QP names, if its rows hold the point. Only where the
-    QP names none are all regions tried; where it is infeasible none can be optimal.
+    A walk is tried first, then the region that the QP finds, if its rows contain the point. All regions are
+    tested only where the QP finds none; where the QP is infeasible no region can be optimal.
     """
     if not inside_domain(tables.form, w.tau):
         return OUTSIDE, -1
@@ -306,7 +310,7 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
 
 @jit_entry
 def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
-    """Fill regions (N,) and z (N, n) from the table alone: a walk, else all regions."""
+    """Fill regions (N,) and z (N, n) from the table alone: by a walk, else by testing all regions."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     w, hits = scratch(tables.form), np.empty(256, np.int64)
     for t in range(thetas.shape[0]):
@@ -321,7 +325,7 @@ def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> N
 
 @jit_entry
 def census(packed: Packed, taus: Mat, margin: float, counts: Ints) -> None:
-    """How many regions hold each τ (N, p) with `margin` to spare."""
+    """Count the regions that contain each τ (N, p) with a distance of at least `margin` from their facets."""
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     none = np.empty(0, np.int64)
     for t in range(taus.shape[0]):

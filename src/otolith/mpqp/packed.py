@@ -1,7 +1,7 @@
-"""A law as the kernels read it, and the same in five arrays.
+"""A law in the form that the kernels read, also packed into five arrays.
 
-What a call from Python costs grows with the number of arrays it hands over, about 0.3 µs each: the
-tables cross in a few flat arrays, and `opened` cuts them up again where it is free.
+The cost of a call from Python grows with the number of array arguments, about 0.3 µs each. So the tables are
+passed in a few flat arrays, and `opened` splits them again in compiled code, where this costs nothing.
 """
 
 from typing import NamedTuple
@@ -17,24 +17,24 @@ from otolith.mpqp.sets import SetTable, Words
 
 
 class Tables(NamedTuple):
-    """A law as the kernels need it."""
+    """A law in the form that the kernels read."""
 
     form: Form
     sets: SetTable
     rows: Rows32  # (facets, p + 1) float32
     start: Ints32  # (h + 1,) int32
-    beyond: Ints32  # (facets,) int32 region ids, negative where there is none
+    beyond: Ints32  # (facets,) int32 region ids, negative where there is no region
     alone: int
     V: Mat  # (m, n)
     Z: Mat  # (n, p + 1)
     centre: Vec  # (p,) of the parameter box
     half: Vec  # (p,)
-    names: Ints  # (m,) what an answer calls each row of `form`
-    weights: Vec  # (m,) an answer's multiplier of that row, over λ
+    names: Ints  # (m,) number by which an answer refers to each row of `form`
+    weights: Vec  # (m,) factor from λ to an answer's multiplier of that row
 
 
 class Packed(NamedTuple):
-    """`Tables` in five arrays."""
+    """`Tables` packed into five arrays."""
 
     reals: Vec
     rows: Rows32  # (facets, p + 1)
@@ -44,7 +44,7 @@ class Packed(NamedTuple):
 
 
 class Numbering(NamedTuple):
-    """The parameters and the rows of the least-distance problem as an answer is to name them."""
+    """How answers name the rows of the least-distance problem, and the parameter box they refer to."""
 
     centre: Vec  # (p,)
     half: Vec  # (p,)
@@ -53,7 +53,7 @@ class Numbering(NamedTuple):
 
 
 def plain(form: LeastDistance, centre: Vec, half: Vec) -> Numbering:
-    """Rows keep their own numbers and multipliers."""
+    """Make a numbering in which rows keep their own numbers and multipliers."""
     m = len(form.rows)
     return Numbering(centre, half, np.arange(m), np.ones(m))
 
@@ -67,7 +67,7 @@ def pack(
     alone: int,
     by: Numbering,
 ) -> Packed:
-    """Tables of regions with these active sets, facets and neighbours."""
+    """Pack the tables of regions with these active sets, facets and neighbours."""
     m, n, p = form.sizes
     arrays = kernel_form(form)
     reals = (
@@ -84,7 +84,7 @@ def pack(
 
 @jit_allocating
 def opened(packed: Packed, key: Words) -> Tables:
-    """The tables behind the five arrays, nothing copied; `key` (2, words) is scratch."""
+    """Return the tables contained in the five arrays, without copying; `key` (2, words) is working memory."""
     reals, ints, longs = packed.reals, packed.ints, packed.longs
     m, n, p, f, h, facets, alone = longs[0], longs[1], longs[2], longs[3], longs[4], longs[5], longs[6]
     q = p + 1

@@ -1,9 +1,9 @@
-"""A law of the regions that trajectories visit, growing as they are met.
+"""A law of only those regions that trajectories visit; it grows as new ones are met.
 
-Notation: as in `lookup`. The law remembers active sets, and for each the sets that followed it. At a
-new parameter the last set and its followers, the latest first, are tried; a try is accepted only when
-the optimality conditions hold with it. When none does the QP is solved and its set remembered, so
-every answer is right and only its cost depends on what has been seen.
+The notation is that of `lookup`. The law remembers active sets, and for each the sets that followed it. At a
+new parameter it tries the last set and its followers, the latest first. A set is accepted only if the
+optimality conditions hold with it. If none is accepted, the QP is solved and its set remembered. So every
+answer is correct, and only its cost depends on what has been seen.
 """
 
 from dataclasses import dataclass
@@ -34,32 +34,32 @@ from otolith.mpqp.sets import SetTable, grown, set_table
 
 @dataclass(frozen=True, slots=True)
 class HitRate:
-    """How often a partial law knew the answer."""
+    """How often a partial law could answer without solving a QP."""
 
-    asked: int  # feasible parameters
+    asked: int  # number of feasible parameters asked for
     predicted: int  # answered by a remembered set, without solving a QP
-    known: int  # of those solved, with a set that had been remembered
+    known: int  # of those solved, how many had a set that was already remembered
 
     @property
     def predicted_share(self) -> float:
-        """Share answered without a QP."""
+        """Share of the answers found without a QP."""
         return self.predicted / max(1, self.asked)
 
     @property
     def known_share(self) -> float:
-        """Share whose region the law held, predicted or not."""
+        """Share of the answers whose region the law already contained, predicted or not."""
         return (self.predicted + self.known) / max(1, self.asked)
 
 
 class PartialLaw:
-    """Explicit law of the regions met so far; `tries` bounds the sets tried before the QP is solved.
+    """Explicit law of the regions met so far; at most `tries` sets are tried before the QP is solved.
 
-    Not for use by several threads at once.
+    An object must not be used by several threads at once.
 
     Parameters
     ----------
-    pruned : no constraint is left out, since the caller knows that every one may bind; saves most of the
-        time that making a law takes.
+    pruned : set to True if every constraint is known to bind somewhere. The search for redundant constraints,
+        which takes most of the time of making a law, is then skipped.
     """
 
     def __init__(self, problem: ParametricQp, *, tries: int = 8, pruned: bool = False) -> None:
@@ -83,7 +83,7 @@ class PartialLaw:
         return HitRate(self._asked, self._predicted, self._known)
 
     def forget_hits(self) -> None:
-        """Start counting anew, for instance after training."""
+        """Reset the hit rate, for instance after training."""
         self._asked = self._predicted = self._known = 0
 
     def learn(self, thetas: Mat) -> None:
@@ -93,9 +93,10 @@ class PartialLaw:
             region = self.evaluate(theta, region).region
 
     def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
-        """Minimiser at `theta` (p,); `start` is the region of the last answer. Grows the law on a miss.
+        """Return the minimiser at `theta` (p,); `start` is the region of the last answer. A miss adds a
+        region.
 
-        `region` is the number of the remembered set, in the order met.
+        `region` is the number of the remembered set, in the order in which sets were met.
         """
         answer = answers(1, len(self.problem.f))
         point = np.array(theta, dtype=np.float64, ndmin=2)
@@ -114,7 +115,7 @@ class PartialLaw:
         return Evaluation(answer.z[0], region, self._form.rows[A], self._form.weights[A] * lam, True)
 
     def _remember(self, answer: Answers) -> int:
-        """Number of the set just found by the QP, entered when new."""
+        """Return the number of the set that the QP just found; a new set is added."""
         before, codes = len(self), np.zeros(1, dtype=np.int32)
         larger = grown(self._sets, before + 2)
         if larger is not self._sets:
@@ -128,7 +129,7 @@ class PartialLaw:
         return int(codes[0]) >> 1
 
     def _follow(self, start: int, region: int) -> None:
-        """Note that `region` came after `start`: it is tried first next time."""
+        """Record that `region` came after `start`, so that it is tried first next time."""
         if start < 0 or start == region:
             return
         followers = [region, *(r for r in self._followers[start] if r != region)]
@@ -136,7 +137,7 @@ class PartialLaw:
 
 
 def _without_facets(form: LeastDistance, sets: SetTable) -> Packed:
-    """Tables of all sets that `sets` has room for; they grow with its keys, but find no set by its rows."""
+    """Tables with room for all sets of `sets`; they share its keys, but do not find a set by its rows."""
     none, unlisted = np.zeros(0, dtype=np.int32), np.full(1, -1, dtype=np.int32)
     return pack(
         form, sets._replace(slots=unlisted), np.zeros(len(sets.keys) + 1, dtype=np.int32),
@@ -146,7 +147,9 @@ def _without_facets(form: LeastDistance, sets: SetTable) -> Packed:
 
 @jit_entry
 def try_sets(packed: Packed, tried: Ints, theta: Vec, answers: Answers) -> int:
-    """The first of the sets `tried` that is optimal at θ, its answer in row 0; -1 when none is."""
+    """Return the first of the sets `tried` that is optimal at θ, with its answer in row 0; -1 when none
+    is.
+    """
     tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
     w = scratch(tables.form)
     if not scale(tables, theta, w.tau) or not inside_domain(tables.form, w.tau):

@@ -11,7 +11,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import OtolithError
 
-_LEAST_CURVATURE = 1e-13  # smallest eigenvalue of H accepted, its diagonal scaled to one
+_LEAST_CURVATURE = 1e-13  # smallest accepted eigenvalue of H with its diagonal scaled to one
 
 
 class InvalidProblem(OtolithError):
@@ -57,7 +57,7 @@ class ParametricQp:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the data: the identity of the model behind a law."""
+        """SHA-256 of the data; it identifies the model behind a law."""
         sha = hashlib.sha256()
         for field in fields(self):
             array = getattr(self, field.name)
@@ -67,7 +67,7 @@ class ParametricQp:
 
 
 def _check_shapes(problem: ParametricQp) -> None:
-    """Every shape follows from n, m and p, the lengths of f, w and lower."""
+    """Check every shape against n, m and p, the lengths of f, w and lower."""
     if any(np.ndim(getattr(problem, name)) != 1 for name in ("f", "w", "lower")):
         raise InvalidProblem("f, w and lower must be vectors")
     n, m, p = len(problem.f), len(problem.w), len(problem.lower)
@@ -92,7 +92,7 @@ def _check_box(lower: Vec, upper: Vec) -> None:
 
 
 def _check_hessian(H: Mat) -> None:
-    """Judge H with its diagonal scaled to one: then it does not matter in which units the variables are."""
+    """Check H with its diagonal scaled to one, so that the result does not depend on the variables' units."""
     scale = unit_curvature(H)
     unit = H * np.outer(scale, scale)
     if (np.abs(unit - unit.T) > 1e-9).any():
@@ -107,6 +107,6 @@ def _check_hessian(H: Mat) -> None:
 
 
 def unit_curvature(H: Mat) -> Vec:
-    """Units (n,) of the variables in which every one has the curvature 1 along its own axis."""
+    """Units (n,) of the variables in which each has the curvature 1 along its own axis."""
     curvature = np.diag(H)
     return np.where(curvature > 0.0, 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0)), 1.0)

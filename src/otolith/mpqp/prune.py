@@ -1,8 +1,8 @@
-"""Leaves out the constraints that never bind, by linear programs over variables and parameters jointly.
+"""Remove the constraints that never bind, by linear programs over variables and parameters jointly.
 
-Notation: the joint polytope is {(u, τ): M u - D τ ≤ d0, |τ_i| ≤ 1, E'τ ≤ e}, written A x ≤ b with
-rows of length one. A row is redundant when max A_i x over the other rows does not exceed b_i. Rows
-that a ray from the centre meets first, and alone, bind without any linear program.
+Notation: the joint polytope is {(u, τ): M u - D τ ≤ d0, |τ_i| ≤ 1, E'τ ≤ e}, written A x ≤ b with rows of
+length one. A row is redundant when max A_i x over the other rows does not exceed b_i. Rows that a ray from
+the centre meets first and alone are known to bind without a linear program.
 """
 
 from dataclasses import dataclass
@@ -13,15 +13,15 @@ from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp.leastdistance import LeastDistance
 from otolith.mpqp.problem import NoRegions
 
-_REDUNDANT = 1e-9  # excess up to which a row counts as implied by the others
-_FLAT = 1e-10  # inscribed radius up to which the joint polytope counts as flat
+_REDUNDANT = 1e-9  # largest excess at which a row counts as implied by the others
+_FLAT = 1e-10  # largest inscribed radius at which the joint polytope counts as flat
 _RAYS = 2000
 _EXACT = 1e-10  # tolerance of the linear programs
 
 
 @dataclass(frozen=True, slots=True)
 class Pruned:
-    """The problem without redundant rows, and a feasible parameter (p,) deep inside if there is one."""
+    """The problem without redundant rows, and a feasible parameter (p,) far inside, if there is one."""
 
     form: LeastDistance
     inside: Vec
@@ -49,7 +49,7 @@ def prune(form: LeastDistance) -> Pruned:
 
 
 def _joint(form: LeastDistance) -> tuple[Mat, Vec]:
-    """A (m + 2p + ne, n + p) and b of the joint polytope."""
+    """Return A (m + 2p + ne, n + p) and b of the joint polytope."""
     _, n, p = form.sizes
     M = _rows_from_gram(form)
     box = np.vstack([np.eye(p), -np.eye(p), form.E.T])
@@ -60,7 +60,7 @@ def _joint(form: LeastDistance) -> tuple[Mat, Vec]:
 
 
 def _rows_from_gram(form: LeastDistance) -> Mat:
-    """M (m, n) with M M' = Q, up to a rotation of u that does not matter here."""
+    """Return M (m, n) with M M' = Q, up to a rotation of u that does not matter here."""
     m, n, _ = form.sizes
     values, vectors = np.linalg.eigh(form.Q)
     M = np.zeros((m, n))
@@ -70,8 +70,10 @@ def _rows_from_gram(form: LeastDistance) -> Mat:
 
 
 def _maximum(cost: Vec, A: Mat, b: Vec) -> tuple[float, Vec]:
-    """Greatest cost·x over A x ≤ b and its x; infinite when unbounded, NaN when there is no such x."""
-    from scipy.optimize import linprog  # on use: its import takes longer than all the rest of this package
+    """Maximise cost·x over A x ≤ b; return the value and x. Infinite if unbounded, NaN if infeasible."""
+    from scipy.optimize import (
+        linprog,
+    )  # imported on use, since this import takes longer than the rest of the package
 
     result = linprog(
         -cost,
@@ -91,13 +93,15 @@ def inscribed(A: Mat, b: Vec) -> float:
 
 
 def largest_ball(A: Mat, b: Vec, reach: Vec) -> float:
-    """Greatest r with A x + reach r ≤ b for some x: a ball in other units, row i reaching reach_i (m,)."""
+    """Largest r with A x + reach r ≤ b for some x; a ball in other units extends reach_i (m,) towards row
+    i.
+    """
     radius, _ = _maximum(np.eye(A.shape[1] + 1)[-1], np.column_stack([A, reach]), b)
     return radius
 
 
 def _deepest(A: Mat, b: Vec) -> tuple[Vec, float]:
-    """Centre and radius of a largest ball in the polytope, its radius at most one."""
+    """Centre and radius of a largest ball in the polytope; the radius is at most one."""
     size = A.shape[1]
     rows = np.vstack([np.column_stack([A, np.ones(len(b))]), np.eye(size + 1)[-1]])
     radius, x = _maximum(np.eye(size + 1)[-1], rows, np.append(b, 1.0))
@@ -105,7 +109,7 @@ def _deepest(A: Mat, b: Vec) -> tuple[Vec, float]:
 
 
 def _first_of_equals(A: Mat, b: Vec) -> Bools:
-    """Which rows do not repeat an earlier row."""
+    """Mark the rows that do not repeat an earlier row."""
     unique = np.ones(len(b), dtype=np.bool_)
     data = np.column_stack([A, b])
     for i in range(1, len(b)):
@@ -114,7 +118,7 @@ def _first_of_equals(A: Mat, b: Vec) -> Bools:
 
 
 def _hit_by_rays(A: Mat, b: Vec, centre: Vec) -> Bools:
-    """Rows that some random ray from the centre meets strictly before every other row."""
+    """Mark the rows that some random ray from the centre meets strictly before every other row."""
     directions = np.random.default_rng(0).standard_normal((_RAYS, A.shape[1]))
     directions = np.vstack([directions, A, -A])
     with np.errstate(divide="ignore"):
@@ -128,13 +132,13 @@ def _hit_by_rays(A: Mat, b: Vec, centre: Vec) -> Bools:
 
 
 def _implied(A: Mat, b: Vec, row: Vec, bound: float) -> bool:
-    """Whether row x ≤ bound follows from A x ≤ b; solved with the row itself relaxed by one."""
+    """True when row x ≤ bound follows from A x ≤ b; the row itself is relaxed by one meanwhile."""
     greatest, _ = _maximum(row, np.vstack([A, row]), np.append(b, bound + 1.0))
     return greatest <= bound + _REDUNDANT
 
 
 def flat_directions(form: LeastDistance) -> Ints:
-    """Parameters that the feasible set leaves no room for; see the error of `enumerate_regions`."""
+    """Parameters for which the feasible set leaves no room; see the error of `enumerate_regions`."""
     A, b = _joint(form)
     p = form.sizes[2]
     units = np.eye(A.shape[1])[-p:]

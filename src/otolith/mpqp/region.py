@@ -1,13 +1,13 @@
 """One critical region: its half-spaces, its largest ball, its facets.
 
-Notation: as in `leastdistance` and `simplex`. With the rows A[:k] active, T = Q_AA⁻¹ d_A (k, p + 1);
-the region is {τ: T τ ≤ 0 in homogeneous form (multipliers), d_i - Q_iA T ≥ 0 (slacks)} within the box
-and E. Columns of the linear program: lower box, one redundant row that closes the start basis, upper
-box, E, then constraints (`ids` says which).
+The notation is that of `leastdistance` and `simplex`. With the rows A[:k] active, T = Q_AA⁻¹ d_A (k, p + 1);
+the region is {τ: T τ ≤ 0 in homogeneous form (multipliers), d_i - Q_iA T ≥ 0 (slacks)} within the box and E.
+The columns of the linear program are: lower box, one redundant row that closes the start basis, upper box, E,
+then constraints (`ids` lists which).
 
-A facet is full-dimensional when it holds a ball of FACET times the region's radius. Three tests, in
-order of cost: a simplex around the region (the optimal basis of the largest ball) that does not reach
-the row; a ray from the centre that meets the row well before the others; else a linear program.
+A facet is full-dimensional when it contains a ball of FACET times the region's radius. There are three tests,
+in order of cost: a simplex around the region (the optimal basis of the largest ball) that does not reach the
+row; a ray from the centre that meets the row well before the others; else a linear program.
 """
 
 from typing import NamedTuple
@@ -27,29 +27,32 @@ from otolith.mpqp.simplex import (
     program,
 )
 
-DEPENDENT, WEAK, EMPTY, FLAT, TIED = -1, -2, -3, -4, -6  # why a set is not a region; -5: undecided
-NULL_ROW = 1e-9  # gradient up to which a half-space is constant
+DEPENDENT, WEAK, EMPTY, FLAT, TIED = -1, -2, -3, -4, -6  # why a set is not a region; -5 is UNDECIDED
+NULL_ROW = 1e-9  # largest gradient at which a half-space counts as constant
 NO_FACET, SEEN = -1, -2
-RELAXED = 10.0  # right-hand side of a row that another makes superfluous
+RELAXED = 10.0  # right-hand side that makes a row without effect, once another makes it superfluous
 FACET, FACET_LEAST, FACET_MOST = 1e-5, 1e-12, 1e-8
 RAY = 0.05  # ball on a facet, relative to the region's, that a ray must leave free
-PARALLEL, SAME = 1e-9, 2e-8  # 1 - cosine worth a look; difference up to which two rows are one
-CLEAR = 5e-8  # distance to the simplex that proves a row superfluous; above SAME, since a twin may bound it
+PARALLEL, SAME = (
+    1e-9,
+    2e-8,
+)  # 1 - cosine at which two rows are compared; difference at which they are the same
+CLEAR = 5e-8  # distance to the simplex that proves a row superfluous; above SAME because of equal rows
 
 
 class Form(NamedTuple):
-    """The least-distance problem as kernels need it."""
+    """The least-distance problem in the form that kernels need."""
 
     Q: Mat  # (m, m)
     d: Mat  # (p + 1, m)
     fixed: Mat  # (p + 1, 2p + 1 + ne) rows of box and E, the right-hand side last
     n: int
     delta: Vec  # (m,) infinitesimal relaxation that decides between tied active sets
-    grain: float  # how much coarser rounding is than in a well-scaled problem, see `LeastDistance`
+    grain: float  # factor by which rounding is coarser than in a well-scaled problem, see `LeastDistance`
 
 
 class Work(NamedTuple):
-    """Working memory for one region; cap rows of the linear program."""
+    """Working memory for one region; cap is the number of rows of the linear program."""
 
     lp: Program
     ids: Ints  # (cap,) constraint of each row, -1 for box and E
@@ -63,16 +66,16 @@ class Work(NamedTuple):
     dv: Vec  # (m,)
     slack: Vec  # (m,)
     tau: Vec  # (p,)
-    basis: Ints  # (p + 1,) of the largest ball
-    Binv: Mat  # (p + 1, p + 1) of the largest ball
+    basis: Ints  # (p + 1,) basis of the largest ball
+    Binv: Mat  # (p + 1, p + 1) inverse basis of the largest ball
     cosine: Vec  # (cap,)
     gap: Vec  # (cap,) slack of every row at the centre
-    reach: Vec  # (cap,) how far a row enters the simplex around the region
+    reach: Vec  # (cap,) how far a row reaches into the simplex around the region
     dead: Bools  # (cap,)
 
 
 def kernel_form(form: LeastDistance) -> Form:
-    """Arrays for the kernels."""
+    """Convert a least-distance problem to the arrays of the kernels."""
     p = len(form.half)
     box = np.vstack([-np.eye(p), np.full((1, p), p**-0.5), np.eye(p), form.E.T])
     level = np.concatenate([np.ones(p), [p**0.5 + 1.0], np.ones(p), form.e])
@@ -81,7 +84,7 @@ def kernel_form(form: LeastDistance) -> Form:
 
 
 def _relaxation(form: LeastDistance) -> Vec:
-    """Generic numbers in [1, 2], the same for a row and its mirror image."""
+    """Generic numbers in [1, 2], equal for a row and its mirror image."""
     index = np.arange(len(form.rows))
     if len(form.mirror):
         index = np.minimum(index, form.mirror)
@@ -90,7 +93,7 @@ def _relaxation(form: LeastDistance) -> Vec:
 
 
 def work_memory(form: Form) -> Work:
-    """Memory for regions of this problem, its fixed rows filled in."""
+    """Allocate memory for regions of this problem and fill in its fixed rows."""
     q, m = form.d.shape
     off, n = form.fixed.shape[1], form.n
     cap = off + m
@@ -110,7 +113,7 @@ def work_memory(form: Form) -> Work:
 
 @jit_inner
 def multiplier_rows(form: Form, work: Work, k: int) -> bool:
-    """T = Q_AA⁻¹ d_A; false when the active rows are dependent."""
+    """Compute T = Q_AA⁻¹ d_A; return false when the active rows are dependent."""
     L, T = work.L, work.T
     if not cholesky(form.Q, work.A, 0, k, L):
         return False
@@ -132,7 +135,7 @@ def multiplier_rows(form: Form, work: Work, k: int) -> bool:
 
 @jit_inner
 def raw_rows(form: Form, work: Work, k: int) -> None:
-    """Half-spaces a'τ ≤ b of all constraints, not normalised, in columns off + i."""
+    """Write the half-spaces a'τ ≤ b of all constraints, not normalised, to columns off + i."""
     m, p = form.d.shape[1], form.d.shape[0] - 1
     off = form.fixed.shape[1]
     for c in range(p + 1):
@@ -150,7 +153,7 @@ def raw_rows(form: Form, work: Work, k: int) -> None:
 
 @jit_inner
 def position_of(A: Ints, k: int, i: int) -> int:
-    """Where row i stands in A[:k], or -1."""
+    """Return the position of row i in A[:k], or -1."""
     for a in range(k):
         if A[a] == i:
             return a
@@ -159,11 +162,11 @@ def position_of(A: Ints, k: int, i: int) -> int:
 
 @jit_inner
 def halfspaces(form: Form, work: Work, k: int) -> int:
-    """Unit half-spaces of the region of rows A[:k] in the linear program.
+    """Write the unit half-spaces of the region of rows A[:k] to the linear program.
 
-    work.slack becomes zero for rows that bind throughout without being active, else one. Returns the
-    number of half-spaces with box and E, or DEPENDENT, WEAK (a multiplier is zero throughout: the
-    set without it stands for the region) or EMPTY (a constant is violated).
+    work.slack is set to zero for rows that bind throughout without being active, else to one. Returns the
+    number of half-spaces with box and E, or DEPENDENT, WEAK (a multiplier is zero throughout: the set without
+    it represents the region) or EMPTY (a constant row is violated).
     """
     if not multiplier_rows(form, work, k):
         return DEPENDENT
@@ -196,7 +199,9 @@ def halfspaces(form: Form, work: Work, k: int) -> int:
 
 @jit_inner
 def start_ball(work: Work, M: int) -> None:
-    """Set the linear program to the largest ball in the region, its basis the first rows of the box."""
+    """Set up the linear program of the largest ball in the region; its start basis is the first rows of
+    the box.
+    """
     lp = work.lp
     for j in range(M):
         lp.nu[j] = 1.0
@@ -208,7 +213,7 @@ def start_ball(work: Work, M: int) -> None:
 
 @jit_inner
 def keep_basis(work: Work) -> None:
-    """Remember the optimal basis of the largest ball: all facets start from it."""
+    """Save the optimal basis of the largest ball, from which all facets start."""
     lp = work.lp
     q = lp.lam.shape[0]
     factorise(lp, -1)
@@ -220,7 +225,8 @@ def keep_basis(work: Work) -> None:
 
 @jit_inner
 def survey(work: Work, M: int, r: float) -> None:
-    """Slack of every row at the centre, and how far it reaches into the simplex around the region.
+    """Compute the slack of every row at the centre, and how far it reaches into the simplex around the
+    region.
 
     The vertex opposite basic row i is x - (r/λ_i) Binv_i; without a positive λ_i it lies at infinity.
     """
@@ -251,7 +257,7 @@ def survey(work: Work, M: int, r: float) -> None:
 
 @jit_inner
 def facet_norms(work: Work, M: int, j: int) -> None:
-    """ν_i: length of row i within the hyperplane of row j; row j itself becomes an equality."""
+    """Compute ν_i, the length of row i within the hyperplane of row j; row j itself becomes an equality."""
     lp = work.lp
     for i in range(M):
         work.cosine[i] = 0.0
@@ -267,10 +273,10 @@ def facet_norms(work: Work, M: int, j: int) -> None:
 
 @jit_inner
 def drop_parallel(work: Work, M: int, j: int) -> bool:
-    """Relax rows parallel to j that are looser, or equal and later; true when j itself is such a row.
+    """Relax rows parallel to j that are looser, or equal and later; return true if j itself is such a row.
 
-    Where many rows bind together rounding sets them apart by up to 1e-8; taken for different rows they
-    would cut each other off, and none would be a facet.
+    Where many rows bind together, rounding separates them by up to 1e-8. Treated as different rows they would
+    cut each other off, and none would be a facet.
     """
     lp = work.lp
     for i in range(M):
@@ -293,7 +299,9 @@ def drop_parallel(work: Work, M: int, j: int) -> bool:
 
 @jit_inner
 def ray_ball(work: Work, M: int, j: int) -> float:
-    """Radius of the ball on facet j about the foot of the centre; negative when the foot is outside."""
+    """Radius of the ball on facet j around the centre's projection; negative when the projection is
+    outside.
+    """
     lp = work.lp
     h = work.gap[j]
     least = 1e300
@@ -305,7 +313,7 @@ def ray_ball(work: Work, M: int, j: int) -> float:
 
 @jit_inner
 def facet_start(work: Work, j: int) -> int:
-    """Basis for facet j from that of the largest ball; returns the position of row j in it.
+    """Derive a basis for facet j from that of the largest ball; return the position of row j in it.
 
     Changing the last row of the basis matrix to the new ν is a rank-one update of its inverse.
     """
@@ -338,7 +346,7 @@ def facet_start(work: Work, j: int) -> int:
 
 @jit_inner
 def facet_test(work: Work, M: int, j: int, centre: Vec, r: float) -> int:
-    """NO_FACET, or SEEN with a centre of facet j in lp.y, or where its linear program starts (≥ 0)."""
+    """Test facet j: NO_FACET, SEEN with its centre in lp.y, or the start of its linear program (≥ 0)."""
     if work.dead[j] or work.reach[j] < -CLEAR:
         return NO_FACET
     facet_norms(work, M, j)
@@ -353,5 +361,5 @@ def facet_test(work: Work, M: int, j: int, centre: Vec, r: float) -> int:
 
 @jit_inner
 def facet_threshold(r: float) -> float:
-    """Least ball that makes a facet of a region with radius r."""
+    """Smallest ball that makes a facet of a region with radius r."""
     return max(FACET_LEAST, min(FACET * r, FACET_MOST))

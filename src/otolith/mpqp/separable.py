@@ -1,11 +1,11 @@
-"""Problems that fall apart: independent sub-problems are found from the data and solved one by one.
+"""Separable problems: find independent sub-problems from the data and solve them one by one.
 
-Notation: variables are the nodes of a graph; H joins two of them, and every constraint those it holds.
-The connected components are the parts. A parameter that several parts read goes to each of them:
-their minimisers are still found apart.
+Notation: variables are the nodes of a graph; H joins two of them, and every constraint joins those it
+involves. The connected components are the parts. A parameter that several parts read belongs to each of them:
+their minimisers are still independent.
 
-The regions of the whole are products of the parts' regions: n1·n2·… of them, never stored (fewer when
-parts share parameters: then some products are empty).
+The regions of the whole problem are products of the parts' regions: n1·n2·… of them, never stored (fewer when
+parts share parameters, since some products are then empty).
 """
 
 from collections.abc import Sequence
@@ -13,19 +13,19 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so a caller waits only for those it needs
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.mpqp.enumerate import Report, enumerate_regions
 from otolith.mpqp.law import Evaluation, Evaluations, Law
 from otolith.mpqp.problem import ParametricQp, unit_curvature
 
-_ABSENT = 1e-12  # entry, relative to the largest that it is compared with, that counts as zero
+_ABSENT = 1e-12  # an entry below this part of the largest entry that it is compared with counts as zero
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """An independent sub-problem and where it stands in the whole."""
+    """An independent sub-problem and its place in the whole problem."""
 
     problem: ParametricQp
     variables: Ints  # (n',) of the whole
@@ -34,13 +34,15 @@ class Part:
 
 
 def separate(problem: ParametricQp) -> list[Part]:
-    """The independent parts of a problem, in the order of their first variable; one when it is whole."""
+    """Find the independent parts of a problem, in the order of their first variable; one if it is not
+    separable.
+    """
     n = len(problem.f)
     hold_z, hold_theta = _holding(problem)
     unit = unit_curvature(problem.H)
     links = np.vstack([_present(problem.H * np.outer(unit, unit)), hold_z])
     bare = hold_theta & ~hold_z.any(axis=1, keepdims=True)
-    if bare.any():  # constraints on parameters alone join whatever reads these parameters
+    if bare.any():  # constraints on parameters alone join all variables that read these parameters
         links = np.vstack([links, np.asarray(bare[bare.any(axis=1)].astype(int) @ _readers(problem).T) > 0])
     rows, columns = np.nonzero(links)
     graph = scipy.sparse.coo_array((np.ones(len(rows)), (rows + n, columns)), shape=(n + len(links),) * 2)
@@ -51,13 +53,13 @@ def separate(problem: ParametricQp) -> list[Part]:
 
 
 def _present(A: Mat) -> Bools:
-    """Which entries are not zero beside the largest."""
+    """Mark the entries that are not negligible relative to the largest."""
     size = np.abs(A)
     return np.asarray(size > _ABSENT * size.max(initial=0.0), dtype=np.bool_)
 
 
 def _holding(problem: ParametricQp) -> tuple[Bools, Bools]:
-    """Which variables (m, n) and parameters (m, p) every constraint holds, whatever it is multiplied by."""
+    """Mark the variables (m, n) and parameters (m, p) that every constraint involves, whatever its scale."""
     half = (problem.upper - problem.lower) / 2
     by_z, by_theta = np.abs(problem.G) * unit_curvature(problem.H), np.abs(problem.S) * half
     level = np.maximum(by_theta.max(axis=1, initial=0.0), np.abs(problem.w))[:, None]
@@ -65,7 +67,7 @@ def _holding(problem: ParametricQp) -> tuple[Bools, Bools]:
 
 
 def _readers(problem: ParametricQp) -> Bools:
-    """Which variables (n, p) read a parameter, by the cost or by a constraint."""
+    """Mark the variables (n, p) that read a parameter, by the cost or by a constraint."""
     hold_z, hold_theta = _holding(problem)
     half = (problem.upper - problem.lower) / 2
     by_cost = _present(problem.F * np.outer(unit_curvature(problem.H), half))
@@ -73,7 +75,7 @@ def _readers(problem: ParametricQp) -> Bools:
 
 
 def _part(problem: ParametricQp, variables: Ints) -> Part:
-    """The sub-problem of some variables, with every constraint and parameter that concerns them."""
+    """Make the sub-problem of some variables, with every constraint and parameter that concerns them."""
     parameters = np.flatnonzero(_readers(problem)[variables].any(axis=0))
     if len(parameters) == 0:
         parameters = np.array([0])
@@ -93,34 +95,34 @@ def _part(problem: ParametricQp, variables: Ints) -> Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointLaw:
-    """The law of a problem as the laws of its parts."""
+    """The law of a separable problem, made of the laws of its parts."""
 
     problem: ParametricQp
     parts: tuple[Part, ...]
     laws: tuple[Law, ...]
 
     def __len__(self) -> int:
-        """Regions of the joint problem: the product of the parts' counts."""
+        """Number of regions of the joint problem: the product of the parts' counts."""
         return reduce(lambda product, law: product * len(law), self.laws, 1)
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Regions of each part: what is stored."""
+        """Number of regions of each part; only these are stored."""
         return tuple(len(law) for law in self.laws)
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the stored regions of all parts."""
+        """Memory of the stored regions of all parts [bytes]."""
         return sum(law.nbytes for law in self.laws)
 
     def region_of(self, regions: Sequence[int]) -> int:
-        """Joint region id of the parts' ids, the last part's counting fastest."""
+        """Convert the parts' region ids to a joint region id; the last part's id counts fastest."""
         return reduce(
             lambda joint, pair: joint * pair[1] + pair[0], zip(regions, self.counts, strict=True), 0
         )
 
     def regions_in(self, region: int) -> tuple[int, ...]:
-        """The parts' region ids of a joint id; -1 for each when `region` is negative."""
+        """Convert a joint region id to the parts' region ids; -1 for each when `region` is negative."""
         ids: list[int] = []
         for count in reversed(self.counts):
             ids.append(region % count if region >= 0 else -1)
@@ -128,7 +130,9 @@ class JointLaw:
         return tuple(reversed(ids))
 
     def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
-        """As `Law.evaluate`, from the parts. A negative region is that of the first part without one."""
+        """Evaluate as `Law.evaluate` does, part by part. A negative region is that of the first part
+        without one.
+        """
         starts = self.regions_in(start)
         answers = [
             law.evaluate(theta[part.parameters], s)
@@ -147,7 +151,7 @@ class JointLaw:
         return Evaluation(z, self.region_of(regions) if min(regions) >= 0 else -1, active, multipliers, True)
 
     def evaluate_many(self, thetas: Mat) -> Evaluations:
-        """As `Law.evaluate_many`, from the parts."""
+        """Evaluate at parameters (N, p) as `Law.evaluate_many` does, part by part."""
         z = np.full((len(thetas), len(self.problem.f)), np.nan)
         found = np.array([self._within(theta) for theta in thetas], dtype=np.bool_)
         region = np.zeros(len(thetas), dtype=np.int64)
@@ -162,7 +166,9 @@ class JointLaw:
         return Evaluations(z, np.where(hit, region, np.where(found, -1, -2)), found)
 
     def _within(self, theta: Vec) -> bool:
-        """Whether `theta` lies in the whole problem's box; parts check only the parameters they read."""
+        """True when `theta` lies in the whole problem's box; parts check only the parameters that they
+        read.
+        """
         slop = 1e-8 * (self.problem.upper - self.problem.lower)
         return bool(((theta >= self.problem.lower - slop) & (theta <= self.problem.upper + slop)).all())
 
@@ -170,7 +176,7 @@ class JointLaw:
 def enumerate_parts(
     problem: ParametricQp, *, tolerance: float = 1e-7, progress: Report | None = None
 ) -> JointLaw:
-    """Separate a problem and enumerate every part; errors as `enumerate_regions`."""
+    """Separate a problem and enumerate every part; raises as `enumerate_regions` does."""
     parts = tuple(separate(problem))
     laws = tuple(enumerate_regions(part.problem, tolerance=tolerance, progress=progress) for part in parts)
     return JointLaw(problem, parts, laws)

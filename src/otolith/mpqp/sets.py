@@ -1,8 +1,8 @@
-"""A growing table of active sets, each a bit mask compared exactly, with central symmetry folded in.
+"""A growing table of active sets, each an exact bit mask, with central symmetry taken into account.
 
-Notation: a key is W words of 64 bits, bit i set when row i is active; π is the mirror permutation.
-Of a set and its mirror image only the smaller key is kept; a *code* is 2·index + 1 when the set asked
-for is the image, else 2·index.
+Notation: a key has W words of 64 bits, bit i set when row i is active; π is the mirror permutation. Of a set
+and its mirror image only the smaller key is stored. A *code* is 2·index + 1 if the requested set is the
+image, else 2·index.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,9 @@ ONE = np.uint64(1)
 LOW_BITS = np.uint64(63)
 MIX = np.uint64(0x9E3779B97F4A7C15)
 SHIFT = np.uint64(29)
-DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)  # its 64 windows of six bits differ: they name a single bit
+DE_BRUIJN = np.uint64(
+    0x03F79D71B4CB0A89
+)  # its 64 windows of six bits differ, so each identifies a single bit
 TOP = np.uint64(58)
 PLACE = np.empty(64, dtype=np.int64)
 PLACE[[((0x03F79D71B4CB0A89 << i) % 2**64) >> 58 for i in range(64)]] = np.arange(64)
@@ -35,7 +37,7 @@ class SetTable(NamedTuple):
 
 
 def set_table(m: int, mirror: Ints, capacity: int = 1 << 12) -> SetTable:
-    """Empty table for subsets of m rows."""
+    """Make an empty table for subsets of m rows."""
     words = max(1, -(-m // 64))
     return SetTable(
         np.zeros((capacity, words), dtype=np.uint64),
@@ -61,7 +63,9 @@ def grown(table: SetTable, capacity: int) -> SetTable:
 
 
 def adopted(keys: Words, m: int, mirror: Ints) -> SetTable:
-    """Table of exactly these keys, in their order; its index takes two to four slots of 4 bytes per key."""
+    """Make a table of exactly these keys, in their order; its index takes two to four slots of 4 bytes
+    per key.
+    """
     size = 1 << max(3, int(2 * len(keys)).bit_length())
     table = set_table(m, np.array(mirror), 1)._replace(
         keys=keys, slots=np.full(size, -1, dtype=np.int32), used=np.array([len(keys)])
@@ -72,7 +76,7 @@ def adopted(keys: Words, m: int, mirror: Ints) -> SetTable:
 
 @jit_inner
 def first_slot(keys: Words, row: int, mask: int) -> int:
-    """Where the search for a key begins."""
+    """Slot where the search for a key begins."""
     h = np.uint64(0)
     for w in range(keys.shape[1]):
         h = (h ^ keys[row, w]) * MIX
@@ -93,7 +97,7 @@ def rehash(table: SetTable) -> None:
 
 @jit_inner
 def fold(table: SetTable, A: Ints, k: int) -> int:
-    """Write the canonical key of rows A[:k] to key[0]; returns 1 when that is the mirror image."""
+    """Write the canonical key of rows A[:k] to key[0]; return 1 when that is the mirror image, else 0."""
     key = table.key
     W = key.shape[1]
     for w in range(W):
@@ -117,7 +121,7 @@ def fold(table: SetTable, A: Ints, k: int) -> int:
 
 @jit_inner
 def seek(table: SetTable) -> int:
-    """Slot that holds key[0], or the free slot where it belongs."""
+    """Return the slot that contains key[0], or the free slot where it belongs."""
     mask = table.slots.shape[0] - 1
     s = first_slot(table.key, 0, mask)
     while table.slots[s] >= 0:
@@ -134,7 +138,7 @@ def seek(table: SetTable) -> int:
 
 @jit_entry
 def find(table: SetTable, A: Ints, k: int) -> int:
-    """Code of the rows A[:k], or -1 when the table does not hold them."""
+    """Return the code of the rows A[:k], or -1 when the table does not contain them."""
     image = fold(table, A, k)
     i = table.slots[seek(table)]
     return 2 * i + image if i >= 0 else -1
@@ -142,7 +146,7 @@ def find(table: SetTable, A: Ints, k: int) -> int:
 
 @jit_inner
 def insert(table: SetTable, A: Ints, k: int) -> int:
-    """Code of the rows A[:k], entered when new; the caller keeps room for them."""
+    """Return the code of the rows A[:k], which are added if new; the caller must provide room for them."""
     image = fold(table, A, k)
     s = seek(table)
     if table.slots[s] < 0:
@@ -156,7 +160,7 @@ def insert(table: SetTable, A: Ints, k: int) -> int:
 
 @jit_entry
 def unpack(keys: Words, row: int, A: Ints) -> int:
-    """Rows of a key in ascending order in A; returns how many."""
+    """Write the rows of a key in ascending order to A; return how many there are."""
     k = 0
     for w in range(keys.shape[1]):
         word = keys[row, w]

@@ -1,13 +1,13 @@
-"""Largest ball in a polytope, or in one of its facets: simplex steps on the dual, each a certificate.
+"""Find the largest ball in a polytope, or in one of its facets: dual simplex steps, each with a certificate.
 
-Notation: max r subject to a_j·x + ν_j r ≤ b_j for j < M, one row optionally an equality (`fixed`).
-The dual is min b'λ subject to Σ λ_j a_j = 0, Σ ν_j λ_j = 1, λ ≥ 0 except for the fixed row. A basis
-holds q = p + 1 rows; Binv inverts the matrix with columns (a_j, ν_j). The objective of every iterate
-bounds r from above, so stopping below a threshold *proves* that the ball is smaller; an optimal end
-exhibits the ball. Columns of A are the rows a_j: pricing runs along contiguous memory.
+Notation: max r subject to a_j·x + ν_j r ≤ b_j for j < M, one row optionally an equality (`fixed`). The dual
+is min b'λ subject to Σ λ_j a_j = 0, Σ ν_j λ_j = 1, λ ≥ 0 except for the fixed row. A basis contains q = p + 1
+rows; Binv inverts the matrix with columns (a_j, ν_j). The objective of every iterate bounds r from above, so
+stopping below a threshold *proves* that the ball is smaller; an optimal end provides the ball. Columns of A
+are the rows a_j, so pricing runs along contiguous memory.
 
-Pitfall: a pivot of 1e-10 gives false emptiness. Pivots are chosen largest among near ties (Harris),
-and no bound is believed before the residual of Σ λ_j a_j = 0, Σ ν_j λ_j = 1 has been seen small.
+Pitfall: a pivot of 1e-10 gives false emptiness. So the largest pivot among near ties is chosen (Harris), and
+no bound is accepted before the residual of Σ λ_j a_j = 0, Σ ν_j λ_j = 1 is known to be small.
 """
 
 from typing import NamedTuple
@@ -17,12 +17,15 @@ import numpy as np
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.jit import jit_inner
 
-RESIDUAL = 1e-11  # residual up to which an iterate is believed
-PRICE, PRICE_LATE = 1e-12, 1e-10  # violation of a row that makes it enter; after many pivots
+RESIDUAL = 1e-11  # largest residual at which an iterate is accepted
+PRICE, PRICE_LATE = (
+    1e-12,
+    1e-10,
+)  # violation at which a row enters; the second value applies after many pivots
 PIVOT = 1e-9  # smallest pivot
-BLAND_AFTER = 60  # pivots after which the first violated row enters instead of the worst
+BLAND_AFTER = 60  # number of pivots after which the first violated row enters instead of the worst
 PIVOT_LIMIT = 400
-UNDECIDED = -5.0  # no bound is that low: every radius is at least -1
+UNDECIDED = -5.0  # below any possible bound: every radius is at least -1
 
 
 class Program(NamedTuple):
@@ -41,7 +44,7 @@ class Program(NamedTuple):
 
 
 def program(p: int, capacity: int) -> Program:
-    """Empty memory for `capacity` rows in p dimensions."""
+    """Allocate memory for `capacity` rows in p dimensions."""
     q = p + 1
     return Program(
         np.zeros((p, capacity)), np.zeros(capacity), np.ones(capacity), np.zeros(capacity), np.zeros((q, q)),
@@ -51,7 +54,7 @@ def program(p: int, capacity: int) -> Program:
 
 @jit_inner
 def invert(B: Mat, X: Mat) -> None:
-    """X becomes the inverse of B, which is destroyed (Gauss-Jordan, partial pivoting)."""
+    """Write the inverse of B to X (Gauss-Jordan, partial pivoting); B is destroyed."""
     q = B.shape[0]
     for i in range(q):
         for k in range(q):
@@ -79,7 +82,7 @@ def invert(B: Mat, X: Mat) -> None:
 
 @jit_inner
 def factorise(lp: Program, place: int) -> None:
-    """Compute Binv and λ afresh from the basis; only the multiplier at `place` may be negative."""
+    """Compute Binv and λ from the basis; only the multiplier at `place` may be negative."""
     q = lp.lam.shape[0]
     p = q - 1
     for k in range(q):
@@ -110,7 +113,7 @@ def dual_residual(lp: Program) -> float:
 
 @jit_inner
 def point(lp: Program) -> float:
-    """Y = (x, r) of the basis; returns r."""
+    """Compute y = (x, r) of the basis; return r."""
     q = lp.lam.shape[0]
     for k in range(q):
         s = 0.0
@@ -122,7 +125,7 @@ def point(lp: Program) -> float:
 
 @jit_inner
 def slacks(lp: Program, M: int) -> None:
-    """price_j = b_j - a_j·x - ν_j r for j < M."""
+    """Compute price_j = b_j - a_j·x - ν_j r for j < M."""
     p = lp.A.shape[0]
     r = lp.y[p]
     for j in range(M):
@@ -135,7 +138,7 @@ def slacks(lp: Program, M: int) -> None:
 
 @jit_inner
 def entering(price: Vec, M: int, fixed: int, bland: bool) -> int:
-    """The row that enters, or -1 when none is violated."""
+    """Return the row that enters, or -1 when none is violated."""
     chosen, worst = -1, -PRICE_LATE if bland else -PRICE
     for j in range(M):
         if price[j] < worst and j != fixed:
@@ -147,7 +150,7 @@ def entering(price: Vec, M: int, fixed: int, bland: bool) -> int:
 
 @jit_inner
 def direction(lp: Program, j: int) -> None:
-    """Step = Binv (a_j, ν_j)."""
+    """Compute step = Binv (a_j, ν_j)."""
     q = lp.lam.shape[0]
     p = q - 1
     for i in range(q):
@@ -159,7 +162,9 @@ def direction(lp: Program, j: int) -> None:
 
 @jit_inner
 def leaving(lp: Program, sign: float, place: int) -> int:
-    """Position that leaves as the entering multiplier moves along `sign`; -1 when nothing blocks."""
+    """Return the position that leaves as the entering multiplier moves along `sign`; -1 when nothing
+    blocks.
+    """
     limit, chosen, largest = 1e300, -1, 0.0
     for i in range(lp.lam.shape[0]):
         s = sign * lp.step[i]
@@ -195,7 +200,7 @@ def pivot(lp: Program, leave: int, enter: int, place: int) -> None:
 
 @jit_inner
 def trusted(lp: Program, optimal: bool) -> bool:
-    """Whether the point (at an optimum) or the multipliers (below a threshold) are accurate."""
+    """True when the point (at an optimum) or the multipliers (below a threshold) are accurate."""
     if not optimal:
         return dual_residual(lp) <= RESIDUAL
     worst = 0.0
@@ -206,10 +211,10 @@ def trusted(lp: Program, optimal: bool) -> bool:
 
 @jit_inner
 def solve(lp: Program, M: int, place: int, stop: float) -> float:
-    """Run from the present feasible basis; returns r, or any proven bound on r below `stop`.
+    """Run from the current feasible basis; return r, or any proven bound on r below `stop`.
 
-    `place` is the basis position of the fixed row, -1 without one. On an optimal end y holds the
-    centre. UNDECIDED when the pivots run out.
+    `place` is the basis position of the fixed row, -1 without one. At an optimum y contains the centre.
+    Returns UNDECIDED when the limit on pivots is reached.
     """
     fixed = lp.basis[place] if place >= 0 else -1
     fresh = 0  # pivots since the last factorisation
@@ -230,7 +235,7 @@ def solve(lp: Program, M: int, place: int, stop: float) -> float:
         direction(lp, enter)
         leave = leaving(lp, 1.0, place)
         if leave < 0:
-            if fresh == 0:  # numerically optimal, or lost
+            if fresh == 0:  # numerically optimal, or no further progress
                 return r if lp.price[enter] > -10.0 * PRICE_LATE else UNDECIDED
             factorise(lp, place)
             fresh = 0

@@ -1,8 +1,9 @@
-"""Move blocking: the same stage problem with inputs that stay for several steps and rows at the blocks' ends.
+"""Move blocking: a stage problem whose inputs are held for several steps, with rows only at the ends of
+blocks.
 
-A long horizon with few blocks costs less than a short one without; the cost still counts every step.
-`lengths` are the blocks' steps, their sum is the horizon. What holds for a block holds with the rows of
-its last step; its inputs obey the tightest of its steps' bounds.
+A long horizon with few blocks costs less to solve than a short horizon without blocks; the cost still counts
+every step. `lengths` holds the number of steps of each block; their sum is the horizon. A block has the rows
+of its last step, and its inputs obey the tightest of its steps' bounds.
 """
 
 import numpy as np
@@ -25,7 +26,7 @@ def block_starts(lengths: Lengths) -> Ints:
 
 
 def hold(lengths: Lengths, inputs: int) -> Mat:
-    """(N·nu, blocks·nu) that gives the inputs of every step from those of the blocks."""
+    """Matrix (N·nu, blocks·nu) that gives the inputs of all steps from those of the blocks."""
     of_blocks = np.repeat(np.eye(len(lengths)), lengths, axis=0)
     return np.asarray(np.kron(of_blocks, np.eye(inputs)), dtype=np.float64)
 
@@ -40,7 +41,9 @@ def block_bounds(qp: StageQp, lengths: Lengths) -> tuple[Mat, Mat]:
 
 
 def condense_blocked(qp: StageQp, lengths: Lengths) -> Qp:
-    """The blocked problem in its inputs alone (n = blocks·nu), rows in the order of `condense`."""
+    """Return the blocked problem in its inputs alone (n = blocks·nu), with rows in the order of
+    `condense`.
+    """
     problem, ends = qp.problem, block_ends(lengths)
     nu, nr, N, M = problem.inputs, problem.rows - problem.inputs, problem.horizon, len(lengths)
     fine = condense(qp)

@@ -1,7 +1,7 @@
-"""How good a guess of the working set is, and the better of two.
+"""Judge a guess of the working set, and choose the better of two.
 
-With the guessed rows held at their sides, one linear system gives the point and the multipliers; what
-contradicts the optimality conditions is counted. None: the guess is the answer.
+With the guessed rows held at their bounds, one linear system gives the point and the multipliers. The
+optimality conditions that this point violates are counted; if there are none, the guess is the answer.
 """
 
 from collections.abc import Callable
@@ -12,21 +12,21 @@ from scipy.linalg import cho_factor, cho_solve
 from otolith.core.arrays import Bools, Ints
 from otolith.qp.problem import Qp
 
-_VIOLATED = 1e-8  # a row beyond its bound, or a multiplier of the wrong sign, by more than this
-_DEPENDENT = 1e-10  # relative regularisation of the rows' system: rows may depend on each other
+_VIOLATED = 1e-8  # a row further outside its bound, or a multiplier further on the wrong side of zero, fails
+_DEPENDENT = 1e-10  # relative regularisation of the rows' linear system, since rows may depend on each other
 
 
 def violations(qp: Qp, working_set: Ints) -> int:
-    """How many optimality conditions fail, see `failing`."""
+    """Count the optimality conditions that fail with a guess, see `failing`."""
     return int(np.count_nonzero(failing(qp, working_set)))
 
 
 def failing(qp: Qp, working_set: Ints) -> Bools:
-    """Rows (b + m,) whose optimality conditions fail when the rows of a guess are held at their sides.
+    """Rows (b + m,) whose optimality conditions fail when the rows of a guess are held at their bounds.
 
-    Counted are free rows out of bounds and held rows whose multiplier points the wrong way or, on a soft
-    row, exceeds the penalty. Sides that are infinite are not held; a guess of more rows than variables
-    cannot be met and counts as all rows.
+    These are free rows outside their bounds, and held rows whose multiplier has the wrong sign or, on a soft
+    row, exceeds the penalty. Infinite bounds are not held. A guess with more rows than variables cannot be
+    satisfied; then all rows count as failing.
 
     Parameters
     ----------
@@ -56,9 +56,10 @@ def failing(qp: Qp, working_set: Ints) -> Bools:
 
 
 def better(qp: Qp, start: Ints, hint: Callable[[], Ints | None], groups: Ints) -> tuple[Ints, bool]:
-    """`start` when it is the answer or no worse than the hint, else that; and whether it was the hint.
+    """Choose between `start` and a hint; return the working set to use, and whether it contains the hint.
 
-    The hint is not asked for where `start` is the answer. It is heard on the groups in which `start` fails.
+    The hint is requested only if `start` is not the answer. It is used only in those groups of rows in which
+    `start` fails, and only if fewer conditions fail with it.
 
     Parameters
     ----------

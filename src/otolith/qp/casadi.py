@@ -1,8 +1,8 @@
-"""Engines of other people, through casadi: HPIPM on the stages, qpOASES on the condensed problem.
+"""Engines of other authors, through casadi: HPIPM on the stages, qpOASES on the condensed problem.
 
-They check ours, cold, built anew for every problem: their times here are no verdict on them. Nothing
-else depends on them (extra `check`). Both solve hard rows only: a problem with soft rows is refused, not
-changed. casadi's multipliers have our sign.
+They serve to check Otolith's own engines. They start cold and are built anew for every problem, so their
+times here say nothing about their speed. Nothing else depends on them (extra `check`). Both accept hard rows
+only: a problem with soft rows is refused, not changed. The multipliers of casadi have the sign used here.
 """
 
 from contextlib import redirect_stdout
@@ -41,7 +41,8 @@ class QpOases:
         self.tolerance = tolerance
 
     def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
-        """Solve a problem without soft rows; `start` is not used: casadi offers no way in.
+        """Solve a problem without soft rows; `start` is ignored, since casadi's interface takes no working
+        set.
 
         Raises
         ------
@@ -71,7 +72,9 @@ class QpOases:
         z, of_rows, of_bounds = found
         y = np.concatenate([of_bounds[:b], of_rows])
         residual = first_order_residual(qp, z, y)
-        if not residual < self.tolerance and not qp.has_soft_rows:  # its own tolerance is on absolute errors
+        if (
+            not residual < self.tolerance and not qp.has_soft_rows
+        ):  # the engine's own tolerance is on absolute errors
             z, y = polish(qp, z, y)
             residual = first_order_residual(qp, z, y)
         return Solution(_judged(residual, self.tolerance), z, y, 0, residual)
@@ -88,7 +91,7 @@ class Hpipm:
         self.problem, self.tolerance = problem, tolerance
 
     def solve(self, qp: StageQp) -> StageSolution:
-        """Solve one problem."""
+        """Solve one problem without soft rows; raises `InputError` if it has soft rows."""
         p = self.problem
         if not qp.well_posed():
             return self._answer(qp, Status.INVALID, np.zeros((p.horizon, p.inputs)))
@@ -119,7 +122,7 @@ class Hpipm:
         return StageSolution(_judged(residual, self.tolerance), U, rollout(qp, U), y, 0, 0, 0, residual)
 
     def _inputs(self, z: Vec) -> Mat:
-        """(N, nu) the inputs' places in z."""
+        """Places (N, nu) of the inputs in z."""
         p = self.problem
         width = p.states + p.inputs
         return z[: p.horizon * width].reshape(p.horizon, width)[:, p.states :]
@@ -127,7 +130,7 @@ class Hpipm:
     def _order(self) -> Ints:
         """Places of (dynamics to x_{k+1}, rows on x_{k+1}), stage by stage, in HPIPM's order of rows.
 
-        There the rows on x_{k+1} come after the dynamics that leave it; the last stand alone.
+        In that order the rows on x_{k+1} follow the dynamics that leave x_{k+1}; the last rows stand alone.
         """
         p = self.problem
         nx, N = p.states, p.horizon
@@ -175,7 +178,7 @@ class Hpipm:
 
 
 class HpipmEngine:
-    """HPIPM behind the protocol of `otolith.qp.engines`; it knows no blocks."""
+    """HPIPM behind the protocol of `otolith.qp.engines`; it does not support blocks."""
 
     def __init__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> None:
         if blocks:
@@ -184,25 +187,29 @@ class HpipmEngine:
         self.memory = empty_memory(problem)
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Expand and solve what lies in the memory, cold."""
+        """Expand and solve the problem in the memory, without a warm start."""
         del start, hint
         return self._solver.solve(expand(self._solver.problem, self.memory))
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: this engine keeps no state between problems."""
 
 
 QpOasesEngine: Final = partial(CondensedEngine, dense=QpOases)
 
 
-_PATIENT = {"iter_max": 100}  # its own tolerances, near 1e-8, are tight enough to certify
+_PATIENT = {"iter_max": 100}  # its default tolerances, near 1e-8, are tight enough for the certificate
 
 
 def _solve(plugin: str, options: dict[str, Any], **data: Any) -> tuple[Vec, Vec, Vec] | None:
-    """Primal point, multipliers of the rows and of the bounds; None when the engine reports failure."""
+    """Return the primal point and the multipliers of rows and bounds; None when the engine reports
+    failure.
+    """
     h, a = (casadi.sparsify(casadi.DM(data[name])) for name in ("h", "a"))
     sparsity = {"h": h.sparsity(), "a": a.sparsity()}
-    with redirect_stdout(StringIO()):  # qpOASES prints its notice at any level, where results may be wanted
+    with redirect_stdout(
+        StringIO()
+    ):  # qpOASES always prints its notice, and standard output may be reserved for results
         solver = casadi.conic("engine", plugin, sparsity, {"error_on_fail": False, **options})
         found = solver(**data | {"h": h, "a": a})
     if not solver.stats()["success"]:
@@ -212,7 +219,9 @@ def _solve(plugin: str, options: dict[str, Any], **data: Any) -> tuple[Vec, Vec,
 
 
 def _unsolved(qp: Qp) -> Status:
-    """Status of a problem that an engine gave up: casadi has no status for infeasible ones, a proof has."""
+    """Status of a problem that an engine gave up. casadi has no status for infeasible, so a proof is
+    sought.
+    """
     return Status.INFEASIBLE if infeasible(qp) else Status.LIMIT
 
 

@@ -1,7 +1,7 @@
-"""A stage problem solved through its condensed form by a dense engine, warm-started by stage.
+"""Solve a stage problem through its condensed form with a dense engine, warm-started stage by stage.
 
-It gives the thesis's online solver in kind: condensing, then a hot-started dual active-set method
-that counts its working-set changes.
+This is the thesis's kind of online solver: condensing, then a hot-started dual active-set method that counts
+its working-set changes.
 """
 
 from functools import partial
@@ -19,19 +19,19 @@ from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution, by
 
 
 class Dense(Protocol):
-    """Solves a dense problem, from a working set where it can."""
+    """A solver for dense problems that can start from a given working set."""
 
     def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
-        """Solve `qp`; `start` (rows,) as in `Solution`."""
+        """Solve `qp`; `start` (b + m,) is a working set as in `Solution`."""
 
 
 class CondensedSolver:
-    """Solve problems of one structure, each from the working set of the one before.
+    """Solves problems of one structure, each starting from the working set of the previous one.
 
     Parameters
     ----------
-    blocks : steps of each block of constant inputs, see `otolith.qp.blocked`; none: every step its own.
-        The M stages of working sets and answers are then the blocks.
+    blocks : number of steps of each block of constant inputs, see `otolith.qp.blocked`; empty for one block
+        per step. The M stages of working sets and answers are then the blocks.
     """
 
     def __init__(self, problem: StageProblem, dense: Dense | None = None, *, blocks: Lengths = ()) -> None:
@@ -41,7 +41,7 @@ class CondensedSolver:
         self._Phi, Gamma = predict(problem.A, problem.B, problem.horizon)
         self._Gamma = Gamma @ hold(self._lengths, problem.inputs)  # (N, nx, n), n = M·nu
         self._at_ends = self._Gamma[self._ends]
-        constant = problem.C @ self._at_ends  # (M, nc, n): only the varying rows change
+        constant = problem.C @ self._at_ends  # (M, nc, n); constant, unlike the varying rows
         n = constant.shape[2]
         self._rows = np.concatenate([constant, np.zeros((M, len(problem.varying), n))], axis=1)
         self._weighted = np.ascontiguousarray(self._Gamma[:, list(problem.weighted)])
@@ -55,13 +55,13 @@ class CondensedSolver:
         self._set = np.zeros_like(self._set)
 
     def solve(self, qp: StageQp, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve `qp` from the better one of two working sets.
+        """Solve `qp`, starting from the better of two working sets.
 
         Parameters
         ----------
-        start : (M, rows) as `StageSolution.working_set`; None: the previous answer's.
-        hint : called when optimality conditions fail with `start`; what it makes (M, rows) is taken instead
-            when fewer fail with it, see `otolith.qp.candidate`.
+        start : (M, rows) as `StageSolution.working_set`; None for that of the previous answer.
+        hint : called when optimality conditions fail with `start`; its result (M, rows) replaces `start` when
+            fewer conditions fail with it, see `otolith.qp.candidate`.
         """
         problem = self.problem
         if not qp.well_posed():
@@ -80,7 +80,9 @@ class CondensedSolver:
         return StageSolution(found.status, U, X, y, found.changes, 0, 0, found.residual, hinted)
 
     def condense(self, qp: StageQp) -> Qp:
-        """The problem in U alone, as `condense_blocked` gives it, with what is constant computed once."""
+        """Return the problem in U alone, equal to `condense_blocked`, with the constant parts computed
+        only once.
+        """
         problem, M, n = self.problem, len(self._ends), self._Gamma.shape[2]
         nr, nc = problem.rows - problem.inputs, len(problem.C)
         free = self._Phi @ qp.x0  # (N, nx)

@@ -1,17 +1,17 @@
-"""Whether a quadratic cost is convex: only then is a point that meets the first-order conditions a minimum.
+"""Test whether a quadratic cost is convex: only then do the first-order conditions imply a minimum.
 
-The Hessian is judged in variables that make its diagonal one, so that no choice of units matters.
+The Hessian is scaled to a unit diagonal first, so the result is independent of units.
 """
 
 import numpy as np
 
 from otolith.core.arrays import Mat
 
-ROUNDING = 1e-10  # curvature down to −ROUNDING of the diagonal, and asymmetry up to it, count as rounding
+ROUNDING = 1e-10  # negative curvature and asymmetry up to this part of the diagonal count as rounding errors
 
 
 def convexity_fault(H: Mat) -> str:
-    """One sentence that says why H (n, n) is not symmetric positive semidefinite; empty when it is."""
+    """Explain in one sentence why H (n, n) is not symmetric positive semidefinite; empty when it is."""
     diagonal = np.diag(H)
     if (diagonal < 0.0).any():
         i = int(np.argmin(diagonal))

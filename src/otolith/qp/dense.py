@@ -1,9 +1,9 @@
-"""Dense engine: daqp, a dual active-set method (Arnström, Bemporad & Axehill, 2022).
+"""The dense engine: daqp, a dual active-set method (Arnström, Bemporad & Axehill, 2022).
 
-Warm-started with a working set and counting its changes, it stands for the thesis's hot-started
-qpOASES in all studies of iterations. Soft rows are solved through explicit slack variables. What daqp does
-not solve as it is, is tried again with care (`otolith.qp.proximal`); its word for "infeasible" is
-taken for a question, and only a proof is an answer (`otolith.qp.infeasible`).
+It starts from a working set and counts its changes, and so represents the thesis's hot-started qpOASES in all
+studies of iterations. Soft rows are solved through explicit slack variables. A problem that daqp does not
+solve directly is tried again more carefully (`otolith.qp.proximal`). Its status "infeasible" is not trusted:
+infeasibility is reported only with a proof (`otolith.qp.infeasible`).
 """
 
 from dataclasses import dataclass, replace
@@ -22,29 +22,29 @@ from otolith.qp.slack import Slacked
 
 _ACTIVE_UPPER, _ACTIVE_LOWER = 1, 3  # bits of daqp's `sense`
 _SOLVED, _INFEASIBLE, _ITERATION_LIMIT, _NOT_CONVEX = 1, -1, -4, -5  # daqp's exit flags
-_CLOSER = 1e-3  # of daqp's tolerance, where its answer is not close enough
-_PROXIMAL_STEPS = 50  # at most, for soft rows
+_CLOSER = 1e-3  # factor on daqp's tolerance when its answer is not close enough
+_PROXIMAL_STEPS = 50  # largest number of proximal steps for soft rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DenseSolver:
-    """Settings of the engine; `solve` is a pure function of problem and start.
+    """Settings of the dense engine; `solve` is a pure function of the problem and the start.
 
-    daqp's own feasibility tolerance is on rows of unit norm; 1e-9 there keeps a platform's limits
-    within 1e-8 of their units, where its default of 1e-6 would not.
+    daqp's own feasibility tolerance applies to rows of unit norm. Its value of 1e-9 here keeps a platform's
+    limits within 1e-8 of their units; daqp's default of 1e-6 would not.
     """
 
     tolerance: float = 1e-6  # largest certificate that counts as solved
     primal_tolerance: float = 1e-9
     iteration_limit: int = 2000
-    patient: bool = True  # go on with care where daqp gives up: up to seconds, no matter of a period
+    patient: bool = True  # whether to continue more carefully where daqp gives up; this may take seconds, too long for real time
 
     def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
         """Solve `qp` from the working set `start`.
 
         Parameters
         ----------
-        start : (b + m,) as `Solution.working_set`; None starts with no row active.
+        start : (b + m,) as `Solution.working_set`; None starts with no active row.
         """
         fault = qp.fault()
         if fault:
@@ -58,21 +58,23 @@ class DenseSolver:
         return self._doubted(qp, flag, found)
 
     def _closer(self, qp: Qp, found: Found) -> Found:
-        """A better answer where rows are so small that daqp's tolerance, in their own units, is coarse."""
+        """Improve an answer when rows are so small that daqp's tolerance is coarse in their own units."""
         closer = replace(self, primal_tolerance=_CLOSER * self.primal_tolerance)
         flag, again = closer._direct(qp, np.sign(found.y).astype(np.int64))
         better = again if flag == _SOLVED and again.residual < found.residual else found
-        return better._replace(changes=found.changes)  # of the search; the digits after it are not counted
+        return better._replace(changes=found.changes)  # counts the search only, not the later refinement
 
     def _direct(self, qp: Qp, start: Ints) -> tuple[int, Found]:
-        """Daqp's exit flag and answer to the problem as it is; where it solved it, the cost is convex."""
+        """Run daqp on the problem unchanged; return its exit flag and answer. If it solved it, the cost
+        is convex.
+        """
         flag, z, y, changes = self._soft_or_hard(qp, start)
         if flag != _SOLVED:
             return flag, Found.nothing(qp)._replace(changes=changes)
         return flag, Found(z, y, first_order_residual(qp, z, y), changes)
 
     def _doubted(self, qp: Qp, flag: int, found: Found) -> Solution:
-        """The answer to a problem that daqp has not solved as it is."""
+        """Answer a problem that daqp has not solved unchanged."""
         fault = convexity_fault(qp.H)
         if fault:
             return Solution.none(Status.INVALID, qp, why=fault)
@@ -86,7 +88,9 @@ class DenseSolver:
             found = min(found, Found(z, y, first_order_residual(qp, z, y), 0), key=lambda one: one.residual)
         if self.patient and not found.residual < self.tolerance:
             careful = self._with_care(qp)
-            changes += 0 if flag == _SOLVED else careful.changes  # after a search, care adds digits only
+            changes += (
+                0 if flag == _SOLVED else careful.changes
+            )  # after a successful search the careful method only adds digits
             found = min(found, careful, key=lambda one: one.residual)
         if found.residual < self.tolerance:
             return Solution(Status.OPTIMAL, found.z, found.y, changes, found.residual)
@@ -111,7 +115,7 @@ class DenseSolver:
         return self._run_soft(Slacked(qp), start) if qp.has_soft_rows else self._run(qp, start)
 
     def _run(self, qp: Qp, start: Ints) -> tuple[int, Vec, Vec, int]:
-        """Exit flag, z, y and working-set changes of daqp on a problem whose rows are all hard."""
+        """Run daqp on a problem whose rows are all hard; return exit flag, z, y and working-set changes."""
         sense = np.zeros(len(qp.upper), dtype=np.int32)
         sense[(start > 0) & np.isfinite(qp.upper)] = _ACTIVE_UPPER  # daqp would hold z at infinity
         sense[(start < 0) & np.isfinite(qp.lower)] = _ACTIVE_LOWER
@@ -126,11 +130,11 @@ class DenseSolver:
             iter_limit=self.iteration_limit,
             eps_prox=0.0,  # no hidden regularisation
         )
-        changes = max(0, int(info["iterations"]) - 1)  # the last iteration only confirms
+        changes = max(0, int(info["iterations"]) - 1)  # the last iteration only confirms the working set
         return flag, np.asarray(z), np.asarray(info["lam"]), changes
 
     def _run_soft(self, slacked: Slacked, start: Ints) -> tuple[int, Vec, Vec, int]:
-        """Solve a problem with soft rows by proximal steps, until the slacks stand still."""
+        """Solve a problem with soft rows by proximal steps, until the slacks no longer change."""
         slack, working_set, changes = slacked.no_slack(), slacked.start(start), 0
         for _ in range(_PROXIMAL_STEPS):
             flag, z, y, more = self._run(slacked.about(slack), working_set)

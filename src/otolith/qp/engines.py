@@ -1,7 +1,7 @@
-"""Engines for real time: a problem lies in memory, its owner changes what has changed, `run` solves it.
+"""Engines for real time: the problem lies in memory, its owner updates what has changed, and `run` solves it.
 
-The memory holds matrices by their structural non-zeros, row by row, so that the structured engine
-reads it in place; the condensed engine expands it first.
+The memory stores matrices as their structural non-zeros, row by row. The structured engine reads it in place;
+the condensed engine expands it first.
 """
 
 from collections.abc import Callable
@@ -20,37 +20,39 @@ from otolith.qp.structured import StructuredSettings, StructuredSolver
 
 
 class StageMemory(NamedTuple):
-    """One stage QP as an engine holds it; symbols as in `otolith.qp.stage`, M blocks (M = N without)."""
+    """One stage QP as an engine stores it; symbols as in `otolith.qp.stage`, with M blocks (M = N without
+    blocks).
+    """
 
     start: Vec  # (nx,) x_0
     output: Mat  # (N, non-zeros of D_k)
     error: Mat  # (N, ny)
     state_weight: Mat  # (N, weighted)
     state_linear: Mat  # (N, weighted)
-    input_linear: Mat  # (M, nu), the sum over a block's steps
-    varying: Mat  # (M, non-zeros of V_k) at the blocks' ends
+    input_linear: Mat  # (M, nu), summed over the steps of a block
+    varying: Mat  # (M, non-zeros of V_k) at the ends of blocks
     lower: Mat  # (M, rows)
     upper: Mat  # (M, rows)
 
 
 class StageEngine(Protocol):
-    """Solves what lies in its memory, from the working set of the answer before.
+    """An engine that solves the problem in its memory, starting from the working set of its previous answer.
 
-    Engines are built by calls (problem, *, tolerance, blocks), see `otolith.qp.blocked`; with blocks, the
-    answers' stages are the blocks.
+    Engines are built by calls (problem, *, tolerance, blocks), see `otolith.qp.blocked`. With blocks, the
+    stages of an answer are the blocks.
     """
 
     memory: StageMemory
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the memory; neither argument changes the minimiser.
+        """Solve the problem in the memory. The arguments affect the effort, never the minimiser.
 
         Parameters
         ----------
         start : (M, rows) as `StageSolution.working_set`; replaces the remembered working set.
-        hint : makes a second guess (M, rows). It is called only when the first does not settle at once; then
-            the one with which fewer optimality conditions fail is taken, `StageSolution.hinted` says which,
-            and `changes` counts from there.
+        hint : makes a second guess (M, rows). It is called only when the first guess does not settle at once.
+            Then the guess with which fewer optimality conditions fail is used, `StageSolution.hinted` says
+            which one, and `changes` counts from there.
         """
 
     def reset(self) -> None:
@@ -58,7 +60,7 @@ class StageEngine(Protocol):
 
 
 def empty_memory(problem: StageProblem, blocks: Lengths = ()) -> StageMemory:
-    """Memory of an engine that has no workspace of its own."""
+    """Allocate the memory of an engine that has no workspace of its own."""
     N, M, weighted = problem.horizon, len(blocks) or problem.horizon, len(problem.weighted)
     return StageMemory(
         start=np.zeros(problem.states),
@@ -74,7 +76,7 @@ def empty_memory(problem: StageProblem, blocks: Lengths = ()) -> StageMemory:
 
 
 def expand(problem: StageProblem, memory: StageMemory, blocks: Lengths = ()) -> StageQp:
-    """The problem in memory as a value of its own; steps within a block have no bounds on states."""
+    """Expand the problem in memory to a `StageQp`; steps inside a block get no bounds on states."""
     N, nr, lengths = problem.horizon, problem.rows - problem.inputs, blocks or (1,) * problem.horizon
     output, varying = np.zeros((N, *problem.output.shape)), np.zeros((N, *problem.varying.shape))
     output[:, problem.output] = memory.output
@@ -97,19 +99,19 @@ def expand(problem: StageProblem, memory: StageMemory, blocks: Lengths = ()) -> 
 
 
 class StructuredEngine:
-    """The stage-structured engine: compiled for the structure, the fast path.
+    """The stage-structured engine: compiled for the problem's structure, and the fastest.
 
-    The few problems that it gives up on, most of them at the edge of infeasibility, are decided by the
-    condensed engine, which is exact: either solved and certified, or reported infeasible.
+    It gives up on a few problems, most of them at the edge of infeasibility. The condensed engine, which is
+    exact, then decides them: it solves and certifies them, or reports them infeasible.
     """
 
     def __init__(
         self, problem: StageProblem, *, tolerance: float, blocks: Lengths = (), guesses: bool = True
     ) -> None:
         self._exact = CondensedSolver(problem, DenseSolver(tolerance=tolerance, patient=False), blocks=blocks)
-        self.undecided = 0  # problems handed on since the last reset
+        self.undecided = 0  # number of problems passed to the condensed engine since the last reset
         settings = StructuredSettings(tolerance=tolerance)
-        if not guesses:  # every problem cold, by the interior point
+        if not guesses:  # then every problem is solved without a warm start, by the interior point
             settings = replace(settings, exchange_limit=0)
         self._blocks = blocks
         self._solver = StructuredSolver(problem, settings, blocks=blocks)
@@ -127,7 +129,7 @@ class StructuredEngine:
         )
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the memory with one compiled call, two where a hint is asked for."""
+        """Solve the problem in the memory with one compiled call, or two when a hint is requested."""
         solution = self._solver.run(start, hint)
         return self._decide(solution) if solution.status is Status.LIMIT else solution
 
@@ -148,9 +150,9 @@ class StructuredEngine:
 
 
 class CondensedEngine:
-    """The condensed engine: `daqp`, warm-started, counts its working-set changes.
+    """The condensed engine: `daqp`, warm-started, which counts its working-set changes.
 
-    `dense` makes another engine for the condensed problems, from the tolerance.
+    `dense` makes the solver of the condensed problems from the tolerance.
     """
 
     def __init__(
@@ -166,7 +168,7 @@ class CondensedEngine:
         self.memory = empty_memory(problem, blocks)
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Expand, condense and solve what lies in the memory."""
+        """Expand, condense and solve the problem in the memory."""
         return self._solver.solve(expand(self._solver.problem, self.memory, self._blocks), start, hint)
 
     def reset(self) -> None:

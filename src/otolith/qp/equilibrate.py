@@ -1,9 +1,9 @@
-"""A problem in units in which its numbers are about one.
+"""Scale a problem to units in which its numbers are about one.
 
-With z = D z' t, rows times E, cost times c / t²: the largest entries of each row and column of the optimality
-system become about one (Ruiz, 2001), so does the middle one of the bounds, by the choice of t, and the
-largest curvature, by that of c. All factors are powers of two, so that nothing is rounded. The certificate
-is the same number before and after.
+With z = D z' t, rows times E and cost times c / t², the largest entry of each row and column of the
+optimality system becomes about one (Ruiz, 2001). The choice of t does the same for the median bound, that of
+c for the largest curvature. All factors are powers of two, so nothing is rounded. The certificate is the same
+before and after.
 """
 
 from dataclasses import dataclass
@@ -15,19 +15,19 @@ from otolith.core.arrays import Vec
 from otolith.qp.problem import Qp
 
 _ROUNDS = 10
-_NO_NUMBER = 1e-9  # bounds below this part of the largest are left over from rounding
+_NO_NUMBER = 1e-9  # bounds smaller than this part of the largest one are treated as rounding errors
 
 
 @dataclass(frozen=True, slots=True)
 class Equilibrated:
-    """The scaled problem, and the way back."""
+    """A scaled problem, and the factors that undo the scaling."""
 
     qp: Qp
     of_variables: Vec  # (n,) factor from z' to z
     of_multipliers: Vec  # (b + m,) factor from y' to y
 
     def back(self, z: Vec, y: Vec) -> tuple[Vec, Vec]:
-        """Variables and multipliers in the units of the problem given."""
+        """Convert variables and multipliers back to the original units."""
         return z * self.of_variables, y * self.of_multipliers
 
 
@@ -57,7 +57,7 @@ def _ruiz(H: Vec, A: Vec) -> tuple[Vec, Vec]:
 
 
 def _amplitude(bounds: Vec) -> float:
-    """The middle one of the bounds that are numbers, one where there is none."""
+    """Median of the bounds that are finite and not negligible; one if there are none."""
     bounds = bounds[np.isfinite(bounds)]
     bounds = bounds[bounds > _NO_NUMBER * np.max(bounds, initial=0.0)]
     return float(_power_of_two(np.median(bounds))) if len(bounds) else 1.0

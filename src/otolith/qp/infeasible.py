@@ -1,28 +1,27 @@
-"""Proof that no point satisfies all hard rows (Farkas, 1902): multipliers y with Rᵀ y = 0 and Σ y⁺ u − y⁻ l
-< 0.
+"""Prove that no point satisfies all hard rows (Farkas, 1902).
 
-For such y every feasible z would give 0 = yᵀ R z ≤ Σ y⁺ u − y⁻ l < 0. An engine that fails to find a point
-has proved nothing: it may have been stopped by its tolerance. So "infeasible" is reported only with such y
-at hand.
+The proof consists of multipliers y with Rᵀ y = 0 and Σ y⁺ u − y⁻ l < 0: with these every feasible z would
+give 0 = yᵀ R z ≤ Σ y⁺ u − y⁻ l < 0. An engine that fails to find a point has proved nothing, since its
+tolerance may have stopped it. So "infeasible" is reported only together with such a y.
 """
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so a caller waits only for those it needs
 
 from otolith.core.arrays import Vec
 from otolith.qp.equilibrate import equilibrate
 from otolith.qp.problem import Qp
 
-_ROUNDING = 1e-12  # part of its terms up to which a component of Rᵀ y counts as zero
-_MARGIN = 1e-9  # part of its terms that Σ y⁺ u − y⁻ l must be below zero
-_IDLE = 1e-9  # part of the largest multiplier below which one of the linear program is left out
+_ROUNDING = 1e-12  # a component of Rᵀ y below this part of its terms counts as zero
+_MARGIN = 1e-9  # Σ y⁺ u − y⁻ l must be below zero by this part of its terms
+_IDLE = 1e-9  # multipliers of the linear program below this part of the largest are dropped
 
 
 def is_proof(qp: Qp, y: Vec) -> bool:
-    """True when y (b + m,) proves infeasibility, all conditions judged as parts of their own terms.
+    """True when y (b + m,) proves infeasibility; each condition is judged relative to its own terms.
 
-    A y that is zero up to rounding only proves that a feasible point, if any, is at least
-    _MARGIN / _ROUNDING times larger than the bounds say.
+    If Rᵀ y is zero only up to rounding, the proof states that any feasible point is at least _MARGIN /
+    _ROUNDING times larger than the bounds suggest.
     """
     side = np.where(y > 0.0, qp.upper, qp.lower)
     held = y != 0.0
@@ -37,9 +36,9 @@ def is_proof(qp: Qp, y: Vec) -> bool:
 
 
 def infeasible(qp: Qp) -> bool:
-    """Search for a proof; False when there is none or it is not clear enough.
+    """Search for a proof of infeasibility; False when there is none or it is not clear enough.
 
-    The multipliers of a linear program are refined to Rᵀ y = 0 on the rows that it chose, then judged.
+    A linear program chooses the rows; its multipliers are refined to Rᵀ y = 0 on these rows and then judged.
     """
     hard = _only_hard(qp) if qp.has_soft_rows else qp
     units = equilibrate(hard)
@@ -54,7 +53,9 @@ def _only_hard(qp: Qp) -> Qp:
 
 
 def _ray(qp: Qp) -> Vec | None:
-    """Multipliers y (b + m,) that minimise Σ y⁺ u − y⁻ l over Rᵀ y = 0, Σ |y| ≤ 1; None when zero does."""
+    """Multipliers y (b + m,) that minimise Σ y⁺ u − y⁻ l over Rᵀ y = 0, Σ |y| ≤ 1; None if y = 0 is
+    optimal.
+    """
     b, n = qp.bounds, len(qp.g)
     above, below = np.flatnonzero(np.isfinite(qp.upper)), np.flatnonzero(np.isfinite(qp.lower))
     R = np.vstack([np.eye(b, n), qp.A])
@@ -78,12 +79,12 @@ def _ray(qp: Qp) -> Vec | None:
 
 
 def _balanced(qp: Qp, y: Vec) -> Vec:
-    """The nearest multipliers on the same rows with Rᵀ y = 0."""
+    """Project multipliers onto Rᵀ y = 0, using the same rows."""
     b, n = qp.bounds, len(qp.g)
     held = np.abs(y) > _IDLE * np.max(np.abs(y), initial=0.0)
     rows = np.vstack([np.eye(b, n)[held[:b]], qp.A[held[b:]]])
     near = y[held]
-    for _ in range(3):  # once in exact arithmetic
+    for _ in range(3):  # once would suffice in exact arithmetic
         near = near - np.linalg.lstsq(rows.T, rows.T @ near, rcond=1e-10)[0]
     balanced = np.zeros_like(y)
     balanced[held] = near

@@ -1,10 +1,10 @@
-"""Problems that daqp does not solve as they are: weak or no curvature, bad scaling, degenerate equalities.
+"""Solve problems that daqp cannot solve directly: little curvature, bad scaling, degenerate equalities.
 
-In equilibrated units, proximal points (Rockafellar, 1976): z_{k+1} minimises the cost plus ½ ε ‖z − z_k‖²,
-which has the curvature that daqp needs, and the limit is a minimiser of the cost itself. Where the working
-set stands still, one linear system for that set (the *polish* of Stellato et al., OSQP, 2020, §4) gives the
-limit at once. How much ε helps and how little it must be differs from problem to problem, so several are
-tried; the certificate of the problem itself decides, and says nothing of how an answer was found.
+The method is the proximal point method (Rockafellar, 1976) in equilibrated units: z_{k+1} minimises the cost
+plus ½ ε ‖z − z_k‖². This term adds the curvature that daqp needs, and the limit minimises the cost itself.
+When the working set no longer changes, one linear system for that set (the *polish* of Stellato et al., OSQP,
+2020, §4) gives the limit directly. The best ε differs from problem to problem, so several are tried. The
+certificate of the original problem decides, however an answer was found.
 """
 
 from typing import Final, NamedTuple
@@ -18,18 +18,18 @@ from otolith.qp.certificate import first_order_residual
 from otolith.qp.equilibrate import equilibrate
 from otolith.qp.problem import Qp
 
-# (ε, how far equalities are opened into inequalities, so that daqp need not hold dependent ones from the
-# start)
+# (ε, width by which equalities are opened into inequalities, so that daqp need not hold dependent ones from
+# the start)
 _ATTEMPTS: Final = ((1e-6, 0.0), (1e-4, 0.0), (1e-4, 1e-8), (1e-2, 0.0), (1e-3, 1e-7))
-_STEPS = 40  # proximal points of one attempt
-_ENOUGH = 1e-9  # certificate at which no better answer is sought
-_STILL = 1e-13  # largest movement that counts as none
-_REGULARISED = 1e-9  # of the polish's linear system, whose solution is then refined
+_STEPS = 40  # largest number of proximal points in one attempt
+_ENOUGH = 1e-9  # certificate below which the search stops
+_STILL = 1e-13  # a smaller movement counts as standing still
+_REGULARISED = 1e-9  # regularisation of the polish's linear system; refinement removes its effect
 _REFINEMENTS = 8
 
 
 class Found(NamedTuple):
-    """A point, its multipliers, its certificate, and the changes of the working set on the way."""
+    """A point, its multipliers, its certificate, and the number of working-set changes that led to it."""
 
     z: Vec
     y: Vec
@@ -38,12 +38,12 @@ class Found(NamedTuple):
 
     @classmethod
     def nothing(cls, qp: Qp) -> "Found":
-        """No answer."""
+        """Make a result that stands for "no answer"."""
         return cls(np.zeros(len(qp.g)), np.zeros(len(qp.upper)), np.inf, 0)
 
 
 def solve_with_care(qp: Qp, *, primal_tolerance: float, iteration_limit: int) -> Found:
-    """The best answer to a convex problem with hard rows; its residual is infinite where there is none."""
+    """Find the best answer to a convex problem with hard rows; its residual is infinite if there is none."""
     units = equilibrate(qp)
     best = Found.nothing(qp)
     changes = 0
@@ -59,7 +59,7 @@ def solve_with_care(qp: Qp, *, primal_tolerance: float, iteration_limit: int) ->
 
 
 class _Walk:
-    """The proximal points of one problem with one ε."""
+    """The sequence of proximal points of one problem for one ε."""
 
     def __init__(
         self, qp: Qp, epsilon: float, opening: float, primal_tol: float, iteration_limit: int
@@ -84,13 +84,13 @@ class _Walk:
         self._polished: Ints | None = None  # the working set that was polished last
 
     def run(self) -> Found:
-        """The best point of the way."""
+        """Take proximal steps and return the best point found."""
         z, changes = np.zeros(len(self._qp.g)), 0
         best = Found.nothing(self._qp)
         for _ in range(_STEPS if self._ready else 0):
             self._model.update(f=self._qp.g - self._epsilon * z)
             point, _, flag, info = self._model.solve()
-            if flag != 1:  # then the arrays hold nothing
+            if flag != 1:  # then the arrays hold no answer
                 break
             before, z, y = z, np.array(point), np.array(info["lam"])
             changes += max(0, int(info["iterations"]) - 1)
@@ -101,7 +101,9 @@ class _Walk:
         return best._replace(changes=changes)
 
     def _judged(self, z: Vec, y: Vec) -> list[Found]:
-        """The point, and that of its working set where it is new, each as it is and put on its bounds."""
+        """Judge the point and, if its working set is new, the polished point; each unchanged and clipped
+        to its bounds.
+        """
         points = [(z, y)]
         if self._polished is None or (np.sign(y) != self._polished).any():
             self._polished = np.sign(y).astype(np.int64)
@@ -111,16 +113,16 @@ class _Walk:
 
 
 def _within_bounds(qp: Qp, z: Vec) -> Vec:
-    """The point with variables that rounding left outside their simple bounds put on these."""
+    """Clip variables that rounding left outside their simple bounds to these bounds."""
     b = qp.bounds
     return np.concatenate([np.clip(z[:b], qp.lower[:b], qp.upper[:b]), z[b:]])
 
 
 def polish(qp: Qp, z: Vec, y: Vec) -> tuple[Vec, Vec]:
-    """Point and multipliers with the rows of the working set, the signs of y, held at their sides.
+    """Compute point and multipliers with the rows of the working set (the signs of y) held at their bounds.
 
-    [H Aᵀ; A 0] of these rows may be singular; [H + δ I, Aᵀ; A, −δ I] is not, and refining its solution with
-    the first ends at a solution of that, where there is one.
+    The matrix [H Aᵀ; A 0] of these rows may be singular. [H + δ I, Aᵀ; A, −δ I] is not; refining its solution
+    with the first matrix converges to a solution of the singular system, if there is one.
     """
     n, b, held = len(qp.g), qp.bounds, y != 0.0
     rows = np.vstack([np.eye(b, n)[held[:b]], qp.A[held[b:]]])

@@ -1,14 +1,14 @@
-"""A QP with stages: linear dynamics over a horizon, its solution, its certificate, its dense form.
+"""A QP with stages: linear dynamics over a horizon, its solution, its certificate, its condensed form.
 
-Notation: x_{k+1} = A x_k + B u_k, k = 0 … N−1, x_0 given. Everything indexed k below belongs to the
-pair (x_{k+1}, u_k), so that all arrays have N entries along axis 0:
+Notation: x_{k+1} = A x_k + B u_k, k = 0 … N−1, x_0 given. Everything indexed k below belongs to the pair
+(x_{k+1}, u_k), so that all arrays have N entries along axis 0:
 
     min Σ_k ½‖D_k x_{k+1} + e_k‖² + ½ Σ_{i∈I} (W_ki x_i² + 2 p_ki x_i)_{k+1} + ½ u_kᵀ diag(R) u_k + r_kᵀ u_k
     s.t. l_k ≤ (C x_{k+1}, V_k x_{k+1}, u_k) ≤ u_k
 
-The *rows* of a stage stand in this order: constant rows C, varying rows V_k, inputs. A row with a
-finite penalty w is soft: it may be violated by σ ≥ 0 at the cost w σ (exact L1 penalty). One signed
-multiplier y per row, as in `otolith.qp.problem`; |y| ≤ w on a soft row.
+The *rows* of a stage are ordered: constant rows C, varying rows V_k, inputs. A row with a finite penalty w is
+soft: it may be violated by σ ≥ 0 at the cost w σ (exact L1 penalty). Each row has one signed multiplier y, as
+in `otolith.qp.problem`; |y| ≤ w on a soft row.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so a caller waits only for those it needs
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec, frozen_array
@@ -24,16 +24,16 @@ from otolith.core.lti import condense as predict
 from otolith.qp.problem import Qp, Status
 from otolith.qp.relative import Rows, part, row_residual, worst_of
 
-OnRequest = Callable[[], Ints | None]  # makes a hint, as `StageSolution.working_set`, or has none
+OnRequest = Callable[[], Ints | None]  # makes a hint in the form of `StageSolution.working_set`, or None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageProblem:
-    """What stays the same from one problem to the next; the engines are built for it.
+    """The part of a stage QP that is the same for all problems; engines are built for it.
 
     Raises
     ------
-    ValueError : a field has another shape than its comment says, or a value that no problem can have.
+    ValueError : a field does not have the shape in its comment, or a value is not allowed.
     """
 
     horizon: int  # N
@@ -44,7 +44,7 @@ class StageProblem:
     varying: Bools  # (nv, nx) where V_k may be non-zero
     weighted: tuple[int, ...]  # I, the states that have a weight W and a linear term p
     control_weight: Vec  # (nu,) R, positive
-    penalty: Mat  # (N, nc + nv + nu) w, +inf where the row is hard; one line stands for all stages
+    penalty: Mat  # (N, nc + nv + nu) w, +inf for a hard row; a single line applies to all stages
 
     def __post_init__(self) -> None:
         nx, nu = np.shape(self.B)
@@ -80,9 +80,11 @@ class StageProblem:
 
     @property
     def groups(self) -> Ints:
-        """(rows,) number of the group of each row of a stage: no dynamics and no constant row connect two.
+        """Number (rows,) of the group of each row of a stage; neither dynamics nor constant rows connect two
+        groups.
 
-        A varying row is a group of its own. Only the cost makes one group's active rows depend on another's.
+        A varying row is a group of its own. Active rows of different groups depend on each other only through
+        the cost.
         """
         moved, held = (self.B != 0.0).astype(np.float64), (self.C != 0.0).astype(np.float64)
         linked = np.abs(self.A) + moved @ moved.T + held.T @ held
@@ -94,7 +96,7 @@ class StageProblem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageQp:
-    """One problem. Not copied: an engine reads it once per solve."""
+    """One stage QP. Its arrays are not copied: an engine reads them once per solve."""
 
     problem: StageProblem
     x0: Vec  # (nx,)
@@ -104,17 +106,19 @@ class StageQp:
     state_linear: Mat  # (N, len(I)) p_k
     input_linear: Mat  # (N, nu) r_k
     varying: Mat  # (N, nv, nx) V_k
-    lower: Mat  # (N, nc + nv + nu), −inf where there is none
-    upper: Mat  # (N, nc + nv + nu), +inf where there is none
+    lower: Mat  # (N, nc + nv + nu), −inf where there is no bound
+    upper: Mat  # (N, nc + nv + nu), +inf where there is no bound
 
     def well_posed(self) -> bool:
-        """True when all but bounds is finite, no bound is NaN, lower ≤ upper, and no weight is negative."""
+        """True when all numbers except bounds are finite, no bound is NaN, lower ≤ upper, and no weight
+        is negative.
+        """
         judged = [f.name for f in fields(self) if f.name not in {"problem", "lower", "upper"}]
         finite = all(np.isfinite(getattr(self, name)).all() for name in judged)
         return finite and bool((self.lower <= self.upper).all() and (self.state_weight >= 0.0).all())
 
     def changed(self, **values: Any) -> "StageQp":
-        """A copy with some fields replaced."""
+        """Return a copy with some fields replaced."""
         return replace(self, **values)
 
 
@@ -127,19 +131,21 @@ class StageSolution:
     X: Mat  # (N, nx) states x_1 … x_N
     y: Mat  # (N, nc + nv + nu) signed multipliers
     changes: int  # rows that entered or left the working set, counted from the start
-    factorisations: int  # of the working set's linear system
-    iterations: int  # of the interior point; 0 when it was not needed
-    residual: float  # stage_residual of (U, y); inf when there is no answer
-    hinted: bool = False  # the search went on from the hint, not from the start
+    factorisations: int  # factorisations of the working set's linear system
+    iterations: int  # iterations of the interior point; 0 when it was not needed
+    residual: float  # stage_residual of (U, y); infinite when there is no answer
+    hinted: bool = False  # True when the search continued from the hint instead of the start
 
     @property
     def working_set(self) -> Ints:
-        """(N, nc + nv + nu) +1 where the upper side is active, −1 where the lower is, 0 elsewhere."""
+        """Active rows (N, nc + nv + nu): +1 where the upper side is active, −1 where the lower is, 0
+        elsewhere.
+        """
         return np.sign(self.y).astype(np.int64)
 
 
 def rollout(qp: StageQp, U: Mat) -> Mat:
-    """States x_1 … x_N (N, nx) under the inputs U (N, nu)."""
+    """Compute the states x_1 … x_N (N, nx) under the inputs U (N, nu)."""
     problem, x = qp.problem, qp.x0
     X = np.empty((problem.horizon, problem.states))
     for k, u in enumerate(U):
@@ -149,7 +155,7 @@ def rollout(qp: StageQp, U: Mat) -> Mat:
 
 
 def row_values(qp: StageQp, U: Mat, X: Mat) -> Mat:
-    """(N, nc + nv + nu) values that the bounds `lower` and `upper` apply to."""
+    """Values (N, nc + nv + nu) of all rows, to which the bounds `lower` and `upper` apply."""
     varying = np.einsum("kvi,ki->kv", qp.varying, X)
     return np.hstack([X @ qp.problem.C.T, varying, U])
 
@@ -163,15 +169,15 @@ def cost(qp: StageQp, U: Mat, X: Mat) -> float:
 
 
 def stationarity(qp: StageQp, U: Mat, X: Mat, y: Mat) -> Mat:
-    """Gradient (N, nu) of the Lagrangian in U, the dynamics eliminated by their costates.
+    """Gradient (N, nu) of the Lagrangian with respect to U, with the dynamics eliminated by their costates.
 
-    With s_k = ∂(stage k)/∂x_{k+1} + Aᵀ s_{k+1}: the gradient is R u_k + r_k + Bᵀ s_k + y_inputs.
+    With s_k = ∂(stage k)/∂x_{k+1} + Aᵀ s_{k+1} the gradient is R u_k + r_k + Bᵀ s_k + y_inputs.
     """
     return _gradient(qp, U, X, y)[0]
 
 
 def _gradient(qp: StageQp, U: Mat, X: Mat, y: Mat) -> tuple[Mat, Mat]:
-    """`stationarity`, and the sums of its absolute terms, those of s_k among them."""
+    """Return `stationarity`, and for each entry the sum of its absolute terms, including those of s_k."""
     problem = qp.problem
     nc, nv = len(problem.C), len(problem.varying)
     weighted = list(problem.weighted)
@@ -197,21 +203,25 @@ def _gradient(qp: StageQp, U: Mat, X: Mat, y: Mat) -> tuple[Mat, Mat]:
 
 
 def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
-    """How far (U, y) is from optimal, as a part of the problem's and the answer's own numbers; 0 is exact.
+    """Measure how far (U, y) is from optimal, relative to the numbers of the problem and the answer; 0 is
+    exact.
 
-    No change of the units of states, inputs, rows or cost changes it; `otolith.qp.certificate` says why each
-    condition is judged as it is. The stages share units, so what is usual is taken over all of them:
+    The result does not depend on the units of states, inputs, rows or cost; `otolith.qp.certificate` explains
+    why each condition is judged as it is. All stages have the same units, so usual sizes are taken over all
+    stages:
 
-    - a row's size is the largest value that this row has at any stage, plus its bound's own;
-    - the gradient in an input is a part of the largest sum of its absolute terms at any stage;
-    - a multiplier is too small to matter when y times its row's size is a small part of Σ_j (largest sum of
+    - a row's size is the largest value that this row takes at any stage, plus its bound's own size;
+    - the gradient with respect to an input is judged relative to the largest sum of its absolute terms at any
+      stage;
+    - a multiplier is negligible when y times its row's size is a small part of Σ_j (largest sum of
       the gradient's terms in u_j) · (largest |u_j|).
 
-    Anything not finite gives infinity, so that an answer is accepted only on `residual < tolerance`.
+    The result is infinite if any number is not finite, so accept an answer only if `residual < tolerance`.
 
     Parameters
     ----------
-    U : (N, nu); y : (N, nc + nv + nu) signed multipliers.
+    U : (N, nu) inputs.
+    y : (N, nc + nv + nu) signed multipliers.
     """
     if not (np.isfinite(U).all() and np.isfinite(y).all()):
         return np.inf
@@ -229,7 +239,7 @@ def stage_residual(qp: StageQp, U: Mat, y: Mat) -> float:
 
 
 def condense(qp: StageQp) -> Qp:
-    """Eliminate the states: a problem in U (n = N·nu) with bounds on inputs, A made from all other rows."""
+    """Eliminate the states: a problem in U (n = N·nu) with bounds on inputs and all other rows in A."""
     problem = qp.problem
     N, nu, nr = problem.horizon, problem.inputs, problem.rows - problem.inputs
     Phi, Gamma = predict(problem.A, problem.B, N)  # (N, nx, nx), (N, nx, n)
@@ -255,15 +265,15 @@ def condense(qp: StageQp) -> Qp:
 
 
 def by_rows(y: NDArray[Any], problem: StageProblem) -> NDArray[Any]:
-    """Numbers of the condensed problem's rows (N·(nu + nr),) stage by stage, (N, nr + nu).
+    """Reshape numbers of the condensed problem's rows (N·(nu + nr),) to stages and rows (N, nr + nu).
 
-    N counts blocks where there are any, here and in `by_columns`.
+    With blocks, N is the number of blocks, here and in `by_columns`.
     """
     N, nu = len(y) // problem.rows, problem.inputs
     return np.hstack([y[N * nu :].reshape(N, -1), y[: N * nu].reshape(N, nu)])
 
 
 def by_columns(y: NDArray[Any], problem: StageProblem) -> NDArray[Any]:
-    """Inverse of `by_rows`."""
+    """Reshape numbers of stages and rows to the condensed problem's order; the inverse of `by_rows`."""
     nr = problem.rows - problem.inputs
     return np.concatenate([y[:, nr:].ravel(), y[:, :nr].ravel()])

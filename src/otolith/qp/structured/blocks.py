@@ -1,12 +1,13 @@
-"""Blocks: inputs that stay for several steps, rows only at the blocks' ends, the cost at every step.
+"""Source text for blocks: inputs held for several steps, rows only at the ends of blocks, the cost at every
+step.
 
-Within block k of n steps, step j = 1 … n leads from the block's start to x_j = A^j x_k + B_j u_k with
-B_j = Σ_{i<j} A^i B. In z = (u_k, x_k) the block's cost is ½ zᵀ H z + hᵀ z with
+Within block k of n steps, step j = 1 … n leads from the block's start to x_j = A^j x_k + B_j u_k with B_j =
+Σ_{i<j} A^i B. In z = (u_k, x_k) the block's cost is ½ zᵀ H z + hᵀ z with
 
     H = Σ_j [B_j A^j]ᵀ (Dᵀ D + diag(W)) [B_j A^j] + n diag(R, 0)
     h = Σ_j [B_j A^j]ᵀ (Dᵀ e + p) + (Σ_j r, 0),
 
-and the recursions of `emit` run over blocks instead of steps, with A^n and B_n for A and B.
+and the recursions of `emit` run over blocks instead of steps, with A^n and B_n in place of A and B.
 """
 
 from itertools import chain
@@ -21,7 +22,7 @@ STEPS = "for j in range(LENGTHS[k]):"
 
 
 def condense_blocks(s: Structure) -> str:
-    """H and h of all blocks, from the costs of their steps."""
+    """Text of the function that computes H and h of all blocks from the costs of their steps."""
     size = s.nu + s.nx
     triangle = upper(size)
     start = [f"H{a}_{b} = 0.0" for a, b in triangle] + [f"h{a} = 0.0" for a in range(size)]
@@ -35,12 +36,12 @@ def condense_blocks(s: Structure) -> str:
 
 
 def dynamics_of_step(s: Structure) -> Lines:
-    """A^j and B_j."""
+    """Lines that load A^j and B_j."""
     return [line.replace("DYNAMICS", "POWERS") for line in dynamics(s, f"j*{s.dynamics} + ")]
 
 
 def _outputs(s: Structure) -> Lines:
-    """D of the step, and its rows on z: r = D [B_j A^j]."""
+    """Lines that load the D of a step and compute its rows on z: r = D [B_j A^j]."""
     lines = [f"{s.D[p]} = W[OUTPUT + step*{len(s.D)} + {n}]" for n, p in enumerate(data(s.D))]
     BA = joined(s)
     for y in range(s.ny):
@@ -55,7 +56,7 @@ def _row_times_column(row: list[tuple[int, str]], column: dict[int, str]) -> Lin
 
 
 def _squares(s: Structure) -> Lines:
-    """What one step adds to H and h."""
+    """Lines that add one step's share to H and h."""
     BA = joined(s)
     hessian: dict[tuple[int, int], Lines] = {}
     gradient: dict[int, Lines] = {}
@@ -76,7 +77,9 @@ def _squares(s: Structure) -> Lines:
 
 
 def states_within(s: Structure) -> str:
-    """States of all steps under U, each straight from its block's start, into STEP_STATE."""
+    """Text of the function that writes the states of all steps under U, each from its block's start, to
+    STEP_STATE.
+    """
     start = ["before = X + (k - 1)*NX if k > 0 else START"]
     start += [f"x{i} = W[before + {i}]" for i in range(s.nx)] + [
         f"u{a} = W[U + k*{s.nu} + {a}]" for a in range(s.nu)
@@ -92,7 +95,7 @@ def states_within(s: Structure) -> str:
 
 
 def preparation(s: Structure) -> str:
-    """The two functions that the blocks' form needs before and after a solve; nothing in the plain one."""
+    """Text of the two functions that blocks need before and after a solve; both are empty without blocks."""
     if s.lengths:
         return condense_blocks(s) + "\n\n" + states_within(s)
     return "\n\n".join(function(name, "W", ["pass"]) for name in ("condense_blocks", "states_within"))

@@ -1,7 +1,8 @@
-"""How the cost of a stage enters the recursions of `emit`: two forms, one set of questions.
+"""How the cost of a stage enters the recursions of `emit`: two forms with the same interface.
 
-Each form names the terms that it adds to the Hessian and gradient in x_{k+1} (S, s) and in (u_k, x_k)
-(M, m), the loads that these need, and what turns the gradient at zero into the gradient at a point.
+Each form returns source text: the terms that it adds to the Hessian and gradient in x_{k+1} (S, s) and in
+(u_k, x_k) (M, m), the loads that these need, and what turns the gradient at zero into the gradient at a
+point.
 """
 
 from otolith.qp.structured.algebra import gram, in_column, in_row, product, total, upper
@@ -12,36 +13,38 @@ Terms = list[str]
 
 
 class OnOutputs:
-    """½‖D x_{k+1} + e‖² + Σ (½ W x² + p x)_{k+1} + ½ uᵀ diag(R) u + rᵀ u."""
+    """The cost as a function of outputs: ½‖D x_{k+1} + e‖² + Σ (½ W x² + p x)_{k+1} + ½ uᵀ diag(R) u + rᵀ
+    u.
+    """
 
     def __init__(self, s: Structure) -> None:
         self._s = s
         self._squares = gram(s.D, range(s.ny))
 
     def loads(self) -> Lines:
-        """D_k and e_k of stage k."""
+        """Lines that load D_k and e_k of stage k."""
         s = self._s
         entries = [f"{s.D[p]} = W[OUTPUT + k*{len(s.D)} + {n}]" for n, p in enumerate(data(s.D))]
         return entries + [f"e{y} = W[ERROR + k*{s.ny} + {y}]" for y in range(s.ny)]
 
     def in_state_hessian(self, i: int, j: int) -> Terms:
-        """Terms of S_ij."""
+        """Terms that the cost adds to S_ij."""
         return self._squares.get((i, j), []) + (self._weighted("STATE_WEIGHT", i) if i == j else [])
 
     def in_state_gradient(self, i: int) -> Terms:
-        """Terms of s_i."""
+        """Terms that the cost adds to s_i."""
         return [product(f"e{y}", a) for y, a in in_column(self._s.D, i)] + self._weighted("STATE_LINEAR", i)
 
     def in_joint_hessian(self, a: int, b: int) -> Terms:
-        """Terms of M_ab."""
+        """Terms that the cost adds to M_ab."""
         return [f"R{a}"] if a == b < self._s.nu else []
 
     def in_joint_gradient(self, a: int) -> Terms:
-        """Terms of m_a."""
+        """Terms that the cost adds to m_a."""
         return [f"W[INPUT_LINEAR + k*{self._s.nu} + {a}]"] if a < self._s.nu else []
 
     def at_point(self) -> tuple[Lines, Lines, Lines]:
-        """What the point (u_k, x_{k+1}) adds to e, to s and to m."""
+        """Lines that add the effect of the point (u_k, x_{k+1}) to e, to s and to m."""
         s = self._s
         state = [f"x{i} = W[X + k*{s.nx} + {i}]" for i in range(s.nx)]
         force = [f"e{y} += {total(product(a, f'x{i}') for i, a in in_row(s.D, y))}" for y in range(s.ny)]
@@ -54,37 +57,37 @@ class OnOutputs:
 
 
 class OnBlocks:
-    """½ zᵀ H z + hᵀ z with z = (u_k, x_k): what the cost of all steps of a block comes to, see `blocks`."""
+    """The cost of all steps of a block: ½ zᵀ H z + hᵀ z with z = (u_k, x_k), see `blocks`."""
 
     def __init__(self, s: Structure) -> None:
         self._s = s
         self._place = {pair: n for n, pair in enumerate(upper(s.nu + s.nx))}
 
     def loads(self) -> Lines:
-        """Nothing: each number is used once."""
+        """No lines: each number is used only once, so nothing is loaded in advance."""
         return []
 
     def in_state_hessian(self, i: int, j: int) -> Terms:
-        """Terms of S_ij: none, the cost is all in z."""
+        """No terms in S_ij: this cost is a function of z alone."""
         del i, j
         return []
 
     def in_state_gradient(self, i: int) -> Terms:
-        """Terms of s_i: none."""
+        """No terms in s_i: this cost is a function of z alone."""
         del i
         return []
 
     def in_joint_hessian(self, a: int, b: int) -> Terms:
-        """Terms of M_ab."""
+        """Terms that the cost adds to M_ab."""
         place = self._place[min(a, b), max(a, b)]
         return [f"W[BLOCK_HESSIAN + k*{len(self._place)} + {place}]"]
 
     def in_joint_gradient(self, a: int) -> Terms:
-        """Terms of m_a."""
+        """Terms that the cost adds to m_a."""
         return [f"W[BLOCK_GRADIENT + k*{self._s.nu + self._s.nx} + {a}]"]
 
     def at_point(self) -> tuple[Lines, Lines, Lines]:
-        """What the point z adds to m."""
+        """Lines that add the effect of the point z to m."""
         s = self._s
         state = ["before = X + (k - 1)*NX if k > 0 else START"]
         state += [f"z{s.nu + i} = W[before + {i}]" for i in range(s.nx)]
@@ -97,5 +100,5 @@ class OnBlocks:
 
 
 def cost_of(s: Structure) -> OnOutputs | OnBlocks:
-    """The form of a structure."""
+    """Choose the form of the cost for a structure: `OnBlocks` if it has blocks, else `OnOutputs`."""
     return OnBlocks(s) if s.lengths else OnOutputs(s)

@@ -1,22 +1,22 @@
 """Source text of the stage recursions, one function each, unrolled within a stage.
 
-Notation as in `otolith.qp.stage`. The rows enter the recursions as ½ w_r r² + c_r r with r the row's
-value, w DIAGONAL and c GRADIENT of the workspace: an augmented Lagrangian or a barrier, see the
-kernels. Backward in k, with P, p the cost-to-go ½ xᵀP x + pᵀx of x_{k+1} from the stages after k:
+The notation is that of `otolith.qp.stage`. The rows enter the recursions as ½ w_r r² + c_r r, where r is the
+row's value, w is DIAGONAL and c is GRADIENT in the workspace: an augmented Lagrangian or a barrier, see the
+kernels. Backward in k, with P, p of the cost-to-go ½ xᵀP x + pᵀx of x_{k+1} from the later stages:
 
     S = P + Dᵀ D + diag(W) + Σ_r w_r C_rᵀ C_r              Hessian in x_{k+1}
     s = p + Dᵀ e + p_k + Σ_r c_r C_rᵀ                      its gradient
     M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0)             Hessian in (u_k, x_k)
     m = [B A]ᵀ s + (r_k + c_inputs, 0)
 
-(when stages are blocks, their cost stands in M and m instead, and A, B are the block's: see `cost`)
-and the inputs are eliminated one by one (L D Lᵀ without square roots). For input j, with all a, b after it,
+(when stages are blocks, their cost enters M and m instead, and A, B are the block's: see `cost`). The inputs
+are eliminated one by one (L D Lᵀ without square roots). For input j, with a and b all indices after j,
 
     E_jb = M_jb − Σ_{i<j} f_ij E_ib,   d_j = 1/E_jj,   f_ja = d_j E_ja,   h_j = m_j − Σ_{i<j} f_ij h_i,
 
-and what remains in x_k is the next P_ab = M_ab − Σ_j f_ja E_jb and p_a = m_a − Σ_j f_ja h_j. Forward:
-u_j = −d_j h_j − Σ_{a after j} f_ja (u, x)_a. C includes V_k here. Every name is assigned once per stage,
-which the compiler rewards.
+and what remains in x_k is the next P_ab = M_ab − Σ_j f_ja E_jb and p_a = m_a − Σ_j f_ja h_j. Forward: u_j =
+−d_j h_j − Σ_{a after j} f_ja (u, x)_a. Here C includes V_k. Every name is assigned once per stage, which
+helps the compiler.
 """
 
 from collections.abc import Iterable
@@ -44,7 +44,7 @@ def function(name: str, arguments: str, *bodies: Iterable[str], result: str = ""
 
 
 def loop(header: str, *bodies: Iterable[str]) -> Lines:
-    """A loop over stages, its body indented."""
+    """Lines of a loop with its body indented."""
     return [header, *(f"    {line}" for line in chain(*bodies))]
 
 
@@ -53,52 +53,52 @@ FORWARD = "for k in range(N):"
 
 
 def load(M: Matrix, part: str, first: int = 0, base: str = "") -> Lines:
-    """Read the data of a sparse matrix from the workspace into its names."""
+    """Lines that read the data of a sparse matrix from the workspace into its names."""
     return [f"{M[p]} = W[{part} + {base}{first + n}]" for n, p in enumerate(data(M))]
 
 
 def per_stage(count: int, part: str, letter: str) -> Lines:
-    """Read `count` numbers of stage k of a part into letter0, letter1, …"""
+    """Lines that read `count` numbers of stage k of a part into letter0, letter1, …"""
     return [f"{letter}{n} = W[{part} + k*{count} + {n}]" for n in range(count)]
 
 
 def dynamics(s: Structure, base: str = "") -> Lines:
-    """A and B."""
+    """Lines that load A and B."""
     return load(s.A, "DYNAMICS", base=base) + load(s.B, "DYNAMICS", len(data(s.A)), base)
 
 
 def constants(s: Structure) -> Lines:
-    """Everything that is the same at all stages: C, R, and A, B unless stages are blocks."""
+    """Lines that load all data common to all stages: C, R, and A, B unless stages are blocks."""
     of_inputs = [f"R{j} = W[CONTROL_WEIGHT + {j}]" for j in range(s.nu)]
     return load(s.C, "CONSTANT") + (of_inputs + dynamics(s) if not s.lengths else [])
 
 
 def of_stage(s: Structure) -> Lines:
-    """What differs from stage to stage: V_k, and A, B of a block."""
+    """Lines that load the data that differ from stage to stage: V_k, and A, B of a block."""
     return load(s.V, "VARYING", base=f"k*{len(s.V)} + ") + (
         dynamics(s, f"k*{s.dynamics} + ") if s.lengths else []
     )
 
 
 def all_rows(s: Structure) -> Matrix:
-    """(C; V_k): the rows on the state, varying ones after the constant ones."""
+    """The rows on the state (C; V_k): constant rows first, then varying ones."""
     return s.C | {(s.nc + r, i): symbol for (r, i), symbol in s.V.items()}
 
 
 def state_terms(s: Structure, i: int, *, cost: bool = True) -> Lines:
-    """Terms of s_i: from the stages after, the rows, and the cost when asked for."""
+    """Terms of s_i: from the later stages, the rows, and, if `cost` is set, the cost."""
     terms = [f"p{i}"] + [product(f"c{r}", a) for r, a in in_column(all_rows(s), i)]
     return terms + (cost_of(s).in_state_gradient(i) if cost else [])
 
 
 def stage_gradient(s: Structure, *, cost: bool = True) -> Lines:
-    """All s_i."""
+    """Lines that compute all s_i."""
     lines = per_stage(s.rows, "GRADIENT", "c")
     return lines + [f"s{i} = {total(state_terms(s, i, cost=cost))}" for i in range(s.nx)]
 
 
 def stage_hessian(s: Structure) -> Lines:
-    """S_ij of the upper triangle."""
+    """Lines that compute S_ij in the upper triangle."""
     of_rows, of_cost = gram(all_rows(s), range(s.nc + s.nv), "w"), cost_of(s)
     lines = per_stage(s.rows, "DIAGONAL", "w")
     for i, j in upper(s.nx):
@@ -108,12 +108,12 @@ def stage_hessian(s: Structure) -> Lines:
 
 
 def joined(s: Structure) -> Matrix:
-    """[B A]: column a < nu belongs to input a, column nu + i to state i."""
+    """The matrix [B A]: column a < nu belongs to input a, column nu + i to state i."""
     return s.B | {(i, s.nu + j): symbol for (i, j), symbol in s.A.items()}
 
 
 def input_hessian(s: Structure) -> Lines:
-    """M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0), column by column through Z = S [B A]_b."""
+    """Lines that compute M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0), column by column via Z = S [B A]_b."""
     BA, S, first, cost = joined(s), symmetric(s.nx, "S"), s.nc + s.nv, cost_of(s)
     lines: Lines = []
     for b in range(s.nu + s.nx):
@@ -127,12 +127,12 @@ def input_hessian(s: Structure) -> Lines:
 
 
 def gain_index(s: Structure, j: int, a: int) -> int:
-    """Place in GAIN of the pivot of input j (a = j) and of its gains (a > j)."""
+    """Index in GAIN of the pivot of input j (a = j) and of its gains (a > j)."""
     return sum(s.nx + s.nu - p for p in range(j)) + a - j
 
 
 def eliminate_matrix(s: Structure) -> Lines:
-    """Pivots d and gains f of the inputs, kept in GAIN; P of x_k remains."""
+    """Lines that eliminate the inputs: pivots d and gains f are stored in GAIN, P of x_k remains."""
     lines: Lines = []
     for j in range(s.nu):
         after = range(j + 1, s.nu + s.nx)
@@ -148,13 +148,13 @@ def eliminate_matrix(s: Structure) -> Lines:
 
 
 def reduced(entry: str, letter: str, inputs: int, a: int, b: int | None = None) -> str:
-    """An entry of M or m in row a after the elimination of the first `inputs` inputs."""
+    """An entry of M or m in row a after the elimination of the first `inputs` inputs, as text."""
     column = "" if b is None else f"_{b}"
     return entry + "".join(f" - f{i}_{a}*{letter}{i}{column}" for i in range(inputs))
 
 
 def eliminate_vector(s: Structure) -> Lines:
-    """Feed-forward d h of the inputs, kept in GAIN; p of x_k remains."""
+    """Lines that store the feed-forward d h of the inputs in GAIN; p of x_k remains."""
     lines = input_gradient(s)
     for j in range(s.nu):
         lines.append(f"h{j} = {reduced(f'm{j}', 'h', j, j)}")
@@ -170,12 +170,14 @@ def input_terms(s: Structure, a: int, *, cost: bool = True) -> Lines:
 
 
 def input_gradient(s: Structure, *, cost: bool = True) -> Lines:
-    """Lines of m = [B A]ᵀ s + (r_k + c_inputs, 0); without the cost and the inputs' own rows: [B A]ᵀ s."""
+    """Lines of m = [B A]ᵀ s + (r_k + c_inputs, 0), or of [B A]ᵀ s alone if `cost` is not set."""
     return [f"m{a} = {total(input_terms(s, a, cost=cost))}" for a in range(s.nu + s.nx)]
 
 
 def factor(s: Structure) -> str:
-    """Factor the stages `last` … 0 and sweep the gradient back; stages after `last` keep their factors."""
+    """Text of `factor`: it factors the stages `last` … 0 and sweeps the gradient back; later stages keep
+    their factors.
+    """
     triangle = upper(s.nx)
     stored = [f"W[COST_TO_GO + k*{len(triangle)} + {n}] = P{i}_{j}" for n, (i, j) in enumerate(triangle)]
     start = [f"P{i}_{j} = W[COST_TO_GO + last*{len(triangle)} + {n}]" for n, (i, j) in enumerate(triangle)]
@@ -202,7 +204,9 @@ def factor(s: Structure) -> str:
 
 
 def backward(s: Structure) -> str:
-    """Sweep the gradient back over the stages N−1 … `first` with the factors they have."""
+    """Text of `backward`: it sweeps the gradient back over the stages N−1 … `first` with their existing
+    factors.
+    """
     gains = [f"d{j} = W[GAIN + k*{s.gains} + {gain_index(s, j, j)}]" for j in range(s.nu)]
     gains += [
         f"f{j}_{a} = W[GAIN + k*{s.gains} + {gain_index(s, j, a)}]"
@@ -228,7 +232,7 @@ def backward(s: Structure) -> str:
 
 
 def next_state(s: Structure) -> Lines:
-    """X ← A x + B u, and what of it is kept: the state and the values of all rows."""
+    """Lines that compute the next state X ← A x + B u and store it with the values of all rows."""
     lines = []
     for i in range(s.nx):
         terms = [product(a, f"x{j}") for j, a in in_row(s.A, i)] + [
@@ -243,12 +247,12 @@ def next_state(s: Structure) -> Lines:
 
 
 def initial_state(s: Structure) -> Lines:
-    """X ← x_0."""
+    """Lines that set X ← x_0."""
     return [f"x{i} = W[START + {i}]" for i in range(s.nx)]
 
 
 def forward(s: Structure) -> str:
-    """Inputs by the feedback law of the factors, with their states and rows."""
+    """Text of `forward`: it computes the inputs by the factors' feedback law, with their states and rows."""
     law: Lines = []
     for j in reversed(range(s.nu)):
         law.append(f"u{j} = -W[GAIN + k*{s.gains} + {s.gains - s.nu + j}]")
@@ -262,7 +266,7 @@ def forward(s: Structure) -> str:
 
 
 def rollout(s: Structure) -> str:
-    """States and rows of the inputs U."""
+    """Text of `rollout`: it computes the states and rows of the inputs U."""
     given = per_stage(s.nu, "U", "u")
     return function(
         "rollout", "W", constants(s), initial_state(s), loop(FORWARD, of_stage(s), given, next_state(s))
@@ -275,11 +279,11 @@ def absolute(terms: Iterable[str]) -> str:
 
 
 def stationarity(s: Structure) -> str:
-    """Gradient of the Lagrangian at U, X with the rows' multipliers in GRADIENT;
-    `otolith.qp.stage.stationarity`.
+    """Text of `stationarity`: the gradient of the Lagrangian at U, X with the rows' multipliers in GRADIENT.
 
-    Three numbers: the largest |∂L/∂u|; the same as a part of its terms; Σ_j (largest sum of terms)·(largest
-    |u_j|).
+    It equals `otolith.qp.stage.stationarity`. The function returns three numbers: the largest |∂L/∂u|; the
+    largest
+    |∂L/∂u| relative to its terms; Σ_j (largest sum of terms)·(largest |u_j|).
     """
     at_errors, at_states, at_inputs = cost_of(s).at_point()
     added = dict(line.split(" += ") for line in at_states + at_inputs)  # what the point adds to s and m
@@ -297,7 +301,7 @@ def stationarity(s: Structure) -> str:
     for j in range(s.nu):
         ending += [f"worst = largest(worst, worst{j})", f"whole += terms{j}*most{j}"]
         ending.append(f"part = largest(part, worst{j} / terms{j} if worst{j} > 0.0 else 0.0)")
-    ending += ["good = sum_of_squares < HUGE"]  # a maximum forgets NaN, a sum does not
+    ending += ["good = sum_of_squares < HUGE"]  # a maximum ignores NaN, a sum does not
     return function(
         "stationarity",
         "W",
@@ -324,20 +328,20 @@ def stationarity(s: Structure) -> str:
 
 
 def least_of_rows(s: Structure) -> str:
-    """Smallest value of Σ c_r r over all inputs within their bounds, c in GRADIENT, rows on states only.
+    """Text of `least_of_rows`: smallest value of Σ c_r r over all inputs within their bounds, c in GRADIENT.
 
-    Σ c_r r = p₀ᵀ x_0 + Σ_k g_kᵀ u_k with g the rows' costates pulled through Bᵀ; the inputs are
-    bounded one by one, so its minimum takes the side that the sign of g tells. Where that side has no
-    bound, the input's pivot row takes its part: c of that row changes by −g / (C B), which leaves g = 0.
-    Any c is as good as another for a proof, as long as the caller pays for what it becomes. Second
-    result: the sum of all absolute values, for a judgement of rounding.
+    Only rows on states count. Σ c_r r = p₀ᵀ x_0 + Σ_k g_kᵀ u_k, where g are the rows' costates multiplied by
+    Bᵀ. The inputs are bounded one by one, so the sign of g decides which side gives the minimum. If that side
+    has no bound, the input's pivot row takes the input's share: the c of that row changes by −g / (C B),
+    which leaves g = 0. Any c is valid in a proof, provided the caller accounts for its final value. The
+    second result is the sum of all absolute values, for judging rounding errors.
     """
     least = []
     for j in range(s.nu):
         row = f"k*{s.rows} + {s.nc + s.nv + j}"
         left = (
             f"m{j}" if j not in s.pivots else f"(g{j} if t{j} == 0.0 else 0.0)"
-        )  # not the rounding of g + C B t
+        )  # without the rounding error of g + C B t
         least.append(f"of_input = min_of({left}, W[LOWER + {row}], W[UPPER + {row}])")
         least += ["least += of_input", "size += abs(of_input)"]
     start = [f"of_state = p{i}*W[START + {i}]\nleast += of_state\nsize += abs(of_state)" for i in range(s.nx)]
@@ -363,7 +367,9 @@ def least_of_rows(s: Structure) -> str:
 
 
 def pivoting(s: Structure) -> Lines:
-    """Let the pivot rows take what pulls an input towards a side without bound; s follows."""
+    """Lines that let the pivot rows take the pull on an input towards a side without a bound; s is
+    updated.
+    """
     lines: Lines = []
     for j, row in s.pivots.items():
         bound, column = f"k*{s.rows} + {s.nc + s.nv + j}", dict(in_column(s.B, j))

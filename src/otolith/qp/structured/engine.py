@@ -1,4 +1,4 @@
-"""The structured engine: a workspace, the kernels of its structure, and a memory of the last answer."""
+"""The structured engine: a workspace, the kernels of its structure, and the memory of its last answer."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -17,32 +17,34 @@ _STATUS: Final = tuple(Status[name] for name in CODES)
 _OPTIMAL: Final = CODES.index("OPTIMAL")
 _ASKING: Final = (CODES + PENDING).index("ASKING")
 _ON_REQUEST, _REFUSED, _GIVEN = (OFFERS.index(name) for name in ("ON_REQUEST", "REFUSED", "GIVEN"))
-_HARD: Final = 1e10  # stands for an infinite penalty
-_STIFFNESS: Final = 2e8  # ρ c of an active row, c its compliance
+_HARD: Final = 1e10  # replaces an infinite penalty
+_STIFFNESS: Final = 2e8  # ρ c of an active row, where c is its compliance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StructuredSettings:
-    """How hard the engine tries, and what it accepts."""
+    """How much effort the engine spends, and which answers it accepts."""
 
     tolerance: float = 1e-6  # largest certificate that counts as solved
-    exchange_limit: int = 20  # factorisations from the previous working set; 0: cold every time
-    polish_limit: int = 12  # factorisations after each interior point
-    iteration_limit: int = 60  # of the interior point
+    exchange_limit: int = (
+        20  # largest number of factorisations from the previous working set; 0 starts cold every time
+    )
+    polish_limit: int = 12  # largest number of factorisations after each interior point
+    iteration_limit: int = 60  # largest number of interior-point iterations
 
 
 class StructuredSolver:
-    """Solve problems of one structure, each from the working set of the one before.
+    """Solves problems of one structure, each starting from the working set of the previous one.
 
-    `solve` takes a whole `StageQp`. In real time, write into the views that `part` and `rows` give
-    and run `kernels.solve(vector)`.
+    `solve` takes a whole `StageQp`. In real time, write into the views that `part` and `rows` return and run
+    `kernels.solve(vector)`.
 
     Parameters
     ----------
-    blocks : steps of each block of constant inputs, see `otolith.qp.blocked`; none: every step its own.
-        The answers' N then counts blocks.
-    extension : Python source that is compiled together with the engine, to make a whole step one call:
-        a function with `@kernel` that writes parts of the workspace W (its names are their offsets),
+    blocks : number of steps of each block of constant inputs, see `otolith.qp.blocked`; empty for one block
+        per step. The N of the answers then counts blocks.
+    extension : Python source that is compiled together with the engine, to make a whole step one call: a
+        function with `@kernel` that writes parts of the workspace W (their names are their offsets),
         linearised about the states that `predict_plan(W)` leaves in STEP_STATE, and ends with `solve(W)`.
     """
 
@@ -66,15 +68,15 @@ class StructuredSolver:
 
     @property
     def vector(self) -> Vec:
-        """The workspace, as the kernels take it."""
+        """The workspace, in the form that the kernels take."""
         return self._workspace.vector
 
     def part(self, name: str) -> Mat:
-        """View of a part of the workspace; names and shapes in `otolith.qp.structured.layout`."""
+        """View of a part of the workspace; `otolith.qp.structured.layout` lists names and shapes."""
         return self._workspace[name]
 
     def rows(self, name: str) -> Mat:
-        """View (N, rows) of a part with one number per row."""
+        """View (N, rows) of a part that has one number per row."""
         return self._workspace.rows(name)
 
     def reset(self) -> None:
@@ -82,7 +84,7 @@ class StructuredSolver:
         self.kernels.forget(self.vector)
 
     def load(self, qp: StageQp) -> None:
-        """Copy a problem into the workspace; its arrays are those of all steps, blocked or not."""
+        """Copy a problem into the workspace; its arrays cover all steps, also when stages are blocks."""
         s = self.structure
         self.part("START")[:] = qp.x0
         self.part("OUTPUT")[:] = values(s.D, qp.output)
@@ -95,12 +97,16 @@ class StructuredSolver:
         self.rows("LOWER")[:], self.rows("UPPER")[:] = block_bounds(qp, lengths)
 
     def solve(self, qp: StageQp, start: Ints | None = None) -> StageSolution:
-        """Solve `qp`; `start` (N, rows) as `StageSolution.working_set`, None: the previous answer's."""
+        """Solve `qp`; `start` (N, rows) is a working set as in `StageSolution`, None for the previous
+        answer's.
+        """
         self.load(qp)
         return self.run(start)
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the workspace; arguments as of `otolith.qp.engines.StageEngine.run`."""
+        """Solve the problem in the workspace; the arguments are those of
+        `otolith.qp.engines.StageEngine.run`.
+        """
         if start is not None:
             self.rows("SET")[:] = start
         if hint is None:
@@ -110,7 +116,7 @@ class StructuredSolver:
         return self.solution()
 
     def _solve_with(self, hint: OnRequest) -> None:
-        """Ask for the hint when the kernel does, and only then."""
+        """Solve, and request the hint only if the kernel asks for it."""
         self._offered[0] = _ON_REQUEST
         if self.kernels.solve(self.vector) != _ASKING:
             return
@@ -121,7 +127,9 @@ class StructuredSolver:
         self.kernels.solve(self.vector)
 
     def solution(self) -> StageSolution:
-        """What the last solve left in the workspace: when it failed, U is still the last certified plan."""
+        """Read the answer of the last solve from the workspace; if it failed, U is still the last
+        certified plan.
+        """
         info, U, X, y = self._answer
         code, residual, changes, factorisations, _, iterations, hinted = info.tolist()
         return StageSolution(
@@ -144,7 +152,10 @@ class StructuredSolver:
         self.part("POWERS")[:] = steps[: len(self.part("POWERS"))]
         self.part("CONSTANT")[:] = values(s.C, problem.C)
         self.part("CONTROL_WEIGHT")[:] = problem.control_weight
-        self.part("LOWER")[:], self.part("UPPER")[:] = -1.0, 1.0  # of the padding; never active
+        self.part("LOWER")[:], self.part("UPPER")[:] = (
+            -1.0,
+            1.0,
+        )  # bounds of the padding, which is never active
         self.part("SOFT")[:], self.part("RHO")[:] = _HARD, 1.0
         lengths = s.lengths or (1,) * s.N
         self.rows("SOFT")[:] = np.minimum(problem.penalty[block_ends(lengths)], _HARD)
@@ -154,9 +165,10 @@ class StructuredSolver:
 
 
 def compliance(problem: StageProblem, lengths: Lengths) -> Vec:
-    """How far each row moves per unit of multiplier (rows,): max_k c_r Γ_k R⁻¹ Γ_kᵀ c_rᵀ; R⁻¹ of inputs.
+    """How far each row moves per unit of its multiplier (rows,): max_k c_r Γ_k R⁻¹ Γ_kᵀ c_rᵀ, or R⁻¹ for
+    inputs.
 
-    Γ_k are the effects of the blocks' inputs on the state at the end of block k, R their weights.
+    Γ_k is the effect of the blocks' inputs on the state at the end of block k, R their weights.
     """
     _, Gamma = condense(problem.A, problem.B, problem.horizon)  # (N, nx, N·nu)
     at_ends = Gamma[block_ends(lengths)] @ hold(lengths, problem.inputs)  # (blocks, nx, blocks·nu)

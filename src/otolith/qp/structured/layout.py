@@ -1,8 +1,8 @@
-"""Where everything lies: one flat vector holds problem, iterates and answer of a structured engine.
+"""The workspace: one flat vector holds the problem, iterates and answer of a structured engine.
 
-A single vector with compile-time offsets lets the compiler see that no two parts overlap, which is
-what makes it vectorise. Each part starts on a cache line. Shapes as in `otolith.qp.stage`; the
-values of a sparse matrix are its non-zeros, row by row, without those that are structurally one.
+A single vector with compile-time offsets shows the compiler that no two parts overlap, which enables
+vectorisation. Each part starts on a cache line. The shapes are those of `otolith.qp.stage`; a sparse matrix
+is stored as its non-zeros, row by row, without those that are structurally one.
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,15 @@ from otolith.core.arrays import Bools, Mat, Vec
 from otolith.qp.stage import StageProblem
 from otolith.qp.structured.algebra import Matrix, named
 
-LANES = 16  # rows are padded to a multiple of this, and sums and maxima run in so many lanes
+LANES = 16  # rows are padded to a multiple of this; sums and maxima use this many accumulators
 _LINE = 8  # doubles per cache line
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """Sizes and sparsity: all that the generated code depends on. Matrices hold names, see `algebra`."""
+    """Sizes and sparsity: everything that the generated code depends on. Matrices hold names, see
+    `algebra`.
+    """
 
     N: int
     nx: int
@@ -34,12 +36,14 @@ class Structure:
     nc: int
     nv: int
     weighted: tuple[int, ...]
-    groups: tuple[int, ...]  # of the rows of a stage, as `StageProblem.groups`
-    lengths: tuple[int, ...] = ()  # steps of each block, when the stages are blocks; N counts the blocks
+    groups: tuple[int, ...]  # group of each row of a stage, as `StageProblem.groups`
+    lengths: tuple[int, ...] = ()  # steps of each block if stages are blocks; N then counts the blocks
 
     @classmethod
     def of(cls, problem: StageProblem, lengths: tuple[int, ...] = ()) -> "Structure":
-        """Structure of a problem, with blocks of `lengths` steps; entries of D and V are always data."""
+        """Derive the structure of a problem with blocks of `lengths` steps; entries of D and V always
+        count as data.
+        """
         A, B = problem.A, problem.B
         if lengths:
             A, B = (_over_all(steps) for steps in powers(A, B, max(lengths)))
@@ -62,38 +66,40 @@ class Structure:
 
     @property
     def rows(self) -> int:
-        """Rows of one stage."""
+        """Number of rows of one stage."""
         return self.nc + self.nv + self.nu
 
     @property
     def total(self) -> int:
-        """Rows of the whole horizon, padded."""
+        """Number of rows over the whole horizon, padded."""
         return -(-self.N * self.rows // LANES) * LANES
 
     @property
     def steps(self) -> int:
-        """Steps of the whole horizon."""
+        """Number of steps of the whole horizon."""
         return sum(self.lengths) or self.N
 
     @property
     def dynamics(self) -> int:
-        """Numbers of A and B."""
+        """Number of stored entries of A and B."""
         return len(data(self.A)) + len(data(self.B))
 
     @property
     def pivots(self) -> dict[int, int]:
-        """Input → the first constant row that it, and no other input, moves within a step, if any."""
+        """For each input, the first constant row that this input alone moves within a step, if there is
+        one.
+        """
         moved = [{j for state, j in self.B if (row, state) in self.C} for row in range(self.nc)]
         return {j: moved.index({j}) for j in range(self.nu) if {j} in moved}
 
     @property
     def gains(self) -> int:
-        """Numbers that the elimination of one stage's inputs leaves: pivots, gains, feed-forward."""
+        """Count the numbers stored when one stage's inputs are eliminated: pivots, gains, feed-forward."""
         return sum(self.nx + self.nu - p for p in range(self.nu)) + self.nu
 
 
 def _over_all(steps: Mat) -> Mat:
-    """One matrix whose zeros and ones are those of all steps (n, rows, columns); 2 elsewhere."""
+    """Make one matrix with the zeros and ones common to all steps (n, rows, columns), and 2 elsewhere."""
     same = (steps == steps[0]).all(axis=0) & np.isin(steps[0], (0.0, 1.0))
     return np.where(same, steps[0], 2.0)
 
@@ -108,24 +114,26 @@ def powers(A: Mat, B: Mat, steps: int) -> tuple[Mat, Mat]:
 
 
 def _as_data(pattern: Bools) -> Mat:
-    """Numbers that are neither zero nor one where the pattern is true."""
+    """Make a matrix whose entries are neither zero nor one where the pattern is true."""
     return np.where(pattern, 2.0, 0.0)
 
 
 def data(M: Matrix) -> list[tuple[int, int]]:
-    """Where the non-zeros of M are that are run-time data, in the order in which they are stored."""
+    """Places of the non-zeros of M that are run-time data, in the order in which they are stored."""
     return sorted(position for position, symbol in M.items() if symbol)
 
 
 def values(M: Matrix, numbers: Mat) -> Vec:
-    """(…, number of data) the run-time data of a sparse matrix, of numbers (…, rows, columns)."""
+    """Pick the run-time data of a sparse matrix, (…, number of data), from numbers (…, rows, columns)."""
     positions = data(M)
     i, j = [p[0] for p in positions], [p[1] for p in positions]
     return np.asarray(numbers[..., i, j])
 
 
 def parts(s: Structure) -> dict[str, tuple[int, ...]]:
-    """Shape of every part, in order. Those up to VARYING are the problem's numbers that must be finite."""
+    """Shape of every part, in order. The parts up to VARYING are the problem's numbers that must be
+    finite.
+    """
     N, nx, nu, total, weighted = s.N, s.nx, s.nu, s.total, len(s.weighted)
     longest, size = max(s.lengths, default=0), nu + nx
     problem = {
@@ -145,9 +153,9 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "LOWER UPPER SOFT "  # bounds as given; penalty w
         "LO HI RHO "  # bounds as used (finite); weight of the augmented Lagrangian
         "VALUE MULTIPLIER SET "  # r, y and σ: 0 free, ±1 active, ±2 saturated (soft, |y| = w)
-        "HINT OTHER_SET OTHER_MULTIPLIER "  # a second guess, and the first while it is tried
+        "HINT OTHER_SET OTHER_MULTIPLIER "  # a second guess, and the first while the second is tried
         "DIAGONAL GRADIENT "  # what the rows add to the stages' Hessian and gradient
-        "EXCESS MARK "  # how far free rows are out; which rows change
+        "EXCESS MARK "  # how far free rows are outside; which rows change
         "REACH"  # the largest value of each row over all stages
     )
     of_sides = (
@@ -164,9 +172,9 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "COST_TO_GO": (N, nx * (nx + 1) // 2),  # P of the stage after
         "COSTATE": (nx,),
         "ACCUMULATOR": (2 * LANES,),
-        "OFFERED": (1,),  # what is known of a hint: `OFFERS` of `generate`
-        "DOUBTED": (s.rows,),  # by groups of rows: how many the set at hand changes there
-        "NEEDED": (1,),  # changes that the set at hand needs
+        "OFFERED": (1,),  # what is known about a hint: `OFFERS` of `generate`
+        "DOUBTED": (s.rows,),  # for each group of rows, how many rows the current set changes in it
+        "NEEDED": (1,),  # changes that the current set needs
         "SETTING": (8,),
         "INFO": (7,),  # `INFO` of `generate`
     }
@@ -185,7 +193,7 @@ def offsets(s: Structure) -> tuple[dict[str, int], int]:
 
 
 class Workspace:
-    """The vector itself, on a cache line, and a view of every part."""
+    """The vector itself, aligned to a cache line, with a view of every part."""
 
     def __init__(self, structure: Structure) -> None:
         at, size = offsets(structure)
@@ -209,5 +217,5 @@ class Workspace:
         return self._views[part]
 
     def rows(self, part: str) -> Mat:
-        """View (N, rows) of a part that holds one number per row, without its padding."""
+        """View (N, rows) of a part with one number per row, without its padding."""
         return self._rows[part]

@@ -1,6 +1,6 @@
-"""Judge data and answers. Strict arithmetic: nothing here may take a NaN for a number.
+"""Judge data and answers. The arithmetic is strict: a NaN must never pass for a number.
 
-A maximum forgets NaN; so every test is written to *accept* (`x < limit`), and acceptances are counted.
+A maximum ignores NaN. So every test is written to *accept* (`x < limit`), and acceptances are counted.
 """
 
 from otolith.core.arrays import Vec
@@ -39,13 +39,13 @@ from otolith.qp.structured.kernels.working import FAR
 
 # --- pasted into the generated module ---
 
-HARD = 1e9  # penalties from here on mean that the row is hard
+HARD = 1e9  # penalties from this value on mean that the row is hard
 PROOF = 1e-9  # relative margin by which infeasibility must be proved
 
 
 @kernel
 def well_posed(W: Vec) -> bool:
-    """True when numbers are finite, weights not negative, lower ≤ upper, no NaN; sets the bounds in use."""
+    """Check a problem: numbers finite, weights not negative, lower ≤ upper. Sets the bounds that are used."""
     good = 0
     for i in range(NUMBERS):
         good += 1 if abs(W[i]) < HUGE else 0
@@ -61,7 +61,7 @@ def well_posed(W: Vec) -> bool:
 
 @jit_fused
 def reach_of_rows(W: Vec) -> None:
-    """The largest |value| that each row of a stage has at any, at all stages; zero for the padding."""
+    """Compute the largest |value| of each row over all stages; zero for the padding."""
     for r in range(STAGE_ROWS):
         W[REACH + r] = 0.0
     for k in range(N):
@@ -74,9 +74,10 @@ def reach_of_rows(W: Vec) -> None:
 
 @kernel
 def judge_rows(W: Vec, whole: float) -> float:
-    """The rows' part of the certificate: `otolith.qp.relative.row_residual`, infinity if not finite.
+    """Compute the rows' part of the certificate, as `otolith.qp.relative.row_residual`; infinite if not
+    finite.
 
-    `whole` is what the multipliers are parts of, see `otolith.qp.stage.stage_residual`.
+    Multipliers are judged relative to `whole`, see `otolith.qp.stage.stage_residual`.
     """
     good = 0
     reach_of_rows(W)
@@ -103,7 +104,7 @@ def judge_rows(W: Vec, whole: float) -> float:
 
 @jit_inlined
 def certificate(W: Vec) -> float:
-    """`otolith.qp.stage.stage_residual` of U and MULTIPLIER, from the inputs alone."""
+    """Compute `otolith.qp.stage.stage_residual` of U and MULTIPLIER, starting from the inputs alone."""
     rollout(W)
     for i in range(ROWS):
         W[GRADIENT + i] = W[MULTIPLIER + i]
@@ -116,12 +117,13 @@ def certificate(W: Vec) -> float:
 def impossible(W: Vec) -> bool:
     """True when the multipliers prove that no inputs within their bounds satisfy the hard rows.
 
-    For any y, Σ y r ≤ Σ y⁺ u − y⁻ l at a feasible point; so when already the least value of Σ y r over
-    the inputs' box exceeds that, there is none. y is tried with the soft rows' and inputs' part removed, and
-    with what points to sides without bound; pivot rows take the part of inputs without bounds. The proof
-    must exceed PROOF times the sizes of all that was added and taken away, or it is rounding.
+    For any y, Σ y r ≤ Σ y⁺ u − y⁻ l holds at a feasible point. If even the least value of Σ y r over the
+    inputs' box exceeds the right-hand side, no feasible point exists. The y that is tried omits soft rows,
+    inputs, and multipliers that point to sides without a bound; pivot rows take the share of inputs without
+    bounds. The proof must exceed PROOF times the sizes of all terms added and removed; otherwise it could be
+    rounding.
     """
-    weight = 0.0  # of all y, also of those that pivots cancel: what is left of them is rounding
+    weight = 0.0  # sum over all y, including those that pivots cancel, since these leave rounding errors
     size = 0.0
     for i in range(ROWS):
         y = W[MULTIPLIER + i]

@@ -1,18 +1,18 @@
-"""Cold primal-dual interior point (Mehrotra, 1992), for when no guess of the working set settles.
+"""Cold primal-dual interior point (Mehrotra, 1992), used when no guess of the working set settles.
 
-Each row is two one-sided rows, or *sides*: with d the distance to the side (u − r or r − l),
+Each row is split into two one-sided rows, or *sides*. With d the distance to the side (u − r or r − l),
 
     d = t − σ,   t λ = 0,   σ ν = 0,   λ + ν = w,   t, σ, λ, ν ≥ 0,
 
-σ the violation of a soft row, w its penalty; a hard row has w = 1e10, which leaves σ no room. Newton on
-this with t λ = m₁, σ ν = m₂ and the elimination of dt, dσ, dν gives, at the new distance d⁺,
+where σ is the violation of a soft row and w its penalty; a hard row has w = 1e10, which leaves σ no room.
+Newton's method on this with t λ = m₁, σ ν = m₂ and dt, dσ, dν eliminated gives, at the new distance d⁺,
 
     dλ = δ (m₁/λ − m₂/ν − d⁺),   δ = 1 / (t/λ + σ/ν),
     dt = m₁/λ − t (1 + q),       dσ = m₂/ν − σ (1 − p),       q = dλ/λ,   p = dλ/ν,
 
-so that a side enters the stage problem with weight δ and the gradient λ + δ (m₁/λ − m₂/ν − d⁺): the
-Riccati recursion does not see whether a row is soft. Predictor: m₁ = m₂ = 0. Corrector: m₁ = τ − dt dλ,
-m₂ = τ − dσ dν. In the workspace the upper sides of all rows come first, then the lower sides.
+so that a side enters the stage problem with weight δ and the gradient λ + δ (m₁/λ − m₂/ν − d⁺): the Riccati
+recursion need not know whether a row is soft. Predictor: m₁ = m₂ = 0. Corrector: m₁ = τ − dt dλ, m₂ = τ − dσ
+dν. In the workspace the upper sides of all rows come first, then the lower sides.
 """
 
 from otolith.core.arrays import Vec
@@ -60,17 +60,17 @@ ITERATIONS = 0
 # --- pasted into the generated module ---
 
 SIDES = 2 * ROWS
-MARGIN = 0.1  # initial t, as a part of the distance between the two sides, at least
+MARGIN = 0.1  # smallest initial t, relative to the distance between the two sides
 COMPLEMENTARITY = 0.1  # initial t λ for a problem whose multipliers are about one
 TO_THE_WALL = 0.995  # part of the step to the boundary that is taken
-CLOSE = 1e-7  # mean complementarity, and part of the initial infeasibility, that end the iteration
-CLOSER = 1e-2  # factor on both each time that a working set guessed from them did not settle
-SHORT = 0.8  # steps below this raise the question whether the problem is feasible at all
+CLOSE = 1e-7  # the iteration ends at this mean complementarity and part of the initial infeasibility
+CLOSER = 1e-2  # factor on both, each time that a working set guessed from them does not settle
+SHORT = 0.8  # shorter steps raise the question whether the problem is feasible at all
 
 
 @jit_fused
 def distances(W: Vec) -> None:
-    """Distances d of all sides from the rows' values."""
+    """Compute the distances d of all sides from the rows' values."""
     for i in range(ROWS):
         W[DISTANCE + i] = W[HI + i] - W[VALUE + i]
     for i in range(ROWS):
@@ -79,7 +79,7 @@ def distances(W: Vec) -> None:
 
 @jit_fused
 def start_sides(W: Vec, mu: float) -> None:
-    """Interior t, σ, λ, ν near the present point, with t λ and σ ν about µ."""
+    """Initialise t, σ, λ, ν in the interior near the current point, with t λ and σ ν about µ."""
     distances(W)
     for side in range(2):
         for r in range(ROWS):
@@ -96,7 +96,9 @@ def start_sides(W: Vec, mu: float) -> None:
 
 @jit_fused
 def weigh_sides(W: Vec) -> float:
-    """δ and the reciprocals of all sides, their weights in the stage problem; the sum of t λ + σ ν."""
+    """Compute δ and the reciprocals for all sides, the sides' weights in the stage problem; return Σ t λ
+    + σ ν.
+    """
     clear_lanes(W)
     for block in range(SIDES // LANES):
         for j in range(LANES):
@@ -112,7 +114,7 @@ def weigh_sides(W: Vec) -> float:
 
 @jit_fused
 def pull_of_sides(W: Vec, corrected: float) -> None:
-    """Gradient of the rows at r = 0: λ + δ (e − d) of the upper sides minus that of the lower ones."""
+    """Compute the rows' gradient at r = 0: λ + δ (e − d) of the upper sides minus that of the lower ones."""
     for i in range(ROWS):
         up = corrected * (W[E1 + i] - W[E2 + i]) - W[HI + i]
         down = corrected * (W[E1 + ROWS + i] - W[E2 + ROWS + i]) + W[LO + i]
@@ -123,7 +125,7 @@ def pull_of_sides(W: Vec, corrected: float) -> None:
 
 @jit_fused
 def predict(W: Vec) -> tuple[float, float]:
-    """Largest relative decrease of the affine step, and its sum of dt dλ + dσ dν."""
+    """Compute the affine step; return its largest relative decrease, and its sum of dt dλ + dσ dν."""
     distances(W)
     clear_lanes(W)
     for block in range(SIDES // LANES):
@@ -141,7 +143,7 @@ def predict(W: Vec) -> tuple[float, float]:
 
 @jit_fused
 def correct(W: Vec, tau: float) -> None:
-    """m₁/λ and m₂/ν with the centring τ."""
+    """Compute m₁/λ and m₂/ν with the centring parameter τ."""
     for i in range(SIDES):
         W[E1 + i] += tau * W[INV_LAMBDA + i]
         W[E2 + i] += tau * W[INV_NU + i]
@@ -150,7 +152,7 @@ def correct(W: Vec, tau: float) -> None:
 
 @jit_fused
 def decrease(W: Vec) -> float:
-    """Largest relative decrease of the full step; dλ goes to SCRATCH of the distances."""
+    """Return the largest relative decrease of the full step; dλ is stored in the distances' SCRATCH."""
     distances(W)
     clear_lanes(W)
     for block in range(SIDES // LANES):
@@ -168,7 +170,7 @@ def decrease(W: Vec) -> float:
 
 @jit_fused
 def advance(W: Vec, alpha: float) -> None:
-    """Step of length α in t, σ, λ, ν."""
+    """Take a step of length α in t, σ, λ, ν."""
     for i in range(SIDES):
         dlam = W[DISTANCE + i]
         q, p = dlam * W[INV_LAMBDA + i], dlam * W[INV_NU + i]
@@ -180,7 +182,7 @@ def advance(W: Vec, alpha: float) -> None:
 
 @jit_inlined
 def newton(W: Vec, mu: float) -> float:
-    """One predictor-corrector step; its length."""
+    """Take one predictor-corrector step and return its length."""
     pull_of_sides(W, 0.0)
     factor(W, N - 1)
     forward(W)
@@ -197,7 +199,7 @@ def newton(W: Vec, mu: float) -> float:
 
 @jit_fused
 def guess_from_sides(W: Vec) -> None:
-    """Working set and multipliers that the sides' values suggest."""
+    """Guess working set and multipliers from the sides' values."""
     for i in range(ROWS):
         j = ROWS + i
         up = (2.0 if W[SIGMA + i] > W[NU + i] else 1.0) if W[LAMBDA + i] > W[T + i] else 0.0
@@ -208,14 +210,14 @@ def guess_from_sides(W: Vec) -> None:
 
 @jit_fused
 def net_multipliers(W: Vec) -> None:
-    """Multipliers y = λ_upper − λ_lower of all rows."""
+    """Compute the multipliers y = λ_upper − λ_lower of all rows."""
     for i in range(ROWS):
         W[MULTIPLIER + i] = W[LAMBDA + i] - W[LAMBDA + ROWS + i]
 
 
 @jit_inlined
 def enter(W: Vec) -> None:
-    """Start in the interior, near the plan; the cost's gradient there is the scale of the multipliers."""
+    """Start in the interior near the plan; the cost's gradient there sets the scale of the multipliers."""
     for i in range(N * INPUTS):
         W[U + i] = W[PLAN + i]
     for i in range(ROWS):
@@ -227,7 +229,8 @@ def enter(W: Vec) -> None:
 
 @jit_inlined
 def approach(W: Vec, close: float, infeasibility: float, limit: int) -> tuple[float, bool]:
-    """Iterate until `close`; the part of the initial infeasibility that is left, and whether it is proved.
+    """Iterate until `close`; return the part of the initial infeasibility left, and whether infeasibility is
+    proved.
 
     INFO counts the iterations, at most `limit` over all calls of one solve.
     """

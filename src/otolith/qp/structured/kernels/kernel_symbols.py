@@ -1,6 +1,7 @@
-"""What the generated module provides to the kernels; declared here for readers and type checkers.
+"""Declarations of what the generated module provides to the kernels, for readers and type checkers.
 
-A part of the workspace is known by its offset in the flat vector W, see `otolith.qp.structured.layout`.
+Each part of the workspace is represented by its offset in the flat vector W, see
+`otolith.qp.structured.layout`.
 """
 
 from otolith.core.arrays import Vec
@@ -20,34 +21,34 @@ GROUPS: tuple[int, ...] = ()
 
 
 def factor(W: Vec, last: int) -> None:
-    """`otolith.qp.structured.emit.factor`."""
+    """See `otolith.qp.structured.emit.factor`, which generates this function."""
 
 
 def backward(W: Vec, first: int) -> None:
-    """`otolith.qp.structured.emit.backward`."""
+    """See `otolith.qp.structured.emit.backward`, which generates this function."""
 
 
 def forward(W: Vec) -> None:
-    """`otolith.qp.structured.emit.forward`."""
+    """See `otolith.qp.structured.emit.forward`, which generates this function."""
 
 
 def condense_blocks(W: Vec) -> None:
-    """`otolith.qp.structured.blocks.condense_blocks`; nothing where the stages are steps."""
+    """See `otolith.qp.structured.blocks.condense_blocks`, which generates it; does nothing without blocks."""
 
 
 def states_within(W: Vec) -> None:
-    """`otolith.qp.structured.blocks.states_within`; nothing where the stages are steps."""
+    """See `otolith.qp.structured.blocks.states_within`, which generates it; does nothing without blocks."""
 
 
 def rollout(W: Vec) -> None:
-    """`otolith.qp.structured.emit.rollout`."""
+    """See `otolith.qp.structured.emit.rollout`, which generates this function."""
 
 
 def stationarity(W: Vec) -> tuple[float, float, float]:
-    """`otolith.qp.structured.emit.stationarity`."""
+    """See `otolith.qp.structured.emit.stationarity`, which generates this function."""
     raise NotImplementedError
 
 
 def least_of_rows(W: Vec) -> tuple[float, float]:
-    """`otolith.qp.structured.emit.least_of_rows`."""
+    """See `otolith.qp.structured.emit.least_of_rows`, which generates this function."""
     raise NotImplementedError

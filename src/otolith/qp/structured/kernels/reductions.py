@@ -1,7 +1,7 @@
-"""Scalars and reductions shared by all parts.
+"""Scalar functions and reductions that all kernels share.
 
-A maximum over many numbers does not vectorise by itself: it is kept in LANES accumulators that are
-folded at the end.
+A maximum over many numbers is not vectorised by the compiler. So it is kept in LANES accumulators, which are
+combined at the end.
 """
 
 from otolith.core.arrays import Vec
@@ -30,7 +30,10 @@ def min_of(g: float, low: float, high: float) -> float:
 
 @jit_fused
 def taken(g: float, reach: float, low: float, high: float) -> float:
-    """What a row that moves by `reach` with the input takes of its pull g: all of it where no bound does."""
+    """The part of an input's pull g that is passed to a row which moves by `reach` with the input.
+
+    It is all of g where the input has no bound in that direction, else zero.
+    """
     unbounded = (g < 0.0 and high == INFINITY) or (g > 0.0 and low == -INFINITY)
     return -g / reach if unbounded else 0.0
 
@@ -44,7 +47,7 @@ def clear_lanes(W: Vec) -> None:
 
 @jit_fused
 def fold_maximum(W: Vec) -> float:
-    """Maximum of the first group."""
+    """Maximum over the first group of accumulators."""
     worst = 0.0
     for j in range(LANES):
         worst = largest(worst, W[ACCUMULATOR + j])
@@ -53,7 +56,7 @@ def fold_maximum(W: Vec) -> float:
 
 @jit_fused
 def fold_sum(W: Vec) -> float:
-    """Sum of the second group."""
+    """Sum over the second group of accumulators."""
     total = 0.0
     for j in range(LANES):
         total += W[ACCUMULATOR + LANES + j]

@@ -1,8 +1,8 @@
-"""One call per problem: check, try the working set at hand, exchange, fall back, certify.
+"""Solve one problem per call: check, try the current working set, exchange rows, fall back, certify.
 
-The minimiser never depends on the working set that is tried first; the time does. Where a hint can be had
-on request, `solve` returns ASKING when the set at hand does not settle at once, and is called again with
-the answer (reverse communication): a hint that is not needed is never made.
+The minimiser never depends on the working set that is tried first; only the time does. If a hint is available
+on request, `solve` returns ASKING when the current set does not settle at once, and is called again with the
+hint (reverse communication). So a hint that is not needed is never made.
 """
 
 from otolith.core.arrays import Vec
@@ -35,7 +35,9 @@ ON_REQUEST = REFUSED = GIVEN = 0
 
 # --- pasted into the generated module ---
 
-ATTEMPTS = 3  # interior points, each closer, that a working set is guessed from
+ATTEMPTS = (
+    3  # largest number of interior points, each closer to the optimum, from which a working set is guessed
+)
 
 
 @kernel
@@ -50,7 +52,7 @@ def forget(W: Vec) -> None:
 
 @jit_inlined
 def accept(W: Vec) -> bool:
-    """Certify the point at hand and keep it when it is below the tolerance."""
+    """Certify the current point and keep it if its certificate is below the tolerance."""
     residual = certificate(W)
     W[INFO + RESIDUAL] = residual
     if not residual < W[SETTING + TOLERANCE]:
@@ -62,7 +64,9 @@ def accept(W: Vec) -> bool:
 
 @jit_inlined
 def search_inside(W: Vec) -> int:
-    """Status after the interior point, each time closer to the optimum when its guess does not settle."""
+    """Run the interior point, closer to the optimum each time its guess does not settle; return the
+    status.
+    """
     limit, polish = int(W[SETTING + ITERATION_LIMIT]), int(W[SETTING + POLISH])
     close, infeasibility = CLOSE, 1.0
     enter(W)
@@ -79,7 +83,7 @@ def search_inside(W: Vec) -> int:
 
 @jit_inlined
 def begin(W: Vec) -> int:
-    """Check a problem and try the set at hand, which leaves in NEEDED how many changes it needs."""
+    """Check a problem and try the current working set; NEEDED stores how many changes it needs."""
     W[INFO + CHANGES] = W[INFO + FACTORISATIONS] = W[INFO + REFINEMENTS] = W[INFO + ITERATIONS] = 0.0
     W[INFO + HINTED] = 0.0
     if not well_posed(W):
@@ -91,7 +95,7 @@ def begin(W: Vec) -> int:
 
 @jit_inlined
 def search(W: Vec) -> int:
-    """Status of a well-posed problem whose set at hand has been tried."""
+    """Continue with a well-posed problem whose current working set has been tried; return the status."""
     exchanges = int(W[SETTING + EXCHANGES])
     if W[OFFERED] == GIVEN:
         W[NEEDED] = consider_hint(W, W[NEEDED])
@@ -104,7 +108,7 @@ def search(W: Vec) -> int:
 
 @kernel
 def predict_plan(W: Vec) -> None:
-    """Put the states of all steps under the plan into STEP_STATE: where an extension linearises."""
+    """Write the states of all steps under the plan to STEP_STATE, about which an extension linearises."""
     for i in range(N * INPUTS):
         W[U + i] = W[PLAN + i]
     rollout(W)
@@ -113,10 +117,10 @@ def predict_plan(W: Vec) -> None:
 
 @kernel
 def solve(W: Vec) -> int:
-    """Solve the problem in the workspace; the answer is U, X, MULTIPLIER, and INFO says what it cost.
+    """Solve the problem in the workspace; the answer is in U, X and MULTIPLIER, the effort in INFO.
 
-    Where it returns ASKING, the caller writes HINT and GIVEN, or REFUSED, and calls again.
-    Without an answer the working set is forgotten and the plan stays, with its states in X.
+    If it returns ASKING, the caller writes HINT and GIVEN, or REFUSED, and calls again. Without an answer the
+    working set is forgotten, and the plan stays, with its states in X.
     """
     status = UNDECIDED if W[OFFERED] == GIVEN or W[OFFERED] == REFUSED else begin(W)
     if status == ASKING:

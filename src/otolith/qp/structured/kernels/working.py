@@ -1,24 +1,24 @@
 """Solve for a given working set, and exchange its rows until the optimality conditions hold.
 
-Every row has a state σ: 0 free, ±1 active at its upper or lower side b, ±2 saturated (soft, violated,
-y = ±w). Active rows enter the stage problem as an augmented Lagrangian
+Every row has a state σ: 0 free, ±1 active at its upper or lower side b, ±2 saturated (soft, violated, y =
+±w). Active rows enter the stage problem as an augmented Lagrangian
 
     y (r − b) + ½ ρ (r − b)²,        y ← y + ρ (r − b),
 
-saturated ones as ± w r. One factorisation serves all multiplier steps of one working set; each step
-shrinks r − b by about 1 / (1 + ρ c), c the row's compliance, so that one or two suffice. Where active
-rows nearly depend on each other, as a limit and its braking rows do on an arc of contact, a
-combination of them has next to no compliance: then a step leaves q ≈ 1 of it, and the steps still to
-come, q + q² + … = q / (1 − q), are taken at once (Aitken, 1926). The steps end when y (r − b) is small:
-with G the sum of these gaps, ½ (u − u*)ᵀ R (u − u*) ≤ G bounds how far the inputs are from the optimum's.
+saturated rows as ± w r. One factorisation serves all multiplier steps of one working set. Each step shrinks r
+− b by about 1 / (1 + ρ c), where c is the row's compliance, so one or two steps suffice. Active rows may
+nearly depend on each other, as a limit and its braking rows do on an arc of contact; then a combination of
+them has next to no compliance, and a step leaves a part q ≈ 1 of it. The remaining steps, q + q² + … = q / (1
+− q), are then taken at once (Aitken, 1926). The steps end when y (r − b) is small: with G the sum of these
+gaps, ½ (u − u*)ᵀ R (u − u*) ≤ G bounds how far the inputs are from the optimum.
 
-Exchange (primal-dual active set, Hintermüller, Ito & Kunisch, 2002): drop active rows whose sign is
-wrong, add free rows that are violated, saturate soft rows whose |y| exceeds w, release saturated ones
-that are satisfied; all at once. When the number of changes does not fall, the exchange has *stalled*:
-from there on rows with wrong signs are dropped first, and where a row is violated at several stages in
-a row, only the worst of them is added, since on an arc of contact the rows of neighbouring stages stand
-in for each other; one row that enters against one that leaves enters alone. That ends the cycles seen
-in practice; the interior point covers the rest. Stages after the last change keep their factors.
+The exchange (primal-dual active set, Hintermüller, Ito & Kunisch, 2002) drops active rows with the wrong
+sign, adds free rows that are violated, saturates soft rows whose |y| exceeds w, and releases saturated rows
+that are satisfied, all at once. When the number of changes does not fall, the exchange has *stalled*: from
+then on rows with wrong signs are dropped first, and where a row is violated at several consecutive stages,
+only the worst violation is added, since on an arc of contact the rows of neighbouring stages can replace each
+other; if one row would enter and one would leave, the entering one is added alone. This ends the cycles seen
+in practice; the interior point covers the remaining ones. Stages after the last change keep their factors.
 """
 
 from otolith.core.arrays import Vec
@@ -58,14 +58,14 @@ CHANGES = FACTORISATIONS = REFINEMENTS = HINTED = 0
 
 # --- pasted into the generated module ---
 
-FAR = 1e6  # bounds beyond this are not imposed; the certificate still sees them
-PRIMAL = 1e-9  # a row is violated beyond this, in its own unit
-DUAL = 1e-9  # a multiplier has the wrong sign beyond this
-GREAT = 500.0  # the same beyond which a distance must be smaller for the set to count as settled
-STEPS = 20  # multiplier steps at most for one working set
-FORESEEN = 100.0  # steps to come that are taken at once, at most
-SLOW = 0.05  # part of the distances left by a step from which on the steps to come are foreseen
-STUCK = 1e9  # stands for the changes of a set that neither asks for any nor converges
+FAR = 1e6  # bounds beyond this value are not imposed; the certificate still checks them
+PRIMAL = 1e-9  # a row is violated when it is further outside, in its own unit
+DUAL = 1e-9  # a multiplier has the wrong sign when it is further on the wrong side of zero
+GREAT = 500.0  # for multipliers larger than this, the distance must be proportionally smaller for the set to settle
+STEPS = 20  # largest number of multiplier steps for one working set
+FORESEEN = 100.0  # largest number of remaining steps that are taken at once
+SLOW = 0.05  # remaining steps are taken at once when a step leaves more than this part of the distances
+STUCK = 1e9  # number of changes that is reported for a set that does not converge
 
 
 @jit_fused
@@ -85,7 +85,7 @@ def impose(W: Vec) -> None:
 
 @jit_fused
 def step_multipliers(W: Vec) -> float:
-    """One step y ← y + ρ (r − b) on active rows; the largest |r − b| max(1, |y|)."""
+    """Take one step y ← y + ρ (r − b) on active rows; return the largest |r − b| max(1, |y|)."""
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
@@ -102,7 +102,7 @@ def step_multipliers(W: Vec) -> float:
 
 @jit_fused
 def foresee(W: Vec, factor: float) -> None:
-    """Take `factor` more of the step that the multipliers of active rows have just made."""
+    """Extrapolate: repeat `factor` times the step that the multipliers of active rows have just made."""
     for i in range(ROWS):
         sigma, r, low, high = W[SET + i], W[VALUE + i], W[LO + i], W[HI + i]
         b = high if sigma > 0.0 else low
@@ -113,7 +113,7 @@ def foresee(W: Vec, factor: float) -> None:
 
 @jit_fused
 def met(W: Vec) -> bool:
-    """Whether active rows are at their sides, the nearer the larger their multipliers."""
+    """True when active rows are at their sides; the larger a multiplier, the closer its row must be."""
     worst = 0.0
     for i in range(ROWS):
         sigma, r, low, high = W[SET + i], W[VALUE + i], W[LO + i], W[HI + i]
@@ -125,7 +125,9 @@ def met(W: Vec) -> bool:
 
 @jit_fused
 def find_violations(W: Vec) -> float:
-    """How far free rows are out of their bounds, EXCESS, with MARK 1 where they are; the number of these."""
+    """Write to EXCESS how far free rows are outside their bounds, set MARK to 1 there; return their
+    number.
+    """
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
@@ -141,7 +143,7 @@ def find_violations(W: Vec) -> float:
 
 @jit_fused
 def keep_peaks(W: Vec) -> None:
-    """Unmark a violation where the same row is further out at a stage beside it."""
+    """Unmark a violation if the same row is further outside at a neighbouring stage."""
     for i in range((N - 1) * STAGE_ROWS):
         here, next_ = W[EXCESS + i], W[EXCESS + STAGE_ROWS + i]
         W[MARK + i] = 0.0 if here <= next_ else W[MARK + i]
@@ -150,7 +152,7 @@ def keep_peaks(W: Vec) -> None:
 
 @jit_fused
 def wrong_signs(W: Vec) -> float:
-    """Number of active rows whose multiplier points the wrong way."""
+    """Count the active rows whose multiplier has the wrong sign."""
     count = 0.0
     for i in range(ROWS):
         pull = W[SET + i] * W[MULTIPLIER + i]
@@ -160,7 +162,9 @@ def wrong_signs(W: Vec) -> float:
 
 @jit_fused
 def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
-    """One exchange: add the marked rows, drop those with wrong signs; the rows that changed, also in MARK."""
+    """Add the marked rows and drop those with wrong signs; MARK then marks the changes, the result counts
+    them.
+    """
     clear_lanes(W)
     for block in range(ROWS // LANES):
         for j in range(LANES):
@@ -183,7 +187,7 @@ def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
 
 @jit_fused
 def last_changed_stage(W: Vec) -> int:
-    """The last stage with a changed row; there must be one."""
+    """Return the last stage with a changed row; there must be one."""
     i = N * STAGE_ROWS - 1
     while W[MARK + i] == 0.0:
         i -= 1
@@ -192,7 +196,9 @@ def last_changed_stage(W: Vec) -> int:
 
 @jit_inlined
 def review(W: Vec, stalled: bool) -> float:
-    """Exchange rows at the present point, see above; the number of changes."""
+    """Exchange rows at the current point, as the module's docstring describes; return the number of
+    changes.
+    """
     violated = find_violations(W)
     if not stalled:
         return exchange_rows(W, 1.0, 1.0)
@@ -205,7 +211,7 @@ def review(W: Vec, stalled: bool) -> float:
 
 @jit_inlined
 def refine(W: Vec) -> float:
-    """One more multiplier step with the factors at hand."""
+    """Take one more multiplier step with the existing factors."""
     backward(W, 0)
     forward(W)
     W[INFO + REFINEMENTS] += 1.0
@@ -214,9 +220,9 @@ def refine(W: Vec) -> float:
 
 @jit_inlined
 def attempt(W: Vec, last: int, stalled: bool) -> float:
-    """Solve for the set at hand with the factors of the stages after `last`, and exchange its rows.
+    """Solve for the current set, reusing the factors of the stages after `last`, and exchange its rows.
 
-    The number of changes: none when the set has settled, STUCK when its multipliers do not converge.
+    Returns the number of changes: zero when the set has settled, STUCK when its multipliers do not converge.
     """
     impose(W)
     factor(W, last)
@@ -235,7 +241,8 @@ def attempt(W: Vec, last: int, stalled: bool) -> float:
 
 @jit_fused
 def try_hint(W: Vec) -> None:
-    """Put the hint in the place of the set, and that aside, in the groups of rows where the set was changed.
+    """Replace the current set by the hint, in the groups of rows where the set was changed, and save the old
+    one.
 
     Sides without a bound are not held.
     """
@@ -255,7 +262,7 @@ def try_hint(W: Vec) -> None:
 
 @jit_fused
 def give_hint_up(W: Vec) -> None:
-    """Take the set back that was put aside; no stage has factors of it any more."""
+    """Restore the set that was saved; its factors are no longer valid at any stage."""
     for i in range(ROWS):
         W[SET + i], W[MULTIPLIER + i] = W[OTHER_SET + i], W[OTHER_MULTIPLIER + i]
     W[MARK + N * STAGE_ROWS - 1] = 1.0
@@ -263,7 +270,9 @@ def give_hint_up(W: Vec) -> None:
 
 @jit_inlined
 def consider_hint(W: Vec, changes: float) -> float:
-    """Try the hint against a set that needed `changes`; what the one that stays needs, as `attempt`."""
+    """Try the hint instead of a set that needs `changes`; return how many changes the better of the two
+    needs.
+    """
     try_hint(W)
     of_hint = attempt(W, N - 1, False)
     if of_hint < changes:
@@ -275,9 +284,9 @@ def consider_hint(W: Vec, changes: float) -> float:
 
 @jit_inlined
 def settle(W: Vec, changes: float, limit: int) -> bool:
-    """Go on from a set that needed `changes`; True when one of `limit` sets, the first included, has settled.
+    """Continue from a set that needs `changes`; True when one of at most `limit` sets has settled.
 
-    It is then stationary and feasible.
+    The first set counts towards the limit. A settled point is stationary and feasible.
     """
     fewest, stalled = changes, False
     while 0.0 < changes < STUCK and limit > 1:
