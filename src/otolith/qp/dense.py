@@ -37,7 +37,7 @@ class DenseSolver:
     tolerance: float = 1e-6  # largest certificate that counts as solved
     primal_tolerance: float = 1e-9
     iteration_limit: int = 2000
-    patient: bool = True  # whether to continue more carefully where daqp gives up; this may take seconds, too long for real time
+    patient: bool = True  # whether to go on, for seconds, where daqp gives up; not for real time
 
     def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
         """Solve `qp` from the working set `start`.

@@ -57,8 +57,8 @@ def natural_sizes(K: Entries, known: Vec, at_most: Vec) -> Sizes:
     equations, unknowns = known.copy(), np.full(len(known), np.inf)
     for last in (unknowns, at_most):
         unknowns = np.where(np.isfinite(unknowns), unknowns, last)
-        known = -1
-        while known != (known := int(np.isfinite(equations).sum() + np.isfinite(unknowns).sum())):
+        reached = -1
+        while reached != (reached := int(np.isfinite(equations).sum() + np.isfinite(unknowns).sum())):
             with np.errstate(over="ignore"):
                 given = _middle(K.column, equations[K.row] / K.value, len(known))
                 unknowns = np.where(np.isfinite(unknowns), unknowns, given)

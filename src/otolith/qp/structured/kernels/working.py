@@ -61,7 +61,7 @@ CHANGES = FACTORISATIONS = REFINEMENTS = HINTED = 0
 FAR = 1e6  # bounds beyond this value are not imposed; the certificate still checks them
 PRIMAL = 1e-9  # a row is violated when it is further outside, in its own unit
 DUAL = 1e-9  # a multiplier has the wrong sign when it is further on the wrong side of zero
-GREAT = 500.0  # for multipliers larger than this, the distance must be proportionally smaller for the set to settle
+GREAT = 500.0  # for larger multipliers the distance must be smaller in proportion for the set to settle
 STEPS = 20  # largest number of multiplier steps for one working set
 FORESEEN = 100.0  # largest number of remaining steps that are taken at once
 SLOW = 0.05  # remaining steps are taken at once when a step leaves more than this part of the distances
