@@ -160,9 +160,8 @@ class Experiment:
 
     wanted: Wanted
     design: Design
-    cueing: str = "hybrid-all"  # a name of the registry, "module:attribute" or "file.py:attribute"
+    cueing: str = "predictive"  # a name of the registry, "module:attribute" or "file.py:attribute"
     plant: str | None = None  # a name of the registry; None: what the algorithm assumes
-    preview: bool = False  # the algorithm is told the future reference, as far as its horizon
     law: Path | None = None  # the file that `design.stored_laws` came from
     hint: Path | None = None  # the file that `design.hint` came from
 
@@ -189,14 +188,9 @@ class Experiment:
             dofs=tuple(dof.name for dof in self.design.dofs),
             names=(self.cueing, self.plant_name),
             settings=self.record(),
-            preview=self.ahead,
+            preview=self.design.preview,
             progress=progress,
         )
-
-    @property
-    def ahead(self) -> int:
-        """Periods that the algorithm is told ahead."""
-        return self.design.mpc.horizon if self.preview else 0
 
     def record(self) -> dict[str, Any]:
         """Plain JSON values that repeat the run, next to what a `Run` holds itself (platform, names)."""
@@ -207,7 +201,6 @@ class Experiment:
             "version": __version__,
             "wanted": self.wanted.record(),
             "design": design_to_record(self.design, None if entry.outside else reads),
-            "preview": self.preview,
             "law": _stored(self.law, asked=bool(self.design.stored_laws) and "law" in reads),
             "hint": _stored(self.hint, asked=hint is not None and "hint" in reads),
             **({"hint_refused": hint.reason} if isinstance(hint, Refused) else {}),
@@ -242,14 +235,14 @@ class Experiment:
         paths = {"law": _named("law", told.get("law"), law), "hint": _named("hint", told.get("hint"), hint)}
         with damage_reported("the settings of the run are not of this version"):
             design = design_from_record(told["design"], run.platform, run.dofs)
-            wanted, preview = Wanted.from_record(told["wanted"], log=log), bool(told["preview"])
+            wanted = Wanted.from_record(told["wanted"], log=log)
         if paths["law"] is not None:
             design = replace(design, stored_laws=files.read_laws(paths["law"]))
         if paths["hint"] is not None:
             known = hint_for(paths["hint"], run.platform, pairs_of(design.dofs), design.mpc)
             design = replace(design, hint=known)
         name = cueing or run.cueing
-        return cls(wanted=wanted, design=design, cueing=name, plant=run.plant, preview=preview, **paths)
+        return cls(wanted=wanted, design=design, cueing=name, plant=run.plant, **paths)
 
 
 def hint_for(

@@ -36,6 +36,7 @@ class Reference:
     specific_force: Vec  # (3,) [m/s²], without the constant 1 g
     angular_rate: Vec = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
     preview: Mat | None = None  # (K, 3) [m/s²] forces at the ends of the next K periods
+    age: float = 0.0  # [s] how long before the time of the state that comes with it this is wanted
 
     def __post_init__(self) -> None:
         freeze(self, specific_force=(3,), angular_rate=(3,))
@@ -72,6 +73,24 @@ class Command:
     twist: Vec  # (6,) predicted at the period's end
     plan: Vec  # (K, 6) commanded accelerations of the following periods; they end at rest
     outcome: Outcome
+
+
+class Predictor(Protocol):
+    """Says what will be wanted in the coming periods, from what was wanted until now.
+
+    It is causal by construction: it is handed one reference after the other, once per period, and may know no
+    more of the future than `Reference.preview` holds.
+    """
+
+    def reset(self) -> None:
+        """Forget the past."""
+
+    def ahead(self, reference: Reference, dt: float, n: int) -> Mat:
+        """Return what will be wanted at the ends of the next n periods of dt [s].
+
+        The rows (n, 6) are specific force [m/s²] and angular rate [rad/s] in the driver's frame. An axis that
+        is wanted as no number is passed on as it is, so that whoever decides sees it.
+        """
 
 
 class Cueing(Protocol):

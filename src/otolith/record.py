@@ -18,6 +18,7 @@ from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
+from otolith.cueing.prediction.named import Prediction, prediction_named, prediction_to_record
 from otolith.cueing.washout.tuning import Tuning
 from otolith.perception import Vestibular
 from otolith.platforms import Platform
@@ -74,7 +75,9 @@ def _mpc_to_record(settings: MpcSettings) -> dict[str, Any]:
         "otolith": _system_to_record(senses.otolith),
         "canal": _system_to_record(senses.canal),
     }
+    prediction = settings.prediction
     return told | {
+        "prediction": None if prediction is None else prediction_to_record(prediction),
         "objective": {
             **asdict(replace(settings.objective, senses=None)),
             "senses": organs,
@@ -126,11 +129,16 @@ def _engine(name: str) -> Any:
     return registry.lookup(registry.SOLVERS, "QP engine of the run", name).load()
 
 
+def _prediction(record: Mapping[str, Any] | None) -> Prediction | None:
+    return None if record is None else prediction_named(record)
+
+
 # Fields of `MpcSettings` that are no plain values, and what makes them of such.
 _TYPED: Final[Mapping[str, Callable[[Any], Any]]] = {
     "objective": _objective,
     "washout": _washout,
     "braking": BrakingRows,
     "blocks": tuple,
+    "prediction": _prediction,
     "engine": _engine,
 }

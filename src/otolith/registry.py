@@ -94,12 +94,9 @@ class Table(Mapping[str, Entry]):
 # Options of the command line that only some cueing algorithms read. All other options concern the reference,
 # the platform or the results, and apply to every algorithm.
 _LAW: Final = frozenset({"braking", "law"})
-_SENSED: Final = frozenset({"solver", "horizon", "blocks", "preview", "washout", "weight", "braking"})
-_LINEAR: Final = _SENSED - {
-    "washout",
-    "weight",
-    "braking",
-}  # it has its own washout and terminal rows instead
+_SENSED: Final = frozenset({"solver", "horizon", "blocks", "prediction", "washout", "weight", "braking"})
+_PREDICTIVE: Final = frozenset({"solver", "prediction", "liveliness", "braking", "soft"})
+_LINEAR: Final = _SENSED - {"washout", "weight", "braking"}  # it has its own washout and terminal rows instead
 _IMPLICIT: Final = _SENSED | {"soft"}
 _GUESSING: Final = _IMPLICIT | {"guess_entry"}
 _HYBRID: Final = _GUESSING | {"law"}
@@ -110,6 +107,11 @@ _WASHOUT: Final = frozenset({"tuning"})
 CUEING: Final = Table(
     "otolith.cueing",
     {
+        "predictive": Entry(
+            "otolith.cueing.design:predictive",
+            "implicit MPC that foresees: 1.5 s in blocks, learning prediction; the default",
+            reads=_PREDICTIVE,
+        ),
         "explicit": Entry(
             "otolith.cueing.design:explicit",
             "the explicit law alone, 10 Hz (section 5.2.1)",

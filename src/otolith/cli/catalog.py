@@ -10,10 +10,10 @@ from otolith import registry
 from otolith.cli.options import warn
 from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, one_of
+from otolith.core.formula import defaults
 from otolith.platforms import catalog, load
 from otolith.scenarios import FAMILIES, SCENARIOS
 from otolith.scenarios.catalog import family_parameters
-from otolith.scenarios.formula import defaults
 from otolith.vehicle import ROADS
 
 

@@ -29,7 +29,6 @@ class Prepared:
     scenarios: tuple[Scenario, ...]
     settings: tuple[Mapping[str, Mapping[str, Any]], ...]  # record of each scenario's runs, by algorithm
     plants: Mapping[str, str]  # the plant of each cueing algorithm, by the algorithm's name
-    preview: int  # periods that the controller is told ahead
 
 
 def prepare(
@@ -61,7 +60,6 @@ def prepare(
             {name: choices.experiment(name, design).record() for name in names} for choices in each
         ),
         plants=plants,
-        preview=design.mpc.horizon if first.preview else 0,
     )
 
 
@@ -95,7 +93,7 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
                     dofs=tuple(dof.name for dof in design.dofs),
                     names=(name, plant),
                     settings=dict(settings[name]),
-                    preview=prepared.preview,
+                    preview=design.preview,
                     progress=progress,
                 )
             _tell_interventions(run.interventions, console)

@@ -29,6 +29,7 @@ from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
 from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
+from otolith.cueing.prediction import parse_prediction
 from otolith.experiment import Experiment, Wanted, hint_for
 from otolith.recordings.settings import PLAIN
 
@@ -113,9 +114,17 @@ class RunOptions:
     )
     horizon: Horizon = None
     blocks: Blocks = None
-    preview: Annotated[
-        bool, typer.Option("--preview", help="Tell the controller the future reference (default: held).")
-    ] = False
+    prediction: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME:PARAMETER=VALUE,...",
+            help="What an MPC assumes of the future: hold, decay, adaptive or oracle "
+            "(default: predictive adaptive, all others hold).",
+        ),
+    ] = None
+    liveliness: Annotated[
+        float, typer.Option(help="Of predictive, 0 to 1: how much travel it spends on what is felt.")
+    ] = 0.5
     washout: Washout = "thesis-fit"
     weight: Weights = None
     braking: Annotated[
@@ -155,12 +164,14 @@ class RunOptions:
             braking=rows or BrakingRows.STOPPING,
             engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
             soft=soft_rows(self.soft or []),
+            prediction=None if self.prediction is None else parse_prediction(self.prediction),
         )
         return Design(
             platform=platform,
             dofs=dofs,
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
             mpc=settings,
+            liveliness=self.liveliness,
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),
@@ -187,7 +198,6 @@ class RunOptions:
             design=design,
             cueing=cueing,
             plant=self.plant,
-            preview=self.preview,
             law=self.law,
             hint=self.hint,
         )

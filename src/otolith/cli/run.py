@@ -47,7 +47,7 @@ Strict = Annotated[
 @with_run_options
 def run(
     choices: RunOptions,
-    cueing: Annotated[str, typer.Option(help=CUEING_HELP)] = "hybrid-all",
+    cueing: Annotated[str, typer.Option(help=CUEING_HELP)] = "predictive",
     tuning: Tuning = None,
     out: Out = None,
     force: Force = False,

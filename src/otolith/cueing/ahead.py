@@ -108,7 +108,7 @@ class Ahead:
         self._fresh = False
         known = self._observe(state)
         ahead = self._ahead(state) if known else _unknown()
-        command = self._cueing.step(ahead, self._later(reference))
+        command = self._cueing.step(ahead, replace(reference, age=reference.age + self._dead_time))
         self._given.append(command.acceleration)
         return command
 
@@ -136,15 +136,6 @@ class Ahead:
         for i in range(self._count):
             move(motion, self._given[i - self._count], self._lag, self.period if i else first)
         return replace(state, pose=motion[0], twist=motion[1], acceleration=motion[2])
-
-    def _later(self, reference: Reference) -> Reference:
-        """The reference as it will be then: straight between what is known, held from its end on."""
-        if reference.preview is None:
-            return reference
-        known = np.vstack([reference.specific_force, reference.preview])
-        asked = np.arange(len(known)) + self._dead_time / self.period
-        later = np.column_stack([np.interp(asked, np.arange(len(known)), column) for column in known.T])
-        return replace(reference, specific_force=later[0], preview=later[1:])
 
 
 def _unknown() -> PlatformState:

@@ -10,6 +10,7 @@ difference is the model and not the effort. (The papers themselves were not at h
 thesis's, section 2.4.2.)
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -23,9 +24,11 @@ from otolith.cueing.mpc.explicit import Explicit, ExplicitLaw
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_platform, explicit_problem
 from otolith.cueing.mpc.guess import FromExplicit, Guess, HeldPlan, Hint, MissingHint, NoGuess
 from otolith.cueing.mpc.objective import Objective
+from otolith.cueing.mpc.predictive import predictive_settings
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.cueing.prediction import Oracle
 from otolith.cueing.several import Several
 from otolith.cueing.washout.tuning import Tuning, load_tuning
 from otolith.interfaces import Cueing
@@ -45,10 +48,21 @@ class Design:
     explicit: ExplicitSettings = field(default_factory=ExplicitSettings)
     mpc: MpcSettings = field(default_factory=MpcSettings)
     entry: Entry = Entry.REFERENCE
+    liveliness: float = 0.5  # of `predictive`, 0 to 1: how much travel is spent on what is felt
     washout: Tuning | None = None  # of the conventional washouts; none: the one shipped for the platform
     stored_laws: tuple[Law, ...] = ()  # from a file; enumerated on first use when there is none
     hint: StoredHint | Refused | None = None  # offline knowledge, from a file
     progress: Callable[[Progress], None] | None = None  # is called with how the enumeration goes
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.liveliness <= 1.0:
+            raise InputError("liveliness", self.liveliness, "between 0 and 1")
+
+    @property
+    def preview(self) -> int:
+        """Periods of the future that the loop has to hand to the algorithm: none but for an oracle."""
+        oracle = self.mpc.prediction
+        return math.ceil(oracle.time / self.mpc.period) if isinstance(oracle, Oracle) else 0
 
     @property
     def pairs(self) -> tuple[Dof, ...]:
@@ -85,6 +99,21 @@ class Design:
     def laws_at_work(self) -> list[ExplicitLaw]:
         """A fresh evaluator of each law, with its own memory of the last region."""
         return [ExplicitLaw(law, dof, self.explicit) for dof, law in zip(self.dofs, self.laws, strict=True)]
+
+
+def predictive(design: Design) -> Cueing:
+    """The implicit MPC with a long horizon, a prediction that learns, and as little washout as will do."""
+    groups = [group for group in (design.pairs, *_alone(design)) if group]
+    return _together(
+        [
+            Mpc(
+                design.platform,
+                dofs,
+                predictive_settings(design.mpc, design.platform, dofs, design.liveliness),
+            )
+            for dofs in groups
+        ]
+    )
 
 
 def explicit(design: Design) -> Cueing:
@@ -188,4 +217,9 @@ def _apart(
     made = [
         Mpc(platform, dofs, settings, **(first or {} if dofs[0].is_pair else {})) for dofs in groups if dofs
     ]
-    return made[0] if len(made) == 1 else Several(made)
+    return _together(made)
+
+
+def _together(parts: Sequence[Cueing]) -> Cueing:
+    """Algorithms that share no axis, as one."""
+    return parts[0] if len(parts) == 1 else Several(parts)

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
+from otolith.core.formula import Builder, arguments, defaults
 from otolith.scenarios import signals
-from otolith.scenarios.formula import Builder, arguments, defaults
 from otolith.scenarios.scenario import Scenario
 from otolith.scenarios.signals import SECTION_6_1_WAVES, STEP_END_LITERAL
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError, one_of
-from otolith.scenarios.formula import arguments
+from otolith.core.formula import arguments
 from otolith.vehicle.centreline import smooth_path
 from otolith.vehicle.road import Road, from_clothoids, plain
 

@@ -9,6 +9,7 @@ With `blocks` the inputs are held over several steps, and a horizon three times 
 Plans are in steps of one period all the same.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -25,6 +26,7 @@ from otolith.cueing.mpc.motion import in_six_axes, model_state
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.rows import plausible
 from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.cueing.prediction.simple import Hold, now
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.platforms import Platform
 from otolith.qp.problem import Status as SolverStatus
@@ -68,6 +70,7 @@ class Mpc:
             self._hint = GuessAsHint(self._guess, self.problem, self.engine.memory)
             self._guess = NoGuess()
         self._chooser = Chooser(self.problem.structure, settings.blocks)
+        self._predictor = (settings.prediction or Hold()).begin()
         self._plan = np.zeros((settings.horizon, len(self.problem.axes.axis)))
         self._stopping = Stopping(
             platform,
@@ -80,7 +83,7 @@ class Mpc:
 
     def _compile(self) -> None:
         """Solve one harmless problem, so that no decision ever waits for a compiler."""
-        still, wanted = model_state(self.problem.axes, PlatformState()), self.problem.wanted(_NOTHING)
+        still, wanted = model_state(self.problem.axes, PlatformState()), self._wanted(_NOTHING)
         self.problem.sense(still, wanted)
         self.problem.write(self.engine.memory, still, self._plan, wanted, None)
         self.engine.run()
@@ -102,6 +105,7 @@ class Mpc:
         """Forget plan, working set, guess, hint and what the drivers felt."""
         self._plan[:] = 0.0
         self._stopping.reset(state)
+        self._predictor.reset()
         self.problem.reset()
         self.engine.reset()
         self._guess.reset()
@@ -110,7 +114,7 @@ class Mpc:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide by one certified QP; where there is no such decision, stop, and say why."""
-        wanted = self.problem.wanted(reference)
+        wanted = self._wanted(reference)
         if not (self._stopping.observe(state) and plausible(wanted)):
             return self._stop(Outcome(status=Status.INVALID, residual=np.inf))
         x = model_state(self.problem.axes, state)
@@ -134,6 +138,13 @@ class Mpc:
             return self._stop(replace(outcome, status=Status.REFUSED))
         self._plan = plan
         return self._stopping.decided(in_axes, outcome)
+
+    def _wanted(self, reference: Reference) -> Mat:
+        """(N, C) what to feel in the N periods after the time of the state."""
+        dt, N = self.settings.period, self.settings.horizon
+        late = reference.age / dt
+        ahead = self._predictor.ahead(reference, dt, N + math.ceil(late))
+        return self.problem.wanted(_from(late, ahead, now(reference), N))
 
     def _stop(self, outcome: Outcome) -> Command:
         """Brake to rest; the next decision starts from there, with no plan to go on with."""
@@ -161,6 +172,17 @@ class Mpc:
         sets = hint.sets(x, wanted, self._plan)
         self._missed = self._missed or sets is None
         return None if sets is None else self._chooser.best(self.engine.memory, sets)
+
+
+def _from(late: float, ahead: Mat, present: Vec, N: int) -> Mat:
+    """N rows of `ahead` (M, 6), which follows `present` (6,), from `late` periods on; straight in between."""
+    if late == 0.0:
+        return ahead
+    known = np.vstack([present, ahead])
+    first, share = int(late), late - int(late)
+    before, after = known[first + 1 : first + 1 + N], known[first + 2 : first + 2 + N]
+    later: Mat = before if share == 0.0 else (1.0 - share) * before + share * after
+    return later
 
 
 _NOTHING: Final = Reference(specific_force=np.zeros(3))

@@ -15,7 +15,6 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import GRAVITY, Dof
 from otolith.core.lti import StateSpace, first_order_hold, zero_order_hold
 from otolith.cueing.mpc.motion import ACCELERATION, TILT, TILT_RATE, chains, states
-from otolith.interfaces import Reference
 from otolith.perception import Vestibular
 
 FORCE_WEIGHT: Final = 1.0  # of the squared error of a force [(m/s²)⁻²]
@@ -46,19 +45,12 @@ class Channel:
     sign: float = 1.0  # of the model's rate against the driver's
     tilt: int = -1  # state whose sine gives gravity; none: -1
 
-    def wanted(self, reference: Reference, ahead: Vec) -> None:
-        """Write what is wanted at the ends of the next N periods into `ahead` (N,).
-
-        A force is the previewed one where there is a preview, held from its end on; a rate is the present
-        one.
-        """
+    def wanted(self, ahead: Mat, wanted: Vec) -> None:
+        """Write what is wanted of this channel into `wanted` (N,); `ahead` (N, 6) as of a `Predictor`."""
         if self.is_rate:
-            ahead[:] = self.sign * reference.angular_rate[self.index]
-        elif reference.preview is None:
-            ahead[:] = reference.specific_force[self.index]
+            wanted[:] = self.sign * ahead[:, 3 + self.index]
         else:
-            known = reference.preview[: len(ahead), self.index]
-            ahead[: len(known)], ahead[len(known) :] = known, known[-1]
+            wanted[:] = ahead[:, self.index]
 
 
 def channels(dofs: Sequence[Dof], objective: Objective) -> list[Channel]:

@@ -41,7 +41,6 @@ from otolith.cueing.mpc.motion import (
 from otolith.cueing.mpc.objective import Channel, Organ, channels
 from otolith.cueing.mpc.rows import Limits, Row, circle_weights, command_bounds, rows_of
 from otolith.cueing.mpc.settings import MpcSettings
-from otolith.interfaces import Reference
 from otolith.platforms import Platform
 from otolith.qp.blocked import block_ends
 from otolith.qp.engines import StageMemory
@@ -127,10 +126,13 @@ class Problem:
         memory.state_linear[:] = 0.0
         memory.output[:] = self._outputs()[self.structure.output]
 
-    def wanted(self, reference: Reference) -> Mat:
-        """(N, C) what to feel through every channel in the next N periods; valid until the next call."""
+    def wanted(self, ahead: Mat) -> Mat:
+        """(N, C) what to feel through every channel in the next N periods; valid until the next call.
+
+        `ahead` (N, 6) is what a `otolith.interfaces.Predictor` says.
+        """
         for c, channel in enumerate(self.channels):
-            channel.wanted(reference, self._wanted[:, c])
+            channel.wanted(ahead, self._wanted[:, c])
         return self._wanted
 
     def sense(self, x: Vec, wanted: Mat) -> None:

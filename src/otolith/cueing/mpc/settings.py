@@ -11,6 +11,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
+from otolith.cueing.prediction.named import Prediction
 from otolith.platforms import Platform
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
@@ -58,6 +59,7 @@ class MpcSettings:
     firm: int = 2  # first blocks whose rows are hard, unless `soft` names them
     later_penalty: float = 1e3  # on rows at the ends of all other blocks, which may be violated at this cost
     linear: bool = False  # whether gravity of a tilt θ counts as g θ all over the prediction
+    prediction: Prediction | None = None  # of what is wanted; None: the algorithm's own, which mostly is hold
     iterations: int = 1  # Gauss-Newton steps per period at most; 1: real-time iteration
     tolerance: float = 1e-6  # largest certificate that counts as solved
     engine: Callable[..., StageEngine] = StructuredEngine

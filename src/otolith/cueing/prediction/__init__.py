@@ -1,0 +1,16 @@
+"""Predictors: what an MPC assumes of the future of what should be felt."""
+
+from otolith.cueing.prediction.adaptive import Adaptive
+from otolith.cueing.prediction.named import PREDICTIONS, Prediction, parse_prediction, prediction_named
+from otolith.cueing.prediction.simple import Decay, Hold, Oracle
+
+__all__ = [
+    "PREDICTIONS",
+    "Adaptive",
+    "Decay",
+    "Hold",
+    "Oracle",
+    "Prediction",
+    "parse_prediction",
+    "prediction_named",
+]
