@@ -200,7 +200,8 @@ IGNORED = {
     "linear-mpc": ["--weight", "position=3"],
     "implicit": ["--tuning", "davsi"],
     "implicit-sensed": ["--soft", "tilt_rate=100"],
-    "explicit": ["--preview"],
+    "explicit": ["--prediction", "hold"],
+    "predictive": ["--horizon", "20", "--weight", "position=3"],
     "hybrid-learned": ["--law", "law.h5"],
     "hybrid-all": ["--hint", "hint.h5"],
 }

@@ -28,7 +28,8 @@ WANTED = "sine:amplitude=0.8,frequency=0.5,duration=2"
             "tilt_rate=100",
             "--weight",
             "position=0.9",
-            "--preview",
+            "--prediction",
+            "oracle:time=0.2",
         ],
         ["--cueing", "hybrid-first", "--solver", "dense", "--scale", "0.7", "--platform", "davsi"],
         [

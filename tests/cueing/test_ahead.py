@@ -101,14 +101,12 @@ def test_what_is_no_measurement_is_passed_on_as_none() -> None:
     assert np.isfinite(told.states[1].pose).all()
 
 
-def test_a_preview_is_read_a_dead_time_later() -> None:
+def test_a_reference_is_passed_on_as_older_by_the_dead_time() -> None:
     told = Told(np.zeros(5))
     ahead = Ahead(told, lag=0.01, dead_time=0.015)
-    coming = np.outer(np.arange(1.0, 5.0), [1.0, 0.0, -2.0])
-    ahead.step(PlatformState(), Reference(specific_force=np.zeros(3), preview=coming))
-    assert_allclose(told.references[0].specific_force, [1.5, 0.0, -3.0])
-    assert told.references[0].preview is not None
-    assert_allclose(told.references[0].preview[:, 0], [2.5, 3.5, 4.0, 4.0])
+    ahead.step(PlatformState(), Reference(specific_force=np.ones(3), age=0.02))
+    assert_allclose(told.references[0].age, 0.035)
+    assert_allclose(told.references[0].specific_force, 1.0)
 
 
 @pytest.mark.parametrize("dead_time", [-0.01, 1.5, float("nan")])

@@ -16,6 +16,7 @@ from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.objective import RATE_WEIGHT
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.cueing.prediction import Oracle
 from otolith.cueing.several import Several
 from otolith.interfaces import Cueing, PlatformState, Reference, Status
 from otolith.loop import Run, simulate
@@ -214,7 +215,7 @@ def test_in_trouble_it_stops_and_the_outcome_says_so() -> None:
 
 
 def test_a_preview_is_used_and_blocks_are_taken() -> None:
-    settings = MpcSettings(horizon=20, blocks=(1, 1, 3, 5, 10), engine=CondensedEngine)
+    settings = MpcSettings(horizon=20, blocks=(1, 1, 3, 5, 10), engine=CondensedEngine, prediction=Oracle())
     cueing = linear_mpc(design(mpc=settings))
     coming = np.zeros((20, 3))
     coming[10:, 0] = 1.0

@@ -17,6 +17,7 @@ from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.guess import HeldPlan, NoGuess
 from otolith.cueing.mpc.settings import BLOCKS, Entry, MpcSettings, parse_entry
+from otolith.cueing.prediction import Oracle
 from otolith.interfaces import PlatformState, Reference, Status
 from otolith.loop import Run, simulate
 from otolith.plant import Ideal
@@ -109,7 +110,7 @@ def test_more_gauss_newton_steps_change_little_and_end_where_linearisation_is_ex
 
 
 def test_a_preview_helps_and_a_constant_one_changes_nothing() -> None:
-    mpc = controller()
+    mpc = controller(prediction=Oracle())
     held = close(mpc, scenario("sine-1"), (SURGE_PITCH,))
     seen = close(mpc, scenario("sine-1"), (SURGE_PITCH,), preview=50)
     assert metrics.tracking_rmse(seen)[0] < metrics.tracking_rmse(held)[0]

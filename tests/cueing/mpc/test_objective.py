@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Mat, Vec
 from otolith.core.filter import Filter
 from otolith.core.frames import DOFS, GRAVITY, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.core.lti import StateSpace, first_order_hold
@@ -13,6 +13,7 @@ from otolith.cueing.mpc.motion import in_six_axes, model_state, stacked
 from otolith.cueing.mpc.objective import Objective, channels
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.prediction import Hold
 from otolith.interfaces import PlatformState, Reference
 from otolith.perception import Vestibular, sense
 from otolith.platforms import load
@@ -22,6 +23,11 @@ N, T = 30, 0.01
 DAVSI = load("davsi")
 SENSED = Objective(senses=Vestibular())
 PITCH, ROLL = -0.3, 0.2  # [rad]; the nose up, and the left side up
+
+
+def for_ever(reference: Reference, n: int) -> Mat:
+    """What is wanted now, in each of n periods."""
+    return Hold().ahead(reference, 0.01, n)
 
 
 def sensed(*dofs: Dof, linear: bool = False) -> Problem:
@@ -41,7 +47,7 @@ def held(problem: Problem, pose: Vec, reference: Reference) -> None:
     """A second at one pose."""
     x = model_state(problem.axes, PlatformState(pose=pose))
     for _ in range(100):
-        problem.sense(x, problem.wanted(reference))
+        problem.sense(x, problem.wanted(for_ever(reference, problem.settings.horizon)))
 
 
 @pytest.mark.parametrize("dofs", [(SURGE_PITCH, SWAY_ROLL), (SURGE_PITCH,)])
@@ -71,14 +77,17 @@ def test_what_the_car_will_be_sensed_to_do_is_what_the_perception_module_senses(
     problem, x = sensed(SURGE_PITCH), np.zeros(6)
     past = np.cumsum(rng.normal(size=200)) * 0.05
     for value in past:
-        problem.sense(x, problem.wanted(Reference(specific_force=np.array([value, 0.0, 0.0]))))
+        problem.sense(
+            x,
+            problem.wanted(for_ever(Reference(specific_force=np.array([value, 0.0, 0.0])), N)),
+        )
     organ = Vestibular().otolith
     theirs = sense(organ, past[:, None], T, before=np.zeros(1))
     there = problem._organs.there[slice(*problem._organs.first[:2])]
     assert (organ.C @ there)[0] == pytest.approx(theirs[-1, 0], rel=1e-9)
 
     memory = empty_memory(problem.structure)
-    wanted = problem.wanted(Reference(specific_force=np.array([0.7, 0.0, 0.0])))
+    wanted = problem.wanted(for_ever(Reference(specific_force=np.array([0.7, 0.0, 0.0])), N))
     problem.write(memory, x, np.zeros((N, 2)), wanted, None)
     ahead = Filter(organ.discretise(T))
     ahead.state = there
@@ -92,7 +101,9 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
     rng = np.random.default_rng(3)
     held(problem, np.array([0.0, 0, 0, 0, 0.1, 0]), Reference(specific_force=np.array([0.8, 0, 0])))
     x, plan = 0.1 * rng.normal(size=6), np.repeat(rng.normal(size=(3, 2)), 10, axis=0)
-    wanted = problem.wanted(Reference(specific_force=np.array([0.8, 0, 0])))
+    wanted = problem.wanted(
+        for_ever(Reference(specific_force=np.array([0.8, 0, 0])), problem.settings.horizon)
+    )
     memory = empty_memory(problem.structure)
     problem.begin(memory)
     problem.sense(x, wanted)
@@ -124,26 +135,18 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
 def test_the_rate_wanted_of_a_tilt_is_that_of_its_own_axis_and_of_no_other(pair: Dof) -> None:
     rate, ahead = channels((pair,), SENSED)[1], np.empty(4)
     wanted = np.array([0.1, 0.2, 0.3])
-    rate.wanted(Reference(specific_force=np.zeros(3), angular_rate=wanted), ahead)
+    rate.wanted(for_ever(Reference(specific_force=np.zeros(3), angular_rate=wanted), len(ahead)), ahead)
     assert_allclose(ahead, pair.sign * wanted[pair.rotation - 3])
     wanted[pair.rotation - 3] = 0.0
-    rate.wanted(Reference(specific_force=np.zeros(3), angular_rate=wanted), ahead)
+    rate.wanted(for_ever(Reference(specific_force=np.zeros(3), angular_rate=wanted), len(ahead)), ahead)
     assert_array_equal(ahead, 0.0)
 
 
 def test_the_rate_wanted_of_yaw_is_that_about_z() -> None:
     (rate,), ahead = channels((YAW,), Objective()), np.empty(3)
-    rate.wanted(Reference(specific_force=np.zeros(3), angular_rate=np.array([0.1, 0.2, 0.3])), ahead)
+    wanted = Reference(specific_force=np.zeros(3), angular_rate=np.array([0.1, 0.2, 0.3]))
+    rate.wanted(for_ever(wanted, 3), ahead)
     assert_array_equal(ahead, 0.3)
-
-
-def test_a_preview_is_held_from_its_end_on() -> None:
-    (force,), ahead = channels((SURGE_PITCH,), Objective()), np.empty(5)
-    known = np.array([[1.0, 9, 9], [2.0, 9, 9], [3.0, 9, 9]])
-    force.wanted(Reference(specific_force=np.zeros(3), preview=known), ahead)
-    assert_array_equal(ahead, [1, 2, 3, 3, 3])
-    force.wanted(Reference(specific_force=np.zeros(3), preview=np.vstack([known, known])), ahead)
-    assert_array_equal(ahead, [1, 2, 3, 1, 2])
 
 
 def test_states_and_commands_of_a_platform_go_to_the_model_and_back_in_its_signs() -> None:
