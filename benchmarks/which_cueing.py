@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import otolith
@@ -43,6 +44,7 @@ SHIPPED: Final = (
     "implicit",
 )
 ALL: Final = (*SHIPPED, "implicit in blocks", "predictive")
+LIVELY: Final = {f"predictive, liveliness {value:g}": value for value in (0.0, 0.25, 0.75, 1.0)}
 HARD: Final = 0.2  # [m/s²] of the best shipped
 LAP: Final = 100.0  # [s] of each lap
 FIGURES: Final = ("rmse", "perceived", "correlation")
@@ -71,11 +73,14 @@ def figures(wanted: otolith.Wanted, dof: Dof, platform: str) -> dict[str, dict[s
     """Key figures of all algorithms on one case."""
     design = otolith.Design(platform=otolith.platform(platform), dofs=(dof,))
     blocked = replace(design, mpc=replace(design.mpc, horizon=sum(BLOCKS), blocks=BLOCKS))
+    variants = {"implicit in blocks": ("implicit", blocked)} | {
+        name: ("predictive", replace(design, liveliness=value)) for name, value in LIVELY.items()
+    }
     scenario = wanted.along(design)
     scenario = replace(scenario, duration=min(scenario.duration, LAP))
     found = {}
-    for name in ALL:
-        of, chosen = ("implicit", blocked) if name == "implicit in blocks" else (name, design)
+    for name in (*ALL, *LIVELY):
+        of, chosen = variants.get(name, (name, design))
         run = otolith.simulate(
             registry.make_cueing(of, chosen),
             registry.make_plant("ideal", design.platform),
@@ -109,9 +114,7 @@ def mean_ratio(cases: Sequence[dict[str, dict[str, float]]], figure: str) -> flo
 
 def show(found: dict[str, dict[str, dict[str, float]]]) -> None:
     """Print the table, and means of hard and easy cases."""
-    print(
-        "| case | best other | RMSE, of the best | perceived, of the best | correlation | travel, of implicit |"
-    )
+    print("| case | best other | RMSE, of it | perceived, of the best | correlation | travel, of implicit |")
     print("|---|---|---|---|---|---|")
     for name, case in found.items():
         winner = min((n for n in ALL[:-1] if not case[n]["broken"]), key=lambda n: case[n]["rmse"])
@@ -136,6 +139,35 @@ def show(found: dict[str, dict[str, dict[str, float]]]) -> None:
             print(f"first in perceived RMSE on {first}")
 
 
+def draw(found: dict[str, dict[str, dict[str, float]]], path: Path) -> None:
+    """Error against travel of every algorithm, each in geometric means over all cases."""
+    figure, axes = plt.subplots(figsize=(7.0, 4.2), layout="constrained")
+    names = [*ALL[:-1], *list(LIVELY)[:2], "predictive", *list(LIVELY)[2:]]
+    at = {name: [_over_cases(found, name, key) for key in ("travel", "rmse")] for name in names}
+    others, knob = np.array([at[n] for n in ALL[:-1]]), np.array([at[n] for n in names[len(ALL) - 1 :]])
+    axes.plot(*others.T, "o", color="0.45")
+    axes.plot(*knob.T, "o-", color="tab:blue")
+    for name in names:
+        known = name in LIVELY
+        axes.annotate(
+            f"{LIVELY[name]:g}" if known else name,
+            at[name],
+            xytext=(6, 5),
+            textcoords="offset points",
+            fontsize=8,
+            color="tab:blue" if known or name == "predictive" else "0.25",
+        )
+    axes.set(xlabel="travel used (RMS) [m]", ylabel="error of the felt force (RMSE) [m/s²]")
+    axes.set_xlim(0.0, None)
+    axes.set_ylim(0.0, None)
+    axes.set_title("Geometric means over all cases; in blue the liveliness of predictive", fontsize=9)
+    figure.savefig(path, dpi=140)
+
+
+def _over_cases(found: dict[str, dict[str, dict[str, float]]], name: str, key: str) -> float:
+    return float(np.exp(np.mean([np.log(case[name][key]) for case in found.values()])))
+
+
 def _work(job: tuple[str, tuple[otolith.Wanted, Dof], str]) -> tuple[str, dict[str, dict[str, float]]]:
     name, (wanted, dof), platform = job
     return name, figures(wanted, dof, platform)
@@ -150,6 +182,7 @@ def main() -> None:
     parser.add_argument("--random", type=int, default=0)
     parser.add_argument("--platform", default="thesis")
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--figure", type=Path)
     parser.add_argument("--jobs", type=int, default=2)
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -159,6 +192,8 @@ def main() -> None:
         with ProcessPoolExecutor(chosen.jobs) as pool:
             found |= dict(pool.map(_work, others))
     show(found)
+    if chosen.figure:
+        draw(found, chosen.figure)
     if chosen.json:
         chosen.json.write_text(json.dumps(found, indent=1))
 

@@ -193,6 +193,8 @@ CUEING: Final = Table(
 _OUTSIDE: Final = Entry("otolith.cueing.outside:make_outside", "makes and watches algorithms of others")
 _AHEAD: Final = Entry("otolith.cueing.ahead:Ahead", "decides for the moment at which a command takes effect")
 
+COMPARED: Final = ("predictive", "implicit", "linear-mpc")  # what `compare` compares unless others are named
+
 # The four controllers of the thesis, which differ only in their guess (section 3.1).
 FOUR_MODELS: Final = ("implicit", "implicit-trajectory", "hybrid-first", "hybrid-all")
 

@@ -65,7 +65,7 @@ def test_from_the_installed_program_in_another_process(washout: str) -> None:
         ("mine/washout.py:SURGE", "a class or function"),
         ("json:dumps", "takes an argument 'design', or none"),
         ("builtins:object", "without period and reset and step"),
-        ("washout", "must be one of explicit, implicit"),
+        ("washout", "must be one of predictive, explicit"),
     ],
 )
 def test_what_is_no_algorithm_is_refused(

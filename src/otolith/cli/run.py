@@ -102,7 +102,7 @@ def compare(
     by = by or ("rate" if all(dof.feels_rate for dof in dofs) else "rmse")
     criterion = criterion_named(by, [dof.name for dof in dofs])
     scenarios = [choices.scenario, *(more or [])]
-    names = cueing or list(registry.FOUR_MODELS)
+    names = cueing or list(registry.COMPARED)
     _refuse_twice("SCENARIO", scenarios)
     _refuse_twice("--cueing", [file_name(name) for name in names])
     each = [replace(choices, scenario=name) for name in scenarios]

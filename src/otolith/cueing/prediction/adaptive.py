@@ -24,6 +24,7 @@ from otolith.core.errors import InputError
 from otolith.core.jit import kernel
 from otolith.cueing.prediction.simple import now
 from otolith.interfaces import Reference
+from otolith.safety.stopping import HUGE
 
 _FORCES: Final = 3  # of the six columns; the rates are held
 _STEEPEST: Final = 8.0  # [m/s³] slope that counts at most, so that a jump is no trend
@@ -140,14 +141,14 @@ def _adapt(
 ) -> None:
     """Learn from the value (6,) that is wanted now, and predict into `coming` (n, 6).
 
-    `past` (lead, 2, 3) is a ring of values and slopes. A value that is no number is passed on as it is, and
-    nothing is learned from it.
+    `past` (lead, 2, 3) is a ring of values and slopes. A value that is no number of this world is passed on
+    as it is, and nothing is learned from it: it would be remembered for minutes.
     """
     dt, share, keep, lead, ridge, most, gain, near, far, large, lasting = constants
     ring = past.shape[0]
     for i in range(6):
         f = value[i]
-        if i >= _FORCES or not abs(f) < np.inf:
+        if i >= _FORCES or not abs(f) <= HUGE:
             coming[:, i] = f
             continue
         if seen[i] == 0:
