@@ -17,6 +17,7 @@ from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.cueing.prediction import Adaptive
 from otolith.cueing.washout.tuning import load_tuning
 from otolith.experiment import Experiment, StoredFile, Wanted, differences
 from otolith.loop import Run
@@ -46,11 +47,13 @@ ODD = Design(
         firm=1,
         later_penalty=77.0,
         linear=True,
+        prediction=Adaptive(near=1 / 3),
         iterations=2,
         tolerance=1e-5,
         engine=CondensedEngine,
     ),
     entry=Entry.PRIMAL,
+    liveliness=0.1 + 0.2,
     washout=load_tuning("davsi"),
 )
 
@@ -68,7 +71,7 @@ def test_every_setting_of_a_design_comes_back() -> None:
     assert written(record) == record
     back = design_from_record(written(record), DAVSI, ("surge-pitch", "heave"))
     assert design_to_record(back) == record
-    for name in ("dofs", "explicit", "entry", "washout"):
+    for name in ("dofs", "explicit", "entry", "liveliness", "washout"):
         assert getattr(back, name) == getattr(ODD, name), name
     for name in (one.name for one in fields(MpcSettings) if one.name != "objective"):
         assert getattr(back.mpc, name) == getattr(ODD.mpc, name), name

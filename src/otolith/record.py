@@ -15,6 +15,7 @@ from otolith.core.lti import StateSpace
 from otolith.cueing.design import Design
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.objective import Objective
+from otolith.cueing.mpc.predictive import DERIVED
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
@@ -39,6 +40,10 @@ def design_to_record(design: Design, reads: Collection[str] | None = None) -> di
     record: dict[str, Any] = {"mpc": mpc}
     if reads is not None and "solver" not in reads:
         record["mpc"] = {name: mpc[name] for name in _ALWAYS}
+    elif reads is not None and "liveliness" in reads:
+        record["mpc"] = {name: value for name, value in mpc.items() if name not in DERIVED}
+    if reads is None or "liveliness" in reads:
+        record["liveliness"] = design.liveliness
     if reads is None or "law" in reads:
         record["explicit"] = explicit | {"state_weights": list(design.explicit.state_weights)}
     if reads is None or "guess_entry" in reads:
@@ -61,6 +66,8 @@ def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tupl
         explicit["braking"] = BrakingRows(explicit["braking"])
         explicit["state_weights"] = tuple(explicit["state_weights"])
         told["explicit"] = ExplicitSettings(**explicit)
+    if "liveliness" in record:
+        told["liveliness"] = record["liveliness"]
     if "guess_entry" in record:
         told["entry"] = Entry(record["guess_entry"])
     if "tuning" in record:

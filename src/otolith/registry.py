@@ -96,7 +96,11 @@ class Table(Mapping[str, Entry]):
 _LAW: Final = frozenset({"braking", "law"})
 _SENSED: Final = frozenset({"solver", "horizon", "blocks", "prediction", "washout", "weight", "braking"})
 _PREDICTIVE: Final = frozenset({"solver", "prediction", "liveliness", "braking", "soft"})
-_LINEAR: Final = _SENSED - {"washout", "weight", "braking"}  # it has its own washout and terminal rows instead
+_LINEAR: Final = _SENSED - {
+    "washout",
+    "weight",
+    "braking",
+}  # it has its own washout and terminal rows instead
 _IMPLICIT: Final = _SENSED | {"soft"}
 _GUESSING: Final = _IMPLICIT | {"guess_entry"}
 _HYBRID: Final = _GUESSING | {"law"}

@@ -150,8 +150,14 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
     ("arguments", "sentence"),
     [
         (["run", "sine-3"], "sine-3"),
-        (["run", "sine-1", "--cueing", "implicit", "--blocks", "1,x"], "--blocks is '1,x', must be numbers of steps with commas"),
-        (["run", "sine-1", "--cueing", "implicit", "--blocks", "1,2", "--horizon", "4"], "must be of at least 1 step each, 4 in sum"),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--blocks", "1,x"],
+            "--blocks is '1,x', must be numbers of steps with commas",
+        ),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--blocks", "1,2", "--horizon", "4"],
+            "must be of at least 1 step each, 4 in sum",
+        ),
         (["run"], "the reference is absent, must be either a scenario's name or --log FILE"),
         (["run", "sine-1", "--log", "x.csv"], "the reference is given twice"),
         (["run", "--log", "absent.csv"], "log absent.csv is absent, must be an existing file"),
@@ -163,22 +169,43 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
             ["run", "sine-1", "--dofs", "pitch"],
             "--dofs is 'pitch', must be one of surge-pitch, sway-roll, heave, yaw, or several with commas",
         ),
-        (["run", "sine-1", "--cueing", "implicit", "--washout", "soap"], "washout is 'soap', must be one of printed"),
-        (["run", "sine-1", "--cueing", "implicit", "--weight", "position"], "--weight is 'position', must be of the form NAME=VALUE"),
-        (["run", "sine-1", "--cueing", "implicit", "--weight", "position=much"], "--weight position is 'much', must be a number"),
-        (["run", "sine-1", "--cueing", "implicit", "--weight", "position=-1"], "weight position is -1.0, must be a finite number"),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--washout", "soap"],
+            "washout is 'soap', must be one of printed",
+        ),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--weight", "position"],
+            "--weight is 'position', must be of the form NAME=VALUE",
+        ),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--weight", "position=much"],
+            "--weight position is 'much', must be a number",
+        ),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--weight", "position=-1"],
+            "weight position is -1.0, must be a finite number",
+        ),
         (
             ["run", "sine-1", "--braking", "hard"],
             "braking is 'hard', must be one of stopping, leading, position, printed, none",
         ),
-        (["run", "sine-1", "--cueing", "hybrid-all", "--guess-entry", "dual"], "guess entry is 'dual', must be one of reference"),
-        (["run", "sine-1", "--cueing", "hybrid-all", "--law", "absent.h5"], "absent.h5 is absent, must be an existing file"),
+        (
+            ["run", "sine-1", "--cueing", "hybrid-all", "--guess-entry", "dual"],
+            "guess entry is 'dual', must be one of reference",
+        ),
+        (
+            ["run", "sine-1", "--cueing", "hybrid-all", "--law", "absent.h5"],
+            "absent.h5 is absent, must be an existing file",
+        ),
         (["run", "sine-1", "--scale", "nan"], "scale is nan, must be greater than 0 and at most 10"),
         (["list", "wheels"], "KIND is 'wheels', must be one of cueing"),
         (["run", "sine-1", "--no-such-option"], "No such option"),
         (["run", "sine-1", "--cueing", "implicit", "--cueing", "implicit"], "--cueing is given twice"),
         (["run", "sine-1", "--scale", "1", "--scale=2"], "--scale is given twice, must be given once"),
-        (["run", "sine-1", "--cueing", "implicit", "--weight", "tilt=1", "--weight", "tilt=2"], "--weight tilt is given twice"),
+        (
+            ["run", "sine-1", "--cueing", "implicit", "--weight", "tilt=1", "--weight", "tilt=2"],
+            "--weight tilt is given twice",
+        ),
         (["run", "--log", "x.csv", "--literal"], "--literal is given, must be left out with --log"),
         (["run", "sine-1", "--out", "/dev/null/out"], "output /dev/null/out is not writable"),
         (["run", "sine-1", "--out", "/dev/null"], "output /dev/null is a file, must be a folder"),

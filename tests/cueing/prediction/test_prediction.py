@@ -40,7 +40,7 @@ def fed(predictor: Predictor, forces: Vec, n: int = 40) -> Mat:
 
 
 @pytest.mark.parametrize("kind", PREDICTIONS.values(), ids=list(PREDICTIONS))
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None)  # the first one compiles
 @given(seed=st.integers(0, 1000), now=st.integers(1, 80))
 def test_another_future_changes_nothing(kind: type, seed: int, now: int) -> None:
     """Two references that agree until now are predicted alike; the oracle is given no future here."""

@@ -30,6 +30,7 @@ RANGE: Final = 30.0  # by which liveliness divides or multiplies the square of t
 DAMPING: Final = 1.25  # c
 TILT_RATE: Final = 0.02  # weight on the rate of a tilt [(rad/s)⁻²]: so little that it only settles ties
 CONTROL: Final = 3e-5  # R
+DERIVED: Final = ("horizon", "blocks", "control_weight", "washout")  # what is not as chosen
 
 
 def predictive_settings(
