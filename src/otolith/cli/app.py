@@ -37,6 +37,10 @@ COMMANDS: Final = {
         "run:compare",
         "Cue scenarios, or a recorded drive, with several algorithms, rank them and say by which rule.",
     ),
+    "optimum": (
+        "optimum:optimum",
+        "Find the best motion for a scenario or a drive that is known as a whole, and write it as a run.",
+    ),
     "rerun": ("rerun:rerun", "Make a run again from its file, and say whether it is equal bit for bit."),
     "drive": (
         "drive:drive_",

@@ -11,9 +11,9 @@ import typer
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.loop import prepare, simulate_all
+from otolith.cli.loop import Prepared, prepare, simulate_all
 from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
-from otolith.cli.output import Force, file_name, print_json, screen, sentence
+from otolith.cli.output import Force, file_name, print_json, screen, sentence, working
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
 from otolith.loop import Run
@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad in
 
     Contest = Mapping[str, tuple[Sequence[Run], Mapping[str, Any]]]
 
+_COMPARED: Final = ", ".join(registry.COMPARED)
 BEYOND: Final = 3  # exit code of --strict
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
@@ -42,6 +43,10 @@ Strict = Annotated[
         "--strict", help=f"Exit with code {BEYOND}, after all is written, if a hard limit was passed."
     ),
 ]
+Optimum = Annotated[
+    bool,
+    typer.Option("--optimum", help="Also find the best that is possible, and measure by it."),
+]
 
 
 @with_run_options
@@ -49,6 +54,7 @@ def run(
     choices: RunOptions,
     cueing: Annotated[str, typer.Option(help=CUEING_HELP)] = "predictive",
     tuning: Tuning = None,
+    optimum: Optimum = False,
     out: Out = None,
     force: Force = False,
     strict: Strict = False,
@@ -62,6 +68,8 @@ def run(
     ((result,),) = simulate_all(prepared, console)
     summary = write_results(result, folder, command="run", force=force)
     _tell(summary if json else None, [summary], folder, console)
+    if optimum:
+        _measure_by_optimum(prepared, [[result]], console)
     _judge([summary], strict)
 
 
@@ -82,7 +90,8 @@ def compare(
     choices: RunOptions,
     more: Annotated[list[str] | None, typer.Argument(metavar="MORE", help="Further scenarios.")] = None,
     cueing: Annotated[
-        list[str] | None, typer.Option(help=f"{CUEING_HELP} Repeat to compare (default: the thesis's four).")
+        list[str] | None,
+        typer.Option(help=f"{CUEING_HELP} Repeat to compare (default: {_COMPARED})."),
     ] = None,
     by: Annotated[
         str | None,
@@ -91,6 +100,7 @@ def compare(
         ),
     ] = None,
     tuning: Tuning = None,
+    optimum: Optimum = False,
     out: Out = None,
     force: Force = False,
     strict: Strict = False,
@@ -128,7 +138,20 @@ def compare(
     _tell(said if json else None, every, folder, console)
     for one in ranked:
         console.print(_place(one, ranked), highlight=False, soft_wrap=True)
+    if optimum:
+        _measure_by_optimum(prepared, runs, console)
     _judge(every, strict)
+
+
+def _measure_by_optimum(prepared: Prepared, runs: Sequence[Sequence[Run]], console: Console) -> None:
+    """Print how far the runs of every scenario are from the best that is possible."""
+    from otolith.cli.optimum import report_distances
+    from otolith.cueing.optimum import optimum
+
+    for scenario, of_one in zip(prepared.scenarios, runs, strict=True):
+        with working(console, f"the best that is possible on {scenario.name}"):
+            found = optimum(prepared.design.platform, prepared.design.dofs, scenario)
+        report_distances(found, of_one, console)
 
 
 def _refuse_twice(option: str, names: Sequence[str | None]) -> None:

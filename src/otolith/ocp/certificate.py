@@ -1,0 +1,119 @@
+"""Is this motion optimal? Judged from the answer alone, by code that the solver does not share.
+
+The derivatives of the cost are taken here by complex steps (Squire & Trapp, 1998), exact to rounding, so the
+solver's own derivatives are checked, too. The conditions are those of Karush, Kuhn and Tucker; where the cost
+is not convex they also hold at a motion that is only locally the best.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.arrays import Mat
+from otolith.ocp.problem import Answer, Dynamics
+
+MARKED: Final = 1e-6  # part of the cost of standing still that an optimum near zero is measured by
+_STEP: Final = 1e-30  # of the complex step; its square is no number any more
+
+# Stage costs (N,) of states (N, nx) before and inputs (N, nu) of every step, also for complex arguments.
+StageCosts = Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Certificate:
+    """How far an answer is from optimal; each figure is relative, and zero at an optimum."""
+
+    dynamics: float  # largest error of a state, in parts of the largest state
+    outside: float  # largest excess over a limit, in parts of the limit; not positive inside
+    sign: float  # most negative multiplier, in parts of the largest
+    stationarity: float  # largest gradient by an input, in parts of the largest at the start, standing still
+    gap: float  # Σ λ d, in parts of the cost (at least MARKED of that of standing still): what is left to win
+
+    @property
+    def worst(self) -> float:
+        """The largest of all figures."""
+        return max(self.dynamics, self.outside, self.sign, self.stationarity, self.gap)
+
+
+def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer) -> Certificate:
+    """Judge an answer. The gap is what is left to win where the cost is convex.
+
+    Parameters
+    ----------
+    costs : of every step, see `StageCosts`; their sum is the cost.
+    """
+    X, U = answer.X, answer.U
+    still_x, still_u = np.zeros_like(X[:-1]), np.zeros_like(U)
+    value = float(costs(X[:-1], U).sum() + MARKED * costs(still_x, still_u).sum())
+    start = _by_inputs(dynamics, *_gradient(costs, still_x, still_u), np.zeros_like(X[1:]))
+    of_x, of_u = _gradient(costs, X[:-1], U)
+    after, of_u_limits = _of_limits(dynamics, answer)
+    total = _by_inputs(dynamics, of_x, of_u + of_u_limits, after)
+    distance, reach = _distances(dynamics, X, U)
+    y = np.hstack([answer.of_sides, answer.of_discs])
+    error = np.abs(X[1:] - X[:-1] @ dynamics.A.T - U @ dynamics.B.T).max()
+    return Certificate(
+        dynamics=float(error / (np.abs(X).max() + 1e-12)),
+        outside=float(max((-distance / reach).max(), 0.0)),
+        sign=float(max(-y.min(), 0.0) / (np.abs(y).max() + 1e-300)),
+        stationarity=float(np.abs(total).max() / (np.abs(start).max() + 1e-300)),
+        gap=float((y * np.maximum(distance, 0.0)).sum() / (value + 1e-300)),
+    )
+
+
+def _gradient(costs: StageCosts, X: Mat, U: Mat) -> tuple[Mat, Mat]:
+    """Gradients (N, nx), (N, nu) of the costs of every step by its state and its input."""
+
+    def derivative(of_input: bool, column: int) -> Mat:
+        x, u = X.astype(np.complex128), U.astype(np.complex128)
+        (u if of_input else x)[:, column] += 1j * _STEP
+        slope: Mat = costs(x, u).imag / _STEP
+        return slope
+
+    return (
+        np.stack([derivative(False, i) for i in range(X.shape[1])], axis=1),
+        np.stack([derivative(True, i) for i in range(U.shape[1])], axis=1),
+    )
+
+
+def _of_limits(dynamics: Dynamics, answer: Answer) -> tuple[Mat, Mat]:
+    """−Σ λ ∇d by the states after each step (N, nx) and by its inputs (N, nu)."""
+    nx, sides = dynamics.states, dynamics.sides()
+    by_w = np.zeros((len(answer.U), nx + dynamics.inputs))
+    for s, (column, sign) in enumerate(zip(sides.column, sides.sign, strict=True)):
+        by_w[:, column] += sign * answer.of_sides[:, s]
+    for s, disc in enumerate(dynamics.discs):
+        for i in disc.states:
+            by_w[:, i] += answer.of_discs[:, s] * answer.X[1:, i] / disc.radius
+    return by_w[:, :nx], by_w[:, nx:]
+
+
+def _by_inputs(dynamics: Dynamics, of_x: Mat, of_u: Mat, after: Mat) -> Mat:
+    """Total derivative (N, nu) by the inputs, states following from them.
+
+    Parameters
+    ----------
+    of_x, of_u : direct derivatives by the state before and the input of every step.
+    after : (N, nx) direct derivatives by the state after it.
+    """
+    A, B = dynamics.A.T, dynamics.B.T
+    p, total = np.zeros(dynamics.states), np.empty_like(of_u)
+    for k in range(len(of_u) - 1, -1, -1):
+        p = p + after[k]
+        total[k] = of_u[k] + B @ p
+        p = of_x[k] + A @ p
+    return total
+
+
+def _distances(dynamics: Dynamics, X: Mat, U: Mat) -> tuple[Mat, Mat]:
+    """Distances (N, limits) to every limit, and its size."""
+    w, sides = np.hstack([X[1:], U]), dynamics.sides()
+    distance = [sides.sign * (sides.bound - w[:, sides.column])]
+    for disc in dynamics.discs:
+        square = np.sum(X[1:, list(disc.states)] ** 2, axis=1)
+        distance.append((disc.radius**2 - square)[:, None] / (2.0 * disc.radius))
+    size = np.concatenate([np.abs(sides.bound), [disc.radius for disc in dynamics.discs]])
+    return np.hstack(distance), size

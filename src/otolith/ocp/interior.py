@@ -1,0 +1,216 @@
+"""A primal-dual interior point that stays inside all bounds, with Gauss-Newton steps along the horizon.
+
+Notation as in `problem`; per side of a stage d > 0 is the distance to it and λ its multiplier, per disc
+d = (r² − ‖x‖²) / 2r. The conditions of the barrier problem are ∇φ − Σ λ ∇d = 0 and λ d = μ. With the step
+of λ eliminated, a side adds λ/d to the diagonal of the Hessian and −∇d m/d to the gradient, m the wanted
+λ d: each step is one pass of `kernels.factorise`, whatever the number of limits.
+
+The dynamics are linear and every step obeys them, so each iterate is a motion inside all bounds. A disc
+curves away from a step along it, so its d is a variable of its own, which meets the distance in the end.
+Predictor and corrector share the factors (Mehrotra, 1992).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.ocp import kernels
+from otolith.ocp.problem import Answer, Cost, Disc, Dynamics
+
+_TO_BOUNDARY: Final = 0.995  # of the way to the nearest limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """When to stop."""
+
+    accuracy: float = 1e-11  # μ at the end, in parts of the cost per limit at the start
+    slack: float = 1e-9  # by which a disc may be left at the end
+    iteration_limit: int = 200
+
+
+def solve(dynamics: Dynamics, cost: Cost, x0: Vec, N: int, settings: Settings | None = None) -> Answer:
+    """Minimise the cost over N steps from x0, by default to eleven digits of the cost at the start.
+
+    Parameters
+    ----------
+    x0 : (nx,) strictly inside the limits, such that the motion without inputs stays there; rest is.
+
+    Returns
+    -------
+    The last iterate, a motion inside all bounds whether `converged` or not.
+
+    Raises
+    ------
+    ValueError : the motion without inputs does not stay inside.
+    """
+    return _Iteration(dynamics, cost, x0, N, settings or Settings()).run()
+
+
+class _Iteration:
+    """The iterates of one solve."""
+
+    def __init__(self, dynamics: Dynamics, cost: Cost, x0: Vec, N: int, settings: Settings) -> None:
+        self.of, self.cost, self.settings = dynamics, cost, settings
+        self.sides, self.discs = dynamics.sides(), dynamics.discs
+        nx, nu = dynamics.B.shape
+        self.A, self.B = np.array(dynamics.A), np.array(dynamics.B)
+        self.X, self.U = np.zeros((N + 1, nx)), np.zeros((N, nu))
+        self.X[0] = x0
+        kernels.roll(self.A, self.B, self.U, self.X)
+        self.d = self._distances(self.X, self.U)
+        if not (self.d > 0.0).all():
+            raise ValueError("the motion without inputs must stay strictly inside the limits")
+        self.missed = np.zeros_like(self.d)  # distances less d: zero but for discs
+        self.gains, self.factors = np.empty((N, nu, nx)), np.empty((N, nu, nu))
+        self.value, self.gradient, self.hessian = cost.expand(self.X, self.U)
+        self.mu = max(self.value, 1e-6) / self.d.size
+        self.y = self.mu / self.d
+
+    def run(self) -> Answer:
+        """Iterate until μ is small or the limit is reached."""
+        converged, iterations = False, 0
+        floor = self.settings.accuracy * max(self.value, 1e-6) / self.d.size
+        while iterations < self.settings.iteration_limit:
+            iterations += 1
+            moved = self._step(floor)
+            gap = float(np.mean(self.y * self.d))
+            missed = float(np.abs(self.missed).max())
+            if gap <= 2.0 * floor and moved < 1e-5 and missed < self.settings.slack:
+                converged = True
+                break
+        m = len(self.sides.bound)
+        return Answer(
+            X=self.X,
+            U=self.U,
+            of_sides=self.y[:, :m],
+            of_discs=self.y[:, m:],
+            iterations=iterations,
+            converged=converged,
+        )
+
+    def _step(self, floor: float) -> float:
+        """Move once; return the largest relative change of the cost or of an input."""
+        affine = self._direction(np.zeros_like(self.d), fresh=True)
+        reach_p, reach_d = self._reach(affine)
+        after = np.mean((self.d + reach_p * affine.d) * (self.y + reach_d * affine.y))
+        now = float(np.mean(self.d * self.y))
+        self.mu = max(floor, now * min(1.0, max(float(after) / now, 0.0) ** 3))
+        target = self.mu - affine.d * affine.y if reach_p > 0.1 else np.full_like(self.d, self.mu)
+        step = self._direction(np.clip(target, -10.0 * now, 10.0 * now), fresh=False)
+        return self._move(step)
+
+    def _distances(self, X: Mat, U: Mat) -> Mat:
+        """(N, sides + discs) distances; positive inside."""
+        w = np.hstack([X[1:], U])
+        d = self.sides.sign * (self.sides.bound - w[:, self.sides.column])
+        return np.hstack([d, *(_of_disc(disc, X[1:]) for disc in self.discs)])
+
+    def _direction(self, target: Mat, *, fresh: bool) -> "_Direction":
+        """The Newton step towards λ d = target; `fresh`: the factors are made anew."""
+        nx = self.X.shape[1]
+        weight, pull = self.y / self.d, (target - self.y * self.missed) / self.d
+        h = self.gradient.copy()
+        last_h = np.zeros(nx)
+        self._add_gradient(h, last_h, pull)
+        if fresh:
+            H = self.hessian.copy()
+            last = np.zeros((nx, nx))
+            self._add_hessian(H, last, weight)
+            scale = 0.0
+            while not kernels.factorise(self.A, self.B, H, last, self.gains, self.factors):
+                scale = max(10.0 * scale, 1e-10)
+                H[:, range(nx, H.shape[1]), range(nx, H.shape[1])] += scale
+        dX, dU = np.empty_like(self.X), np.empty_like(self.U)
+        kernels.solve(self.A, self.B, self.gains, self.factors, h, last_h, dX, dU)
+        dd = self._change(dX, dU) + self.missed
+        return _Direction(dX, dU, dd, (target - self.y * self.d - self.y * dd) / self.d)
+
+    def _add_hessian(self, H: Mat, last: Mat, weight: Mat) -> None:
+        """Add the limits' part; the state of row k of `weight` is x_{k+1}, the input u_k."""
+        nx = self.X.shape[1]
+        for s, column in enumerate(self.sides.column):
+            if column >= nx:
+                H[:, column, column] += weight[:, s]
+            else:
+                H[1:, column, column] += weight[:-1, s]
+                last[column, column] += weight[-1, s]
+        for s, disc in enumerate(self.discs, start=len(self.sides.bound)):
+            i, j = disc.states
+            x, y, r = self.X[1:, i], self.X[1:, j], disc.radius
+            curvature = self.y[:, s] / r
+            for a, b, value in (
+                (i, i, weight[:, s] * x * x / r**2 + curvature),
+                (j, j, weight[:, s] * y * y / r**2 + curvature),
+                (i, j, weight[:, s] * x * y / r**2),
+                (j, i, weight[:, s] * x * y / r**2),
+            ):
+                H[1:, a, b] += value[:-1]
+                last[a, b] += value[-1]
+
+    def _add_gradient(self, h: Mat, last: Vec, pull: Mat) -> None:
+        """Add −pull ∇d of every limit."""
+        nx = self.X.shape[1]
+        for s, (column, sign) in enumerate(zip(self.sides.column, self.sides.sign, strict=True)):
+            if column >= nx:
+                h[:, column] += sign * pull[:, s]
+            else:
+                h[1:, column] += sign * pull[:-1, s]
+                last[column] += sign * pull[-1, s]
+        for s, disc in enumerate(self.discs, start=len(self.sides.bound)):
+            for i in disc.states:
+                part = pull[:, s] * self.X[1:, i] / disc.radius
+                h[1:, i] += part[:-1]
+                last[i] += part[-1]
+
+    def _change(self, dX: Mat, dU: Mat) -> Mat:
+        """∇d · step, for every limit."""
+        dw = np.hstack([dX[1:], dU])
+        changes = [-self.sides.sign * dw[:, self.sides.column]]
+        for disc in self.discs:
+            i, j = disc.states
+            changes.append(-(self.X[1:, i] * dX[1:, i] + self.X[1:, j] * dX[1:, j])[:, None] / disc.radius)
+        return np.hstack(changes)
+
+    def _reach(self, step: "_Direction") -> tuple[float, float]:
+        """Longest steps, at most 1, of the motion and of the multipliers that stay inside."""
+        return (
+            min(1.0, _TO_BOUNDARY * _longest(self.d, step.d)),
+            min(1.0, _TO_BOUNDARY * _longest(self.y, step.y)),
+        )
+
+    def _move(self, step: "_Direction") -> float:
+        reach_p, reach_d = self._reach(step)
+        X, U = self.X + reach_p * step.X, self.U + reach_p * step.U
+        true, d = self._distances(X, U), self.d + reach_p * step.d
+        m = len(self.sides.bound)
+        d[:, :m] = true[:, :m]
+        d[:, m:] = np.maximum(d[:, m:], true[:, m:])  # what is farther away than thought counts as that
+        self.missed = true - d
+        changed = reach_p * np.abs(step.U).max() / (1.0 + np.abs(U).max())
+        self.X, self.U, self.d = X, U, d
+        self.y = self.y + reach_d * step.y
+        self.value, self.gradient, self.hessian = self.cost.expand(X, U)
+        return float(changed)
+
+
+@dataclass(frozen=True, slots=True)
+class _Direction:
+    X: Mat
+    U: Mat
+    d: Mat  # change of the distances, to first order
+    y: Mat
+
+
+def _of_disc(disc: Disc, X: Mat) -> Mat:
+    i, j = disc.states
+    distance: Mat = ((disc.radius**2 - X[:, i] ** 2 - X[:, j] ** 2) / (2.0 * disc.radius))[:, None]
+    return distance
+
+
+def _longest(values: Mat, change: Mat) -> float:
+    fastest = float(np.max(-change / values))
+    return 1.0 / fastest if fastest > 0.0 else math.inf
