@@ -7,7 +7,7 @@ import pytest
 from otolith import files
 from tests.cli.test_cli import done, refused
 
-SHORT = "sine:amplitude=2,frequency=0.15,duration=5"
+SHORT = "step:amplitude=2,start=1,end=5,duration=6"
 
 
 def test_the_optimum_is_written_as_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
