@@ -12,7 +12,7 @@ from otolith.platforms import load
 def handmade() -> Run:
     """One second, 10 decisions, 100 samples: position ramps to 0.1 m, tilt stays, 0.2 m/s² is wanted."""
     n, m = 100, 10
-    time = np.arange(1, n + 1) * 0.01
+    time = np.arange(1, n + 1, dtype=float) * 0.01
     pose, twist, acceleration = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
     pose[:, SURGE_PITCH.translation] = 0.1 * time
     twist[:, SURGE_PITCH.translation] = 0.1
@@ -34,7 +34,7 @@ def handmade() -> Run:
         pose=pose,
         twist=twist,
         acceleration=acceleration,
-        command_time=np.arange(m) * 0.1,
+        command_time=np.arange(m, dtype=float) * 0.1,
         command=np.zeros((m, 6)),
         status=("decided",) * 9 + ("fallback",),
         solver=("optimal",) * 9 + ("infeasible",),

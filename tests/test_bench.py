@@ -52,6 +52,6 @@ def test_the_figure_holds_every_step() -> None:
     times = np.array([1e-5, 2e-5, 4e-5])
     (axes,) = step_time_figure([("a", times), ("b", 2 * times)]).axes
     lines = axes.get_lines()
-    np.testing.assert_allclose(lines[0].get_xdata(), [10, 20, 40])
-    np.testing.assert_allclose(lines[1].get_ydata(), [1, 2 / 3, 1 / 3])
+    np.testing.assert_allclose(np.asarray(lines[0].get_xdata()), [10, 20, 40])
+    np.testing.assert_allclose(np.asarray(lines[1].get_ydata()), [1, 2 / 3, 1 / 3])
     assert axes.get_xlabel() == "step time [µs], thread CPU"

@@ -124,7 +124,7 @@ def test_a_saved_mapping_reads_the_drive_in_the_same_way(
 def test_events_are_listed_and_cut(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data = written(car(), ("ax", "ay", "yaw_rate", "vx"))
     data = {k: np.r_[v[:2050], np.full(150, v[2049]), v[2050:]] for k, v in data.items()}
-    data["t"] = 0.02 * np.arange(len(data["vx"]))
+    data["t"] = 0.02 * np.arange(len(data["vx"]), dtype=float)
     (folder / "drive.csv").write_text(text(data))
     refused = told(capsys, "drive.csv")
     assert [event["kind"] for event in refused["events"]] == ["pause"]

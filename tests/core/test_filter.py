@@ -29,7 +29,7 @@ def test_a_series_equals_its_steps_and_goes_on_where_it_stopped() -> None:
 
 def test_a_straight_input_is_filtered_exactly_under_a_first_order_hold() -> None:
     # 1/(τ s + 1) under u = t: y = t − τ (1 − e^{−t/τ})
-    tau, t = 0.3, np.arange(200) * 0.05
+    tau, t = 0.3, np.arange(200, dtype=float) * 0.05
     lag = StateSpace.from_polynomials([1.0], [tau, 1.0]).discretise(0.05, hold="first")
     y = Filter(lag).simulate(t[:, None])[:, 0]
     assert_allclose(y, t - tau * (1.0 - np.exp(-t / tau)), atol=1e-13)

@@ -17,7 +17,7 @@ from otolith.metrics.frequency import Fidelity, graded, harmonic
 def test_a_sine_is_found_beside_offset_and_drift(
     omega: float, modulus: float, phase: float, offset: float, drift: float
 ) -> None:
-    time = np.arange(1, 45001) * 1e-3
+    time = np.arange(1, 45001, dtype=float) * 1e-3
     found = harmonic(time, modulus * np.cos(omega * time + phase) + offset + drift * time, omega)
     assert found.amplitude == pytest.approx(modulus * np.exp(1j * phase), abs=1e-8)
     assert found.spread < 1e-8
@@ -25,21 +25,21 @@ def test_a_sine_is_found_beside_offset_and_drift(
 
 
 def test_what_has_not_settled_shows_as_spread() -> None:
-    time = np.arange(1, 20001) * 1e-3
+    time = np.arange(1, 20001, dtype=float) * 1e-3
     found = harmonic(time, np.sin(2.0 * time) * (1.0 + 0.5 * np.exp(-time / 4.0)), 2.0)
     assert found.spread > 0.05
     assert abs(found.amplitude + 1j) < 2 * found.spread
 
 
 def test_a_third_harmonic_shows_as_distortion() -> None:
-    time = np.arange(1, 62832) * 1e-3
+    time = np.arange(1, 62832, dtype=float) * 1e-3
     found = harmonic(time, np.sin(time) + 0.2 * np.sin(3.0 * time), 1.0)
     assert found.amplitude == pytest.approx(-1j, abs=1e-6)
     assert found.distortion == pytest.approx(0.2, rel=1e-3)
 
 
 def test_nothing_has_no_distortion_and_one_period_is_not_enough() -> None:
-    time = np.arange(1, 10001) * 1e-3
+    time = np.arange(1, 10001, dtype=float) * 1e-3
     nothing = harmonic(time, np.zeros(10000), 2.0)
     assert nothing.amplitude == 0.0
     assert np.isnan(nothing.distortion)

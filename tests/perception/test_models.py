@@ -65,7 +65,9 @@ def test_the_organs_of_a_driver_feel_three_axes_each_from_rest() -> None:
         grown = [np.exp(-u / 80.0) - np.exp(-u / 5.73) for u in (t, t + T)]
         return 80.0 * 5.73 / (80.0 - 5.73) * (grown[1] - grown[0]) / T
 
-    expected = turning[0] * ramp_response(np.arange(n) * T)[:, None]  # the rate rises before the first sample
+    expected = (
+        turning[0] * ramp_response(np.arange(n, dtype=float) * T)[:, None]
+    )  # the rate rises before the first sample
     assert_allclose(organs.rate(turning, T), expected, atol=1e-12)
     force = organs.force(np.ones((n, 3)), T, before=np.ones(3))
     assert_allclose(force, 0.4, atol=1e-12)

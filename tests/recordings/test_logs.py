@@ -14,8 +14,8 @@ from otolith.recordings.columns import STANDARD_GRAVITY
 from otolith.recordings.table import decode
 
 N = 30
-T = np.round(np.arange(N) * 0.1, 3)
-AX = np.round(np.sin(T), 6)
+T = (np.arange(N, dtype=float) * 0.1).round(3)
+AX = np.sin(T).round(6)
 
 
 def text(header: str = "t,ax", *series: Vec, sep: str = ",", end: str = "\n") -> str:

@@ -19,7 +19,7 @@ def log_of(t: Vec, ax: Vec) -> Log:
 
 
 def sampled(scenario: Scenario, dt: float = 0.01) -> tuple[Vec, Vec]:
-    t = np.arange(round(scenario.duration / dt)) * dt
+    t = np.arange(round(scenario.duration / dt), dtype=float) * dt
     return t, scenario.specific_force(t)[:, 0]
 
 
@@ -30,7 +30,7 @@ def gain(scenario: Scenario, frequency: float, dt: float = 0.01) -> complex:
     return complex(2 * np.mean(f[middle] * np.exp(-2j * np.pi * frequency * t[middle])) * 1j)
 
 
-EVEN = np.arange(6001) * 0.01
+EVEN = np.arange(6001, dtype=float) * 0.01
 
 
 def sine_log(frequency: float, t: Vec = EVEN) -> Log:
@@ -82,7 +82,7 @@ def test_the_causal_filter_has_butterworths_response(frequency: float) -> None:
 @pytest.mark.parametrize("causal", [False, True])
 @given(value=st.floats(-40, 40))
 def test_a_constant_passes_every_filter_from_the_first_sample_on(causal: bool, value: float) -> None:
-    log = log_of(np.arange(500) * 0.001, np.full(500, value))
+    log = log_of(np.arange(500, dtype=float) * 0.001, np.full(500, value))
     _, f = sampled(log_scenario(log, lowpass_hz=2.0, causal=causal))
     assert_allclose(f, value, atol=1e-9)
 
@@ -97,7 +97,7 @@ def test_the_causal_filter_does_not_look_ahead() -> None:
 
 @pytest.mark.parametrize(("frequency", "passes"), [(5.0, True), (61.0, False), (97.0, False)])
 def test_a_faster_log_is_not_aliased(frequency: float, passes: bool) -> None:
-    fast = np.arange(60_001) * 0.001
+    fast = np.arange(60_001, dtype=float) * 0.001
     _, f = sampled(log_scenario(sine_log(frequency, fast)))
     amplitude = math.sqrt(2) * np.std(f[1000:5000])
     assert amplitude == pytest.approx(1.0 if passes else 0.0, abs=2e-3)

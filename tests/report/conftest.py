@@ -1,7 +1,6 @@
 """Synthetic runs: a plausible washout-like motion, exact in its kinematics, of any length."""
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pytest
@@ -13,7 +12,21 @@ from otolith.platforms import load
 from otolith.report import page
 
 PERIOD, EVERY = 0.01, 10
-MakeRun = Callable[..., Run]
+
+
+class MakeRun(Protocol):
+    """Builds a run of `steps` decisions; every field may be overridden."""
+
+    def __call__(
+        self,
+        steps: int = ...,
+        *,
+        dofs: tuple[str, ...] = ...,
+        amplitude: float = ...,
+        seed: int = ...,
+        **fields: Any,
+    ) -> Run:
+        """A run with a washout-like motion of this amplitude [m/s²]."""
 
 
 def _motion(want: Vec, t: Vec, dt: float) -> tuple[Vec, Vec]:
@@ -31,10 +44,11 @@ def _motion(want: Vec, t: Vec, dt: float) -> tuple[Vec, Vec]:
 
 @pytest.fixture
 def make_run() -> MakeRun:
-    """Build a run of `steps` decisions; every field may be overridden."""
+    """See the class."""
 
     def build(
         steps: int = 400,
+        *,
         dofs: tuple[str, ...] = ("surge-pitch",),
         amplitude: float = 1.0,
         seed: int = 1,
@@ -42,7 +56,7 @@ def make_run() -> MakeRun:
     ) -> Run:
         rng = np.random.default_rng(seed)
         n, dt = steps * EVERY, PERIOD / EVERY
-        t = dt * np.arange(1, n + 1)
+        t = dt * np.arange(1, n + 1, dtype=float)
         reference = np.zeros((n, 3))
         pose, twist, acceleration = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
         for name in (one for one in dofs if DOFS[one].is_pair):

@@ -9,7 +9,9 @@ def test_curves_fall_from_the_share_that_changes_at_all_to_the_worst() -> None:
     changes = np.array([0.0, 0.0, 1.0, 4.0, np.nan])
     figure = changes_figure([("previous", changes), ("learned", changes / 2.0)])
     first, second = figure.axes[0].lines
-    np.testing.assert_allclose(first.get_xdata(), [1.0, 4.0])
-    np.testing.assert_allclose(first.get_ydata(), [0.5, 0.25])
+    np.testing.assert_allclose(np.asarray(first.get_xdata()), [1.0, 4.0])
+    np.testing.assert_allclose(np.asarray(first.get_ydata()), [0.5, 0.25])
     assert first.get_color() != second.get_color()
-    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["previous", "learned"]
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["previous", "learned"]

@@ -1,20 +1,26 @@
 import re
+from pathlib import Path
 
 import pytest
 
+from otolith.loop import Run
 from otolith.metrics import compare
 from otolith.report import criterion_named, render_contest, save_figure
 from otolith.report.figures import overview_figure
 from otolith.report.overview import false_cue_panel, overview_panels, use_panel
+from otolith.report.ranking import ByCueing
+from tests.report.conftest import MakeRun
 from tests.report.test_html import Page
+
+Contest = dict[str, tuple[list[Run], ByCueing]]  # by scenario
 
 pytestmark = pytest.mark.usefixtures("light")
 
 
 @pytest.fixture
-def contest(make_run):
+def contest(make_run: MakeRun) -> Contest:
     """Two algorithms, of which the second leaves the reach, on two scenarios."""
-    found = {}
+    found: Contest = {}
     for k, scenario in enumerate(("gentle", "hard")):
         calm = make_run(300, cueing="calm", scenario=scenario, amplitude=0.3)
         bold = make_run(300, cueing="bold", scenario=scenario, amplitude=1.0 + 4.0 * k)
@@ -22,7 +28,7 @@ def contest(make_run):
     return found
 
 
-def test_one_page_ranks_every_algorithm_on_every_scenario(contest) -> None:
+def test_one_page_ranks_every_algorithm_on_every_scenario(contest: Contest) -> None:
     page = Page(render_contest(contest, date="today"))
     assert set(page.plots) <= set(page.ids)
     assert len(page.ids) == len(set(page.ids))
@@ -36,7 +42,7 @@ def test_one_page_ranks_every_algorithm_on_every_scenario(contest) -> None:
     assert page.fetched == []
 
 
-def test_a_broken_limit_stands_in_the_table_and_costs_the_rank(contest) -> None:
+def test_a_broken_limit_stands_in_the_table_and_costs_the_rank(contest: Contest) -> None:
     text = render_contest(contest, by=criterion_named("false-cues"))
     table = text[text.index("Who is best") : text.index("At a glance")]
     broken = contest["hard"][1]["bold"]["violations"]
@@ -45,7 +51,7 @@ def test_a_broken_limit_stands_in_the_table_and_costs_the_rank(contest) -> None:
     assert table.index(">calm<") < table.index(">bold<")
 
 
-def test_false_cues_are_marked_where_they_are(contest) -> None:
+def test_false_cues_are_marked_where_they_are(contest: Contest) -> None:
     from otolith.metrics import false_cues
 
     runs, _ = contest["hard"]
@@ -59,14 +65,14 @@ def test_false_cues_are_marked_where_they_are(contest) -> None:
             assert any(bar[0] == cue.start and bar[1] == cue.end for bar in drawn)
 
 
-def test_use_beyond_the_reach_crosses_the_line(contest) -> None:
+def test_use_beyond_the_reach_crosses_the_line(contest: Contest) -> None:
     panel = use_panel(contest["hard"][0])
     surge = next(curve for curve in panel.curves if curve.label == "surge")
     assert surge.x[4] > 100.0 > surge.x[1]
     assert panel.x_span[1] > surge.x[4]
 
 
-def test_the_overview_is_a_figure_too(contest, tmp_path) -> None:
+def test_the_overview_is_a_figure_too(contest: Contest, tmp_path: Path) -> None:
     summaries = {name: of_one for name, (_, of_one) in contest.items()}
     panels = overview_panels(summaries)
     assert panels[0].curves[1].x[0] == summaries["hard"]["calm"]["rmse"]

@@ -9,23 +9,26 @@ import pytest
 from otolith.metrics import Reading, summarise
 from otolith.platforms import load
 from otolith.report.gauges import DOCS, gauges, gauges_html
+from tests.report.conftest import MakeRun
 
 
 def by_title(summary: dict[str, Any]) -> dict[str, Reading]:
     return {gauge.scale.title: gauge.reading for gauge in gauges(summary)}
 
 
-def test_a_platform_that_stands_still_is_at_the_end_of_the_scale(make_run) -> None:
+def test_a_platform_that_stands_still_is_at_the_end_of_the_scale(make_run: MakeRun) -> None:
     """Nothing is felt: the error is all of what was wanted, whatever was wanted."""
-    still = {name: np.zeros((4000, 6)) for name in ("pose", "twist", "acceleration")}
+    still = np.zeros((4000, 6))
     for amplitude in (0.1, 1.0):
-        run = make_run(400, amplitude=amplitude, felt_force=np.zeros((4000, 3)), **still)
+        run = make_run(
+            400, amplitude=amplitude, pose=still, twist=still, acceleration=still, felt_force=still[:, :3]
+        )
         found = by_title(summarise(run))
         assert found["Tracking error"].share == pytest.approx(1.0)
         assert found["Reach used"].share == 0.0
 
 
-def test_what_is_felt_as_wanted_is_at_its_beginning(make_run) -> None:
+def test_what_is_felt_as_wanted_is_at_its_beginning(make_run: MakeRun) -> None:
     run = make_run(400)
     found = by_title(summarise(make_run(400, felt_force=run.reference_force)))
     assert found["Tracking error"].share == 0.0
@@ -34,7 +37,7 @@ def test_what_is_felt_as_wanted_is_at_its_beginning(make_run) -> None:
     assert found["Misled"].share == 0.0
 
 
-def test_the_worst_degree_of_freedom_is_named(make_run) -> None:
+def test_the_worst_degree_of_freedom_is_named(make_run: MakeRun) -> None:
     summary = summarise(make_run(400, dofs=("surge-pitch", "sway-roll")))
     summary["correlation"] = {"surge-pitch": 0.9, "sway-roll": -0.25}
     shape = by_title(summary)["Same shape"]
@@ -56,7 +59,7 @@ def test_beyond_its_scale_a_figure_says_so() -> None:
     assert text.count("width: 100.0%") == 2
 
 
-def test_yaw_alone_is_measured_by_its_rate_in_degrees(make_run) -> None:
+def test_yaw_alone_is_measured_by_its_rate_in_degrees(make_run: MakeRun) -> None:
     rate = np.zeros((600, 3))
     rate[:, 2] = 0.1
     run = make_run(60, dofs=("yaw",), platform=load("davsi"), reference_rate=rate)
@@ -65,7 +68,7 @@ def test_yaw_alone_is_measured_by_its_rate_in_degrees(make_run) -> None:
     assert error.share == pytest.approx(1.0)
 
 
-def test_every_figure_points_to_a_heading_of_its_page(make_run) -> None:
+def test_every_figure_points_to_a_heading_of_its_page(make_run: MakeRun) -> None:
     page = Path(__file__).parents[2] / DOCS
     headings = {
         line.lstrip("# ").strip() for line in page.read_text(encoding="utf-8").splitlines() if line[:1] == "#"

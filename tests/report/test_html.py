@@ -12,6 +12,7 @@ from otolith.metrics import compare, summarise
 from otolith.platforms import load
 from otolith.report import render, render_comparison, render_contest
 from otolith.report.series import MAX_POINTS
+from tests.report.conftest import MakeRun
 
 EVIL = '</script><script>alert("1")</script><b>&amp;$x$'
 VOID = {"meta", "link", "img", "br", "hr", "input"}
@@ -64,7 +65,7 @@ def _values(array: Any) -> Vec:
     return np.frombuffer(base64.b64decode(array["bdata"]), dtype=np.dtype(array["dtype"])).astype(float)
 
 
-def test_page_is_well_formed_and_needs_nothing_from_outside(make_run) -> None:
+def test_page_is_well_formed_and_needs_nothing_from_outside(make_run: MakeRun) -> None:
     run = make_run(50, dofs=("surge-pitch", "sway-roll"))
     text = render(run, summarise(run), date="1 March 2025")
     page = Page(text)
@@ -82,7 +83,7 @@ def test_page_is_well_formed_and_needs_nothing_from_outside(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_page_shows_the_run(make_run) -> None:
+def test_page_shows_the_run(make_run: MakeRun) -> None:
     run = make_run(80)
     page = Page(render(run, summarise(run)))
     curves = {curve["name"]: curve for curve in page.plots["surge-pitch-force"]["data"]}
@@ -96,7 +97,7 @@ def test_page_shows_the_run(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_strings_of_users_stay_text(make_run) -> None:
+def test_strings_of_users_stay_text(make_run: MakeRun) -> None:
     run = make_run(5, scenario=EVIL, cueing=EVIL, plant=EVIL, settings={EVIL: EVIL}, status=(EVIL,) * 5)
     scripts = Page(render(make_run(5), {})).scripts
     text = render(run, summarise(run) | {EVIL: EVIL}, date=EVIL)
@@ -112,7 +113,7 @@ def test_strings_of_users_stay_text(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_decisions_of_the_fallback_are_said_first(make_run) -> None:
+def test_decisions_of_the_fallback_are_said_first(make_run: MakeRun) -> None:
     twist = np.zeros((40, 6))
     twist[9, 4] = np.deg2rad(3.5)
     run = make_run(
@@ -131,7 +132,7 @@ def test_decisions_of_the_fallback_are_said_first(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_long_drives_make_small_pages_and_say_so(make_run) -> None:
+def test_long_drives_make_small_pages_and_say_so(make_run: MakeRun) -> None:
     run = make_run(7_000)
     text = render(run, {})
     page = Page(text)
@@ -146,19 +147,19 @@ def test_long_drives_make_small_pages_and_say_so(make_run) -> None:
 
 @pytest.mark.usefixtures("light")
 @pytest.mark.parametrize("steps", [0, 1, 2])
-def test_very_short_runs_have_a_page(make_run, steps: int) -> None:
+def test_very_short_runs_have_a_page(make_run: MakeRun, steps: int) -> None:
     run = make_run(steps)
     Page(render(run, {}))
     Page(render_comparison([run], [{}]))
 
 
 @pytest.mark.usefixtures("light")
-def test_equal_runs_give_equal_pages(make_run) -> None:
+def test_equal_runs_give_equal_pages(make_run: MakeRun) -> None:
     assert render(make_run(20), {}, date="x") == render(make_run(20), {}, date="x")
 
 
 @pytest.mark.usefixtures("light")
-def test_comparison_has_tables_and_diagrams_of_what_the_runs_share(make_run) -> None:
+def test_comparison_has_tables_and_diagrams_of_what_the_runs_share(make_run: MakeRun) -> None:
     both = make_run(60, cueing="implicit", dofs=("surge-pitch", "sway-roll"))
     one = make_run(60, cueing="hybrid-all", amplitude=0.7)
     page = Page(render_comparison([both, one], [summarise(both), summarise(one)], date="today"))
@@ -177,7 +178,7 @@ def test_comparison_has_tables_and_diagrams_of_what_the_runs_share(make_run) -> 
 
 
 @pytest.mark.usefixtures("light")
-def test_summaries_of_a_comparison_may_come_by_name(make_run) -> None:
+def test_summaries_of_a_comparison_may_come_by_name(make_run: MakeRun) -> None:
     runs = [make_run(20, cueing=name) for name in ("implicit", "hybrid-all")]
     by_name = compare(runs)
     assert render_comparison(runs, by_name) == render_comparison(runs, list(by_name.values()))
@@ -185,13 +186,13 @@ def test_summaries_of_a_comparison_may_come_by_name(make_run) -> None:
         render_comparison(runs, {"implicit": {}, "unknown": {}})
 
 
-def test_a_comparison_needs_a_summary_for_each_run(make_run) -> None:
+def test_a_comparison_needs_a_summary_for_each_run(make_run: MakeRun) -> None:
     with pytest.raises(ValueError, match="2 runs need as many summaries, got 1"):
         render_comparison([make_run(2), make_run(2)], [{}])
 
 
 @pytest.mark.usefixtures("light")
-def test_a_page_of_six_degrees_of_freedom_draws_what_each_axis_did(make_run) -> None:
+def test_a_page_of_six_degrees_of_freedom_draws_what_each_axis_did(make_run: MakeRun) -> None:
     """Every diagram holds its run's numbers in the units of its axis, and the limits of the file."""
     t = 1e-3 * np.arange(1, 601)
     rate, pose, twist = np.zeros((600, 3)), np.zeros((600, 6)), np.zeros((600, 6))
@@ -225,7 +226,7 @@ def test_a_page_of_six_degrees_of_freedom_draws_what_each_axis_did(make_run) -> 
 
 
 @pytest.mark.usefixtures("light")
-def test_a_contest_names_the_axis_of_every_group_of_diagrams(make_run) -> None:
+def test_a_contest_names_the_axis_of_every_group_of_diagrams(make_run: MakeRun) -> None:
     runs = {name: [make_run(20, scenario=name, dofs=("surge-pitch", "sway-roll"))] for name in ("a", "b")}
     page = render_contest({name: (of_one, compare(of_one)) for name, of_one in runs.items()})
     for title in ("Surge and pitch", "Sway and roll", "The platform’s reach"):
@@ -233,7 +234,7 @@ def test_a_contest_names_the_axis_of_every_group_of_diagrams(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_the_picture_comes_first_then_five_figures_and_the_rest_is_folded(make_run) -> None:
+def test_the_picture_comes_first_then_five_figures_and_the_rest_is_folded(make_run: MakeRun) -> None:
     run = make_run(60, dofs=("surge-pitch", "sway-roll"), amplitude=0.1)
     text = render(run, summarise(run))
     order = ["Wanted and felt", "surge-pitch-force", "sway-roll-force", "Key figures", "What it says"]
@@ -247,7 +248,7 @@ def test_the_picture_comes_first_then_five_figures_and_the_rest_is_folded(make_r
 
 
 @pytest.mark.usefixtures("light")
-def test_limits_are_open_where_one_was_passed(make_run) -> None:
+def test_limits_are_open_where_one_was_passed(make_run: MakeRun) -> None:
     twist = np.zeros((40, 6))
     twist[9, 4] = np.deg2rad(3.5)
     run = make_run(4, twist=twist)
@@ -256,7 +257,7 @@ def test_limits_are_open_where_one_was_passed(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_the_banner_and_the_table_say_the_same(make_run) -> None:
+def test_the_banner_and_the_table_say_the_same(make_run: MakeRun) -> None:
     """Soft and hard, at nodes and between: what the one counts stands in the other."""
     twist = np.zeros((40, 6))
     twist[[9, 13], 4] = np.deg2rad([3.5, 4.25])
@@ -272,7 +273,7 @@ def test_the_banner_and_the_table_say_the_same(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_figures_are_in_the_units_of_the_diagrams(make_run) -> None:
+def test_figures_are_in_the_units_of_the_diagrams(make_run: MakeRun) -> None:
     run = make_run(60)
     summary = summarise(run) | {"travel_rms": {"surge": 0.1, "pitch": np.pi / 180.0}}
     page = Page(render(run, summary))
@@ -281,7 +282,7 @@ def test_figures_are_in_the_units_of_the_diagrams(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_a_page_of_many_curves_draws_fewer_points_of_each(make_run) -> None:
+def test_a_page_of_many_curves_draws_fewer_points_of_each(make_run: MakeRun) -> None:
     """Ten algorithms on a drive of a minute: without a budget the curves alone would be some 4 MB."""
     runs = [make_run(6_000, cueing=f"model-{k}", seed=k) for k in range(10)]
     text = render_comparison(runs, [{} for _ in runs])
@@ -291,7 +292,7 @@ def test_a_page_of_many_curves_draws_fewer_points_of_each(make_run) -> None:
 
 
 @pytest.mark.usefixtures("light")
-def test_every_link_leads_to_a_part_of_the_page_and_many_parts_are_listed(make_run) -> None:
+def test_every_link_leads_to_a_part_of_the_page_and_many_parts_are_listed(make_run: MakeRun) -> None:
     runs = [make_run(20, cueing=name, dofs=("surge-pitch", "sway-roll")) for name in ("implicit", "other")]
     contest = {f"scenario {k}": (runs, compare(runs)) for k in range(4)}
     single, many = render_comparison(runs, compare(runs)), render_contest(contest)
@@ -304,7 +305,7 @@ def test_every_link_leads_to_a_part_of_the_page_and_many_parts_are_listed(make_r
     assert '<a href="#scenario-3">scenario 3</a>' in many
 
 
-def test_a_lap_on_six_legs_is_a_page_of_less_than_2_mb(make_run) -> None:
+def test_a_lap_on_six_legs_is_a_page_of_less_than_2_mb(make_run: MakeRun) -> None:
     """Four minutes in four degrees of freedom, with the moving platform."""
     run = make_run(24_000, dofs=("surge-pitch", "sway-roll"), platform=load("davsi"), plant="hexapod")
     assert len(render(run, summarise(run)).encode()) < 2e6

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.text import Annotation
 from numpy.testing import assert_allclose
 
 from otolith.report.lap import KINDS, Marked, false_cue_map, lap_figure
@@ -20,8 +21,8 @@ def test_the_map_shows_the_way_and_its_speed(lap: Lap) -> None:
     starts = np.array([segment[0] for segment in colored.get_segments()])
     assert_allclose(starts, lap.position[:-1, :2])
     assert_allclose(np.asarray(colored.get_array()), 3.6 * lap.velocity[:-1, 0])
-    assert_allclose(speed.lines[0].get_ydata(), 3.6 * lap.velocity[:, 0])
-    assert_allclose(acceleration.lines[1].get_ydata(), lap.acceleration[:, 1])
+    assert_allclose(np.asarray(speed.lines[0].get_ydata()), 3.6 * lap.velocity[:, 0])
+    assert_allclose(np.asarray(acceleration.lines[1].get_ydata()), lap.acceleration[:, 1])
     assert [text.get_text() for text in top.texts] == ["start"]
 
 
@@ -34,7 +35,11 @@ def test_false_cues_lie_where_the_car_was_then(lap: Lap) -> None:
     at = [np.interp([2.0, 2.5], lap.time, lap.position[:, k]) for k in range(2)]
     assert_allclose(np.array([long[0], long[-1]]).T, at)
     assert len(short) == 2
-    numbers = {text.get_text(): text.xy for text in axes.texts if text.get_text().isdecimal()}
+    numbers = {
+        text.get_text(): text.xy
+        for text in axes.texts
+        if isinstance(text, Annotation) and text.get_text().isdecimal()
+    }
     assert set(numbers) == {"1", "2"}
     assert_allclose(numbers["1"], long[0])
     legend = axes.get_legend()

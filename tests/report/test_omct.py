@@ -21,8 +21,6 @@ def responses() -> list[Response]:
         felt = 1.0 / (1.0 + 0.5j * omega)
         for test, c in ((TESTS[5], felt), (TESTS[9], 0.0)):
             phase = math.degrees(np.angle(c)) if c else math.nan
-            still = {"phase_uncertainty_deg": math.nan, "distortion": math.nan}
-            known = {"phase_uncertainty_deg": 0.5, "distortion": 0.02}
             found.append(
                 Response(
                     test=test,
@@ -30,7 +28,8 @@ def responses() -> list[Response]:
                     modulus=abs(c),
                     modulus_uncertainty=0.01 * abs(c),
                     phase_deg=phase,
-                    **(known if c else still),
+                    phase_uncertainty_deg=0.5 if c else math.nan,
+                    distortion=0.02 if c else math.nan,
                 )
             )
     return found

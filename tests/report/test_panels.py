@@ -9,13 +9,14 @@ from otolith.report.overview import false_cue_panel, overview_panels, trade_pane
 from otolith.report.panels import Panel, changes_panel, comparison_panels, effort_panels, run_panels
 from otolith.report.ranking import criterion_named
 from otolith.report.series import MAX_POINTS
+from tests.report.conftest import MakeRun
 
 
 def _by_key(panels: tuple[Panel, ...]) -> dict[str, Panel]:
     return {panel.key: panel for panel in panels}
 
 
-def test_limits_near_the_curve_are_drawn_and_far_ones_told(make_run) -> None:
+def test_limits_near_the_curve_are_drawn_and_far_ones_told(make_run: MakeRun) -> None:
     tilt, position = (_by_key(run_panels(make_run(), "surge-pitch"))[k] for k in ("tilt", "position"))
     assert [(b.label, b.far) for b in (*tilt.bounds, *position.bounds)] == [
         ("limit ±30 deg (off scale)", True),
@@ -27,21 +28,21 @@ def test_limits_near_the_curve_are_drawn_and_far_ones_told(make_run) -> None:
     assert position.axes[0].span[0] < -0.5 < 0.5 < position.axes[0].span[1]
 
 
-def test_one_sided_limits_name_both_sides(make_run) -> None:
+def test_one_sided_limits_name_both_sides(make_run: MakeRun) -> None:
     run = make_run(platform=load("davsi"))
     position = _by_key(run_panels(run, "surge-pitch"))["position"]
     assert position.bounds[0].label == "limit −0.51 to 0.63 m"
     assert_allclose(position.bounds[0].values, (-0.51, 0.63))
 
 
-def test_both_curves_of_a_panel_share_their_zero_line(make_run) -> None:
+def test_both_curves_of_a_panel_share_their_zero_line(make_run: MakeRun) -> None:
     for panel in run_panels(make_run(), "surge-pitch")[1:]:
         assert len(panel.axes) == 2
         assert all(axis.span[0] == -axis.span[1] for axis in panel.axes)
 
 
 @pytest.mark.parametrize("steps", [0, 1, 2])
-def test_runs_too_short_to_mean_anything_still_have_every_panel(make_run, steps: int) -> None:
+def test_runs_too_short_to_mean_anything_still_have_every_panel(make_run: MakeRun, steps: int) -> None:
     run = make_run(steps)
     panels = (*run_panels(run, "surge-pitch"), *effort_panels(run), changes_panel([run]))
     assert [panel.key for panel in panels][:5] == ["force", "tilt", "position", "changes", "step-time"]
@@ -50,13 +51,13 @@ def test_runs_too_short_to_mean_anything_still_have_every_panel(make_run, steps:
         assert all(axis.span[0] < axis.span[1] for axis in panel.axes)
 
 
-def test_a_platform_that_stood_still_has_all_its_limits_told(make_run) -> None:
+def test_a_platform_that_stood_still_has_all_its_limits_told(make_run: MakeRun) -> None:
     still = np.zeros((40, 6))
     run = make_run(4, pose=still, twist=still, acceleration=still)
     assert all(bound.far for panel in run_panels(run, "surge-pitch") for bound in panel.bounds)
 
 
-def test_decisions_of_the_fallback_are_marked_where_they_stand(make_run) -> None:
+def test_decisions_of_the_fallback_are_marked_where_they_stand(make_run: MakeRun) -> None:
     status = ["decided"] * 50
     status[7] = status[9] = "refused"
     run = make_run(50, status=tuple(status))
@@ -66,7 +67,7 @@ def test_decisions_of_the_fallback_are_marked_where_they_stand(make_run) -> None
     assert_allclose(marks[0].y, run.changes[[7, 9]])
 
 
-def test_limits_of_both_axes_do_not_fall_on_each_other(make_run) -> None:
+def test_limits_of_both_axes_do_not_fall_on_each_other(make_run: MakeRun) -> None:
     tilt = _by_key(run_panels(make_run(amplitude=4.0, platform=load("davsi")), "surge-pitch"))["tilt"]
     tilt_height, rate_height = (
         bound.values[1] / axis.span[1] for bound, axis in zip(tilt.bounds, tilt.axes, strict=True)
@@ -74,7 +75,7 @@ def test_limits_of_both_axes_do_not_fall_on_each_other(make_run) -> None:
     assert abs(tilt_height - rate_height) > 0.1
 
 
-def test_step_times_say_median_and_tail_in_microseconds(make_run) -> None:
+def test_step_times_say_median_and_tail_in_microseconds(make_run: MakeRun) -> None:
     run = make_run(100, step_time=1e-6 * np.arange(1.0, 101.0))
     panel = _by_key(effort_panels(run))["step-time"]
     assert [bound.values[0] for bound in panel.bounds] == pytest.approx([50.5, 99.01])
@@ -82,7 +83,7 @@ def test_step_times_say_median_and_tail_in_microseconds(make_run) -> None:
     assert not panel.axes[0].log
 
 
-def test_a_step_time_far_above_the_others_makes_the_axis_logarithmic(make_run) -> None:
+def test_a_step_time_far_above_the_others_makes_the_axis_logarithmic(make_run: MakeRun) -> None:
     times = np.full(100, 50e-6)
     times[3] = 20e-3
     axis = _by_key(effort_panels(make_run(100, step_time=times)))["step-time"].axes[0]
@@ -90,13 +91,13 @@ def test_a_step_time_far_above_the_others_makes_the_axis_logarithmic(make_run) -
     assert 0 < axis.span[0] < 50 < 20_000 < axis.span[1]
 
 
-def test_no_curve_has_more_points_than_a_page_can_bear(make_run) -> None:
+def test_no_curve_has_more_points_than_a_page_can_bear(make_run: MakeRun) -> None:
     run = make_run(6_000, status=("fallback",) * 6_000)
     for panel in (*run_panels(run, "surge-pitch"), *effort_panels(run)):
         assert all(len(curve.x) == len(curve.y) <= MAX_POINTS + 1 for curve in panel.curves)
 
 
-def test_comparison_overlays_every_run_on_the_reference(make_run) -> None:
+def test_comparison_overlays_every_run_on_the_reference(make_run: MakeRun) -> None:
     runs = [make_run(cueing="a"), make_run(cueing="b", amplitude=0.5)]
     force, tilt, position = comparison_panels(runs, "surge-pitch")
     assert [curve.label for curve in force.curves] == ["reference", "a", "b"]
@@ -105,19 +106,19 @@ def test_comparison_overlays_every_run_on_the_reference(make_run) -> None:
     assert_allclose(tilt.curves[0].y, -np.rad2deg(runs[0].pose[:, 4]))
 
 
-def test_runs_on_different_platforms_show_the_limits_of_each(make_run) -> None:
+def test_runs_on_different_platforms_show_the_limits_of_each(make_run: MakeRun) -> None:
     runs = [make_run(), make_run(platform=load("davsi"))]
     assert len(comparison_panels(runs, "surge-pitch")[2].bounds) == 2
 
 
-def test_only_runs_of_one_scenario_are_compared(make_run) -> None:
+def test_only_runs_of_one_scenario_are_compared(make_run: MakeRun) -> None:
     with pytest.raises(ValueError, match=r"one scenario, got \['a', 'b'\]"):
         comparison_panels([make_run(2, scenario="b"), make_run(2, scenario="a")], "surge-pitch")
     with pytest.raises(ValueError, match=r"one scenario, got \[\]"):
         comparison_panels([], "surge-pitch")
 
 
-def test_every_panel_is_explained(make_run) -> None:
+def test_every_panel_is_explained(make_run: MakeRun) -> None:
     run = make_run(10, dofs=("surge-pitch", "heave", "yaw"), platform=load("davsi"))
     panels = (
         *(panel for dof in run.dofs for panel in motion_panels(run, dof)),
@@ -132,7 +133,7 @@ def test_every_panel_is_explained(make_run) -> None:
     assert {panel.key for panel in panels if not panel.words} | {"trade-up"} == set(texts.PANELS)
 
 
-def test_who_has_no_solver_has_no_curve_of_changes(make_run) -> None:
+def test_who_has_no_solver_has_no_curve_of_changes(make_run: MakeRun) -> None:
     washout = make_run(30, cueing="classical", residual=np.zeros(30), changes=np.zeros(30, dtype=np.int64))
     none, some = changes_panel([washout, make_run(30, cueing="implicit")]).curves
     assert none.label == "classical: no solver"

@@ -9,6 +9,7 @@ from otolith.core.arrays import Vec
 from otolith.core.frames import GRAVITY, PAIRS
 from otolith.platforms import load
 from otolith.report.series import decimate, effort, extent, labels, pair_series, stairs, survival
+from tests.report.conftest import MakeRun
 
 ANY = st.floats(-1e6, 1e6) | st.just(np.nan)
 COUNTS = arrays(np.int64, st.integers(0, 200), elements=st.integers(0, 30))
@@ -62,14 +63,14 @@ def test_survival_is_the_share_of_counts_at_least_k(counts: Vec) -> None:
 
 
 @pytest.mark.parametrize("pair", sorted(PAIRS))
-def test_the_two_parts_add_up_to_the_felt_force(make_run, pair: str) -> None:
+def test_the_two_parts_add_up_to_the_felt_force(make_run: MakeRun, pair: str) -> None:
     run = make_run(100, dofs=("surge-pitch", "sway-roll"))
     s = pair_series(run, pair)
     assert_allclose(s.translation + s.gravity, s.felt, atol=1e-12)
     assert np.abs(s.gravity).max() > 0.1
 
 
-def test_tilt_has_the_sign_of_its_own_force(make_run) -> None:
+def test_tilt_has_the_sign_of_its_own_force(make_run: MakeRun) -> None:
     run = make_run(100)
     s = pair_series(run, "surge-pitch")
     assert_allclose(s.gravity, GRAVITY * np.sin(np.deg2rad(s.tilt_deg)), atol=1e-12)
@@ -79,7 +80,7 @@ def test_tilt_has_the_sign_of_its_own_force(make_run) -> None:
     assert_array_equal(s.velocity, run.twist[:, 0])
 
 
-def test_limits_are_the_platform_files(make_run) -> None:
+def test_limits_are_the_platform_files(make_run: MakeRun) -> None:
     s = pair_series(make_run(10, platform=load("davsi")), "surge-pitch")
     assert_allclose(s.position_band, (-0.51, 0.63))
     assert_allclose(s.velocity_band, (-0.81, 0.81))
@@ -87,12 +88,12 @@ def test_limits_are_the_platform_files(make_run) -> None:
     assert_allclose(s.tilt_rate_band_deg, (-3.0, 3.0))
 
 
-def test_troubled_decisions_are_told_apart_by_status(make_run) -> None:
+def test_troubled_decisions_are_told_apart_by_status(make_run: MakeRun) -> None:
     run = make_run(4, status=("decided", "refused", "decided", "invalid"))
     troubled = effort(run).troubled()
     assert {name: list(where) for name, where in troubled.items()} == {"invalid": [3], "refused": [1]}
 
 
-def test_runs_of_one_cueing_get_distinct_labels(make_run) -> None:
+def test_runs_of_one_cueing_get_distinct_labels(make_run: MakeRun) -> None:
     names = [make_run(2, cueing=name) for name in ("a", "b", "a", "a")]
     assert labels(names) == ("a", "b", "a (2)", "a (3)")

@@ -48,7 +48,7 @@ def poses(t: Vec, scale: float) -> tuple[Mat, Mat]:
 
 
 def test_a_command_within_the_limits_passes_unchanged() -> None:
-    lengths, speeds = poses(np.arange(1, 4001) * DT, 0.5)
+    lengths, speeds = poses(np.arange(1, 4001, dtype=float) * DT, 0.5)
     supervisor = Supervisor(DAVSI)
     given = passed_on(supervisor, lengths, speeds)
     assert_allclose(given[1:], lengths, atol=1e-6)
@@ -56,7 +56,7 @@ def test_a_command_within_the_limits_passes_unchanged() -> None:
 
 
 def test_ten_times_beyond_the_workspace_no_limit_breaks_and_it_comes_back() -> None:
-    lengths, speeds = poses(np.arange(1, 20001) * DT, 10.0)
+    lengths, speeds = poses(np.arange(1, 20001, dtype=float) * DT, 10.0)
     supervisor = Supervisor(DAVSI)
     given = passed_on(supervisor, lengths, speeds)
     assert_within_limits(given)

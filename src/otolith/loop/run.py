@@ -1,5 +1,6 @@
 """What a closed loop did, sample by sample and decision by decision."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
@@ -31,7 +32,7 @@ class Run:
     plant: str
     platform: Platform
     dofs: tuple[str, ...]  # names of what was cued, see otolith.core.frames.DOFS
-    settings: dict[str, Any]  # what the user chose, for the record: plain JSON values
+    settings: Mapping[str, Any]  # what the user chose, for the record: plain JSON values
     soft: tuple[str, ...] = ()  # limits that the algorithm may pass at a price, e.g. "surge-pitch tilt_rate"
     period: float  # [s] of the controller
     plant_period: float  # [s]

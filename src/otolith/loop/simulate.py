@@ -1,7 +1,7 @@
 """The closed loop: a cueing algorithm drives a plant along a scenario, and everything is recorded."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -77,7 +77,7 @@ def simulate(
     platform: Platform,
     dofs: tuple[str, ...],
     names: tuple[str, str] = ("", ""),
-    settings: dict[str, Any] | None = None,
+    settings: Mapping[str, Any] | None = None,
     plant_period: float = 1e-3,
     preview: int = 0,
     clock: Callable[[], float] = time.thread_time,

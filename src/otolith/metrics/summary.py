@@ -1,5 +1,6 @@
 """A run's summary: the table of its key figures, as plain JSON values. And several side by side."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from otolith.loop import Run
@@ -31,7 +32,7 @@ def summarise(run: Run) -> dict[str, Any]:
     }
 
 
-def compare(runs: list[Run]) -> dict[str, dict[str, Any]]:
+def compare(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
     """Summaries by cueing name, each with its mean changes against the implicit MPC's [%].
 
     Negative means fewer changes; absent when the baseline is not among the runs or made no change.

@@ -3,6 +3,7 @@
 import io
 import itertools
 import math
+from collections.abc import Mapping
 from html import escape
 from typing import Any, Final
 
@@ -112,7 +113,7 @@ def _together(platform: Platform) -> dict[str, float | None] | None:
     }
 
 
-def range_lines(summary: dict[str, Any]) -> list[str]:
+def range_lines(summary: Mapping[str, Any]) -> list[str]:
     """The range of each axis, a line each: of the legs with what ends it, else of the file."""
     lines = []
     for axis, entry in summary["ranges"].items():
@@ -123,7 +124,7 @@ def range_lines(summary: dict[str, Any]) -> list[str]:
     return lines
 
 
-def sentences(summary: dict[str, Any]) -> list[str]:
+def sentences(summary: Mapping[str, Any]) -> list[str]:
     """What has to be known about a platform's reach, in sentences."""
     if summary["legs"] is None and summary["lent"] is not None:
         return [
@@ -148,7 +149,7 @@ def sentences(summary: dict[str, Any]) -> list[str]:
     return [*told, *_box_sentences(summary), *filter(None, [together_sentence(summary)])]
 
 
-def _box_sentences(summary: dict[str, Any]) -> list[str]:
+def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
     """Whether the file's limits leave the legs' reach: axis by axis, and all at once."""
     beyond = []
     for axis, entry in summary["ranges"].items():
@@ -183,7 +184,7 @@ def _span(ends: list[float], unit: str) -> str:
     return f"{ends[0]:+.{digits}f} … {ends[1]:+.{digits}f} {unit}".replace("-", "−")
 
 
-def together_sentence(summary: dict[str, Any]) -> str:
+def together_sentence(summary: Mapping[str, Any]) -> str:
     """What four axes can do in every combination, in one sentence; empty where the file does not tell."""
     all_at_once = summary["together"]
     if all_at_once is None:
@@ -309,7 +310,7 @@ def tour(hexapod: Hexapod) -> tuple[Vec, Mat, list[str]]:
 
 
 def platform_page(
-    platform: Platform, summary: dict[str, Any], figure: Figure, *, run: Run | None = None
+    platform: Platform, summary: Mapping[str, Any], figure: Figure, *, run: Run | None = None
 ) -> str:
     """A page of one platform: the picture in motion, its ranges, cuts, and what they mean.
 

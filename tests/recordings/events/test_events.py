@@ -231,7 +231,7 @@ def test_the_work_of_finding_halts_and_replays_grows_with_the_rows_alone(
     n, wave = 20_000, np.array([0.0, 9.0, 2.0, 1.0, 5.0, 5.0])
     values = np.resize(np.repeat(wave, held), n)
     column = Column("ax", 0, "ax", 1.0, "m/s2", assumed=False)
-    t = 0.001 * np.arange(n)
+    t = 0.001 * np.arange(n, dtype=float)
     ax = Channel(column=column, t=t, values=values, rows=np.arange(n), place="line", source="log.csv")
     ay = replace(ax, column=replace(column, key="ay"), values=values[::-1])
     looked_at, median = [0], np.median

@@ -41,7 +41,7 @@ def test_events_apart_share_no_time_with_any_other(
 
 @given(spans=SPANS)
 def test_a_sample_is_inside_an_event_between_its_ends(spans: list[tuple[float, int]]) -> None:
-    t = 0.25 * np.arange(50)
+    t = 0.25 * np.arange(50, dtype=float)
     expected = np.zeros(50, dtype=np.bool_)
     for event in events_of(spans):
         expected |= (t > event.start) & (t < event.end)
@@ -82,7 +82,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], list[int]]:
 def test_jumps_are_judged_by_what_lies_about_them(what: str, counted: Callable[[str], list[int]]) -> None:
     """Hundreds of them, by speed and by place: none looks at the whole drive again."""
     n = 20_000
-    t, rng = 0.01 * np.arange(n), np.random.default_rng(0)
+    t, rng = 0.01 * np.arange(n, dtype=float), np.random.default_rng(0)
     still = {key: channel(key, t, rng.normal(0.0, 0.1, n)) for key in ("ax", "ay")}
     leaps = np.cumsum(np.where(np.arange(n) % 50 == 25, 20.0 * (-1.0) ** (np.arange(n) // 50), 0.0))
     place = {key: channel(key, t, 30.0 * np.cumsum(np.arange(n) % 77 == 0)) for key in ("x", "y")}

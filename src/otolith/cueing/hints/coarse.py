@@ -11,7 +11,7 @@ inputs of its block. Rows that only several pairs together have (the limit circl
 """
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -54,7 +54,7 @@ class CoarseLaws:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> "CoarseLaws":
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "CoarseLaws":
         """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
         lengths, parameters = arrays["law.lengths"], arrays["law.parameters"]
         if lengths.sum() != len(parameters):

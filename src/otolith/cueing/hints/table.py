@@ -4,6 +4,7 @@ Notation: ϑ = (x, r) states and forces wanted, each divided by its standard dev
 problem is symmetric, a question is turned so that the first force wanted is not negative, and the set back.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +30,7 @@ class Table:
         return {f"table.{name}": np.asarray(getattr(self, name)) for name in self.__slots__}
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> "Table":
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Table":
         """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
         parameters, which = frozen_array(arrays["table.parameters"]), arrays["table.which"]
         sets = frozen_array(arrays["table.sets"], dtype=np.int8)

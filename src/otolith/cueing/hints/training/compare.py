@@ -12,7 +12,7 @@ nothing to change and no hint is looked at. Of these decisions the dense engine 
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar
 
@@ -120,7 +120,7 @@ class Proposer:
 def compare(
     problem: Problem,
     recording: Recording,
-    hints: dict[str, Hint],
+    hints: Mapping[str, Hint],
     tell: Tell = lambda _: None,
 ) -> dict[str, Tally]:
     """Tallies of `cold`, `previous` and every hint."""
@@ -134,7 +134,7 @@ def compare(
     return tallies
 
 
-def _count(problems: Problems, hints: dict[str, Hint], tallies: dict[str, Tally], tell: Tell) -> None:
+def _count(problems: Problems, hints: Mapping[str, Hint], tallies: Mapping[str, Tally], tell: Tell) -> None:
     """Dense answers from every start."""
     engine, of = problems.engine(CondensedEngine), problems.recording
     proposers = {name: problems.proposer(hint, engine.memory) for name, hint in hints.items()}
@@ -189,7 +189,7 @@ def _time(problems: Problems, name: str, hint: Hint | None, tally: Tally) -> Non
             tally.first_structured[i] = solution.U[0] if solved else np.nan
 
 
-def account(tallies: dict[str, Tally], recording: Recording) -> dict[str, Any]:
+def account(tallies: Mapping[str, Tally], recording: Recording) -> dict[str, Any]:
     """Plain figures of every scheme, with what it saves against `previous` [%]."""
     base = tallies[PREVIOUS]
     return {name: _of_scheme(tally, base, recording) for name, tally in tallies.items()}
