@@ -28,8 +28,8 @@ def install(
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of installed distributions."""
     monkeypatch.syspath_prepend(tmp_path)
-    core.declared.cache_clear()
-    monkeypatch.setattr(core, "declared", core.declared.__wrapped__)
+    core._search.cache_clear()
+    monkeypatch.setattr(core, "_search", core._search.__wrapped__)
     for module in ("greeter", "other"):
         monkeypatch.delitem(sys.modules, module, raising=False)
     return tmp_path
@@ -146,3 +146,25 @@ def test_the_thesis_is_named_where_it_is_not_installed(
         main(["rappel"])
     assert ended.value.code == 2
     assert "No such command" in capsys.readouterr().err
+
+
+def test_of_two_that_declare_one_command_neither_is_run_and_all_else_works(
+    site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(site, {"greet": "greeter:greet", "wave": "greeter:greet"})
+    info = site / "other-3.4.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 3.4\n")
+    (info / "entry_points.txt").write_text("[otolith.commands]\ngreet = other:greet\n")
+    both = "'greet' of otolith.commands is declared by "
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert ended.value.code == 0
+    assert f"Not offered: {both}" in shown
+    assert "greeter 1.2" in shown
+    assert "other 3.4" in shown
+    with pytest.raises(SystemExit):
+        main(["wave", "you"])
+    assert capsys.readouterr().out == "hello you\n"
+    assert both in refusal(["greet", "you"], capsys)

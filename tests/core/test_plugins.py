@@ -22,8 +22,8 @@ def distribution(site: Path, name: str, entry_points: str, source: str = "") -> 
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder on the path for packages that stay installed as long as the test."""
     monkeypatch.syspath_prepend(tmp_path)
-    plugins.declared.cache_clear()
-    monkeypatch.setattr(plugins, "declared", plugins.declared.__wrapped__)
+    plugins._search.cache_clear()
+    monkeypatch.setattr(plugins, "_search", plugins._search.__wrapped__)
     return tmp_path
 
 
@@ -41,7 +41,8 @@ def test_a_name_that_two_declare_is_refused(site: Path) -> None:
     for name in ("one_of_two", "two_of_two"):
         distribution(site, name, f"[otolith.things]\nchair = {name}:Chair\n")
     with pytest.raises(OtolithError, match=r"'chair' of otolith.things is declared by .* 1.0 and by .* 1.0"):
-        plugins.declared("otolith.things")
+        plugins.load_entry_point(plugins.declared("otolith.things")["chair"])
+    assert list(plugins.doubtful("otolith.things")) == ["chair"]
 
 
 def test_a_broken_package_is_named(site: Path) -> None:

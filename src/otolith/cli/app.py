@@ -17,6 +17,7 @@ from otolith import __version__  # noqa: E402
 from otolith.cli import plugins  # noqa: E402
 from otolith.cli.given import refuse_lost  # noqa: E402
 from otolith.core.errors import OtolithError  # noqa: E402
+from otolith.core.plugins import doubtful  # noqa: E402
 
 # Where a command or a group of them is, and its line of help. A module is imported when its command is
 # called: none waits for what another needs.
@@ -91,11 +92,11 @@ def program(called: str) -> typer.Typer:
         rich_markup_mode=None,  # texts are shown as they are: to rich, [km/h] would be markup
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    app.callback(epilog=None if own else plugins.shadowed(COMMANDS))(_options)
+    app.callback(epilog=None if own else plugins.not_offered(COMMANDS))(_options)
     for name, (target, line) in COMMANDS.items():
         _add(app, name, imported(target) if name == called else _uncalled, line)
     for name, entry in others.items():
-        if name not in COMMANDS:
+        if name not in COMMANDS and (name == called or name not in doubtful(plugins.GROUP)):
             _add(app, name, plugins.load(entry) if name == called else _uncalled, plugins.help_line(entry))
     return app
 

@@ -57,10 +57,12 @@ def _as_command(target: Any) -> None:
     typer.main.get_command(alone)
 
 
-def shadowed(own: Collection[str]) -> str:
-    """Say which commands are not offered because Otolith has one of that name; empty where none is."""
+def not_offered(own: Collection[str]) -> str:
+    """Say which commands are not offered, and why; empty where all are."""
     names = [f"{name} of {plugins.distribution(one)}" for name, one in commands().items() if name in own]
-    return f"Not offered, since Otolith has commands of that name: {', '.join(names)}." if names else ""
+    lines = [f"Not offered, since Otolith has commands of that name: {', '.join(names)}."] if names else []
+    lines += [f"Not offered: {why}." for name, why in plugins.doubtful(GROUP).items() if name not in own]
+    return " ".join(lines)
 
 
 def refuse_absent(name: str) -> None:

@@ -34,23 +34,34 @@ def _place(error: BaseException) -> str:
     return f" (line {frames[-1].lineno} of {Path(frames[-1].filename).name})" if frames else ""
 
 
-@cache
 def declared(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group by name; installed packages are searched once, on first use.
 
-    Raises
-    ------
-    OtolithError : two distributions declare the same name, so it would be a matter of luck which one is used.
+    A name that several distributions declare is among them, and is refused when it is loaded.
     """
+    return _search(group)[0]
+
+
+def doubtful(group: str) -> dict[str, str]:
+    """Names of a group that two distributions declare, each with a sentence that says so.
+
+    It would be a matter of luck which of the two is used, so neither is.
+    """
+    return _search(group)[1]
+
+
+@cache
+def _search(group: str) -> tuple[dict[str, EntryPoint], dict[str, str]]:
     found: dict[str, EntryPoint] = {}
+    twice: dict[str, str] = {}
     for one in entry_points(group=group):
         other = found.setdefault(one.name, one)
         if other.value != one.value:
-            raise OtolithError(
+            twice[one.name] = (
                 f"{one.name!r} of {group} is declared by {distribution(other)} and by {distribution(one)}: "
                 "uninstall one of them"
             )
-    return found
+    return found, twice
 
 
 def distribution(entry_point: EntryPoint) -> str:
@@ -65,7 +76,10 @@ def load_entry_point(entry_point: EntryPoint) -> Any:
     Raises
     ------
     BrokenPlugin : it cannot be imported; the message names the distribution.
+    OtolithError : another distribution declares the same name.
     """
+    if entry_point.name in doubtful(entry_point.group):
+        raise OtolithError(doubtful(entry_point.group)[entry_point.name])
     try:
         return entry_point.load()
     except Exception as error:  # code of others may raise anything
