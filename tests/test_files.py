@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from otolith import files
-from otolith.core import disk
 from otolith.core.disk import NotWritten
 from otolith.core.errors import InputError, OtolithError
 from otolith.loop import Run
@@ -194,11 +193,14 @@ def test_a_full_disk_is_one_sentence_for_every_kind_of_file(
         place.symlink_to("/dev/full")
         return os.open(place, os.O_RDWR), str(place)
 
-    monkeypatch.setattr(disk.tempfile, "mkstemp", full)
+    def drawn(path: Path) -> None:
+        path.write_bytes(b"x")
+
+    monkeypatch.setattr("otolith.core.disk.tempfile.mkstemp", full)
     for write in (
         lambda: files.write_run(handmade, tmp_path / "run.h5"),
         lambda: files.write_json(tmp_path / "summary.json", {"a": 1}),
-        lambda: files.write_figure(tmp_path / "a.png", lambda path: path.write_bytes(b"x")),
+        lambda: files.write_figure(tmp_path / "a.png", drawn),
     ):
         with pytest.raises(NotWritten, match="No space left on device; nothing half-written was left"):
             write()

@@ -15,6 +15,7 @@ def test_the_line_of_help_is_the_commands_own(name: str) -> None:
     target, line = COMMANDS[name]
     command = imported(target)
     own = command.info.help if isinstance(command, typer.Typer) else inspect.getdoc(command)
+    assert own is not None
     assert line == own.split("\n\n")[0].replace("\n", " ")
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -20,7 +21,7 @@ PAIRS = [
 ]
 
 
-def line_of(command: str, *options: str) -> tuple[typer.core.TyperGroup, list[str]]:
+def line_of(command: str, *options: str) -> tuple[Any, list[str]]:
     """The program with this command, and a line that calls it with these options."""
     made = typer.main.get_command(program(command.split()[0]))
     known = called(made, command.split()).options
@@ -47,7 +48,7 @@ def test_every_option_of_a_log_needs_one() -> None:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_of_every_command_is_refused_twice_unless_it_repeats(name: str) -> None:
-    made = typer.main.get_command(program(name))
+    made: Any = typer.main.get_command(program(name))
     for command in [name, *(f"{name} {sub}" for sub in getattr(made.commands[name], "commands", ()))]:
         for option, one in called(made, command.split()).options.items():
             if one.param_type_name != "option" or one.multiple or one.is_flag:

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def test_a_flipped_bit_anywhere_is_refused(stored: Path) -> None:
 
 @pytest.mark.parametrize("array", ["table.sets", "table.deviation", "law.lengths", "network-0.sizes"])
 def test_arrays_that_do_not_belong_together_are_refused(stored: Path, array: str) -> None:
-    kind = {"kind": HINT_KIND, "version": HINT_VERSION}
+    kind: dict[str, Any] = {"kind": HINT_KIND, "version": HINT_VERSION}
     content = read_sealed(stored, **kind)
     write_sealed(stored, content.attributes, content.arrays | {array: np.zeros((0,))}, **kind)
     with pytest.raises(CorruptFile, match="hint"):

@@ -39,7 +39,7 @@ def test_after_reset_the_same_motion_comes_out_bit_for_bit(name: str) -> None:
         for k in range(50):
             state = plant.step(commanding(np.full(6, 0.1 * np.cos(k))), 1e-3)
         ends.append(state.pose)
-    np.testing.assert_array_equal(*ends)
+    np.testing.assert_array_equal(ends[0], ends[1])
 
 
 @EVERY

@@ -1,4 +1,4 @@
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -57,12 +57,12 @@ FIRST = StateSpace.from_polynomials([1.0, 0.3], [1.0, 2.0, 5.0])
 SECOND = StateSpace.from_polynomials([2.0, 0.0], [0.7, 1.0])
 
 
-def at(numerator: list[float], denominator: list[float]) -> Vec:
+def at(numerator: list[float], denominator: list[float]) -> np.ndarray:
     """The polynomials' ratio at jω, evaluated by numpy: knows nothing of state space."""
     return np.polyval(numerator, 1j * OMEGA) / np.polyval(denominator, 1j * OMEGA)
 
 
-def response(system: StateSpace) -> Vec:
+def response(system: StateSpace) -> np.ndarray:
     return system.frequency_response(OMEGA)[:, 0, 0]
 
 
@@ -81,7 +81,9 @@ def test_discrete_systems_are_those_of_scipy(
     system = StateSpace.from_polynomials(numerator, denominator)
     ours = system.discretise(0.05, hold=hold)
     method = {"zero": "zoh", "first": "foh"}[hold]
-    theirs = signal.cont2discrete((system.A, system.B, system.C, system.D), 0.05, method=method)
+    theirs: Any = signal.cont2discrete(  # type: ignore[call-overload]  # its stubs name each method apart
+        (system.A, system.B, system.C, system.D), 0.05, method=method
+    )
     for name, mine, other in zip("ABCD", (ours.A, ours.B, ours.C, ours.D), theirs, strict=False):
         assert_allclose(mine, other, rtol=1e-9, atol=1e-12, err_msg=name)
 

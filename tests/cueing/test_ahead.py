@@ -26,7 +26,9 @@ class Told:
     period = T
 
     def __init__(self, commands: np.ndarray) -> None:
-        self._commands, self.states, self.references = commands, [], []
+        self._commands = commands
+        self.states: list[PlatformState] = []
+        self.references: list[Reference] = []
 
     def reset(self, state: PlatformState) -> None:
         self.states, self.references = [], []

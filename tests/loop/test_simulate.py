@@ -48,7 +48,7 @@ def pulse(t: Vec) -> Mat:
 PULSE = Scenario(name="pulse", duration=1.0, specific_force=pulse)
 
 
-def close(cueing: Echo, plant_period: float = 1e-3, **options):  # type: ignore[no-untyped-def]
+def close(cueing: Echo, plant_period: float = 1e-3, **options):
     return simulate(
         cueing,
         without_lag(),

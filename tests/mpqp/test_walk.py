@@ -9,7 +9,8 @@ from otolith.mpqp.oracle import solve
 
 def beside_shared_facets(law: Law, wanted: int) -> list[tuple[int, int, np.ndarray]]:
     """(region, region linked to, θ) with θ just past a facet and in neither of the two."""
-    rng, cases = np.random.default_rng(0), []
+    rng = np.random.default_rng(0)
+    cases: list[tuple[int, int, np.ndarray]] = []
     while len(cases) < wanted:
         region = int(rng.integers(len(law)))
         tau, row, facet = _facet_point(law, region, rng)

@@ -1,6 +1,7 @@
 """The optimal control solver against a general-purpose one, and its certificate against tampering."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ class Following:
     def __init__(self, wanted: Mat, effort: float = 1e-3) -> None:
         self.wanted, self.effort = wanted, effort  # (N, axes)
 
-    def costs(self, X, U):  # type: ignore[no-untyped-def]
+    def costs(self, X, U):
         """The cost of every step, also of complex motions."""
         errors = np.sum((X[:, ::2] - self.wanted) ** 2, axis=1)
         return 0.5 * (errors + self.effort * np.sum(U**2, axis=1))
@@ -69,7 +70,7 @@ def by_slsqp(dynamics: Dynamics, cost: Following) -> float:
         rooms += [disc.radius**2 - np.sum(X[1:, list(disc.states)] ** 2, axis=1) for disc in dynamics.discs]
         return np.concatenate(rooms)
 
-    found = minimize(
+    found: Any = minimize(  # type: ignore[call-overload]  # its stubs know no constraint as a dictionary
         lambda flat: cost.value(*motion(flat)),
         np.zeros(N * nu),
         method="SLSQP",

@@ -66,10 +66,12 @@ def test_what_is_felt_is_at_the_head() -> None:
     """Rotation and lever arm: the sensed force is that of the reported motion, at the head."""
     head = np.array([0.2, -0.3, 0.9])
     states = driven(HexapodPlant(replace(DAVSI, head=head)), 500)
-    series = [np.array([getattr(s, name) for s in states]) for name in ("pose", "twist", "acceleration")]
+    pose, twist, acceleration = (
+        np.array([getattr(s, name) for s in states]) for name in ("pose", "twist", "acceleration")
+    )
     expected, at_reference = np.empty((500, 3)), np.empty((500, 3))
-    felt_along(head, *series, expected)
-    felt_along(np.zeros(3), *series, at_reference)
+    felt_along(head, pose, twist, acceleration, expected)
+    felt_along(np.zeros(3), pose, twist, acceleration, at_reference)
     felt = np.array([s.specific_force for s in states])
     assert_allclose(felt, expected, atol=1e-10)
     assert np.abs(felt - at_reference).max() > 0.02

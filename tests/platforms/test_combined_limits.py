@@ -51,8 +51,10 @@ def test_the_shipped_platform_is_that_share_rounded_down(share: Together) -> Non
     given = (FOUR.circle, FOUR.pitch.angle_deg[1], FOUR.surge.velocity_mps, FOUR.surge.acceleration_mps2)
     found = (share.circle, math.degrees(share.tilt), share.velocity, share.translation)
     for file, legs in zip(given, found, strict=True):
+        assert legs is not None
         assert 0.99 * legs < file <= legs
     assert FOUR.pitch.acceleration_degps2 is not None
+    assert share.tilt_acceleration is not None
     assert 0.99 < FOUR.pitch.acceleration_degps2 / math.degrees(share.tilt_acceleration) <= 1.0
     assert FOUR.pitch.rate_degps is not None
     assert 0.99 < FOUR.pitch.rate_degps / math.degrees(share.tilt_rate) <= 1.0

@@ -1,5 +1,7 @@
 """The table [hexapod] of a platform file."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -27,18 +29,18 @@ HEXAPOD = {
 }
 
 
-def toml(changes: dict[str, str | None] | None = None) -> str:
+def toml(changes: Mapping[str, str | None] | None = None) -> str:
     fields = {**HEXAPOD, **(changes or {})}
     lines = [f"hexapod.{key} = {value}" for key, value in fields.items() if value is not None]
     surge = "surge = {position_m = 0.3, velocity_mps = 0.5, acceleration_mps2 = 4}"
     return "\n".join(['name = "rig"', surge, *lines])
 
 
-def parsed(changes: dict[str, str | None] | None = None) -> Platform:
+def parsed(changes: Mapping[str, str | None] | None = None) -> Platform:
     return parse_platform(toml(changes), "rig.toml")
 
 
-def refusal(changes: dict[str, str | None]) -> str:
+def refusal(changes: Mapping[str, str | None]) -> str:
     with pytest.raises(InputError) as caught:
         parsed(changes)
     assert "\n" not in str(caught.value)

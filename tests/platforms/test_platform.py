@@ -100,7 +100,8 @@ def test_every_field_of_the_file_is_read_somewhere() -> None:
     """A field that no line outside the tables of the file mentions would be one that does nothing."""
     package = Path(otolith.__file__).parent
     text = "\n".join(path.read_text("utf-8") for path in package.rglob("*.py"))
-    models, seen = [Platform], set()
+    models: list[type[BaseModel]] = [Platform]
+    seen: set[str] = set()
     while models:
         model = models.pop()
         for name, field in model.model_fields.items():

@@ -42,7 +42,7 @@ def by_hand(qp: Qp, guess: Ints) -> int:
     assert qp.penalty is not None
     for i in range(b + m):
         if guess[i]:
-            pull = guess[i] * y[list(held).index(i)]
+            pull = guess[i] * y[held.tolist().index(i)]
             count += bool(pull < -1e-8 or pull > qp.penalty[i])
         else:
             count += bool(rows[i] > qp.upper[i] + 1e-8 or rows[i] < qp.lower[i] - 1e-8)

@@ -93,7 +93,7 @@ def test_random_problems_are_certified_from_any_start_and_agree(seed: int) -> No
     A = rng.standard_normal((m, n))
     inside = np.concatenate([np.zeros(b), A @ np.zeros(n)])
     qp = Qp(
-        root @ root.T + 0.1 * np.eye(n),
+        root @ root.T + 0.1 * np.eye(int(n)),
         5 * rng.standard_normal(n),
         A,
         inside - rng.uniform(0.01, 1.0, b + m),

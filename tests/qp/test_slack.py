@@ -44,7 +44,7 @@ def test_random_soft_problems_are_certified_from_any_start(seed: int) -> None:
     penalty = np.where(rng.uniform(size=b + m) < 0.6, rng.uniform(0.1, 20.0, b + m), np.inf)
     width = rng.uniform(0.01, 1.0, (2, b + m))
     qp = Qp(
-        root @ root.T + 0.1 * np.eye(n),
+        root @ root.T + 0.1 * np.eye(int(n)),
         5 * rng.standard_normal(n),
         rng.standard_normal((m, n)),
         -width[0],

@@ -123,6 +123,7 @@ def least_violation(qp: StageQp) -> float:
         bounds=[(None, None)] * n + [(-1.0, None)],
     )
     assert found.status == 0
+    assert found.x is not None
     return float(found.x[n])
 
 

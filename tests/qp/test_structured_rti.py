@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from otolith.qp import DenseSolver, Status
-from otolith.qp.stage import StageQp, condense, stage_residual
+from otolith.qp.stage import StageProblem, StageQp, condense, stage_residual
 from otolith.qp.structured import StructuredSettings, StructuredSolver
-from tests.qp.cueing_loop import STEP_2, StageProblem, closed_loop, linearise, multisine, stage_problem
+from tests.qp.cueing_loop import STEP_2, closed_loop, linearise, multisine, stage_problem
 
 EXACT = DenseSolver(primal_tolerance=1e-11)
 CASES = [

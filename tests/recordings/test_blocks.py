@@ -39,7 +39,7 @@ def test_time_in_another_unit_is_converted() -> None:
     assert columns.names == ("ax", "ay")
     assert columns.units == ("g", "g")
     assert_allclose(columns.clocks[1], [0.0, 0.02, 0.04])
-    assert_allclose(columns.cells([1])[0], [1.0, np.nan, 3.0])
+    assert_allclose(np.asarray(columns.cells([1])[0], dtype=float), [1.0, np.nan, 3.0])
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import gc
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def test_invalid_samples_are_a_gap_and_not_a_straight_line(tmp_path: Path) -> No
 
 @pytest.mark.parametrize(("kind", "over"), [(2, "angle"), (3, "distance"), (4, "index")])
 def test_channels_over_other_things_than_time_have_no_clock(tmp_path: Path, kind: int, over: str) -> None:
-    def group(name: str, master: tuple[str, int]) -> list[asammdf.Signal]:
+    def group(name: str, master: tuple[str, int]) -> list[Any]:
         return [asammdf.Signal(np.sin(FAST), FAST, name=name, unit="m/s2", master_metadata=master)]
 
     with asammdf.MDF(version="4.10") as file:

@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,7 +164,7 @@ def test_the_origin_tells_what_was_done() -> None:
         ({"duration": 0.015}, "length of drives/tour.csv is 0.015 s, must be at least two periods, 0.02 s"),
     ],
 )
-def test_an_option_beyond_its_bound_is_named(options: dict[str, float], sentence: str) -> None:
+def test_an_option_beyond_its_bound_is_named(options: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         log_scenario(sine_log(1.0), **options)
     assert str(caught.value) == sentence

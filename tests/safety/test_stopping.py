@@ -314,7 +314,9 @@ def test_axes_that_are_not_cued_stay_out_of_it() -> None:
 
 
 def test_the_law_asks_for_no_more_than_the_machine_may_give_and_be_asked_for() -> None:
-    surge = load("davsi").surge.model_copy(update={"acceleration_mps2": 4.0, "command_mps2": 9.0})
+    surge = load("davsi").surge
+    assert surge is not None
+    surge = surge.model_copy(update={"acceleration_mps2": 4.0, "command_mps2": 9.0})
     hasty = load("davsi").model_copy(update={"surge": surge})
     assert Stopping(hasty, (SURGE_PITCH,), lag=0.01, period=PERIOD).reach.command[0] == 4.0
     gentle = hasty.model_copy(update={"surge": surge.model_copy(update={"command_mps2": 3.0})})

@@ -112,7 +112,7 @@ def test_it_says_when_and_why_it_acted() -> None:
     supervisor = Supervisor(DAVSI)
     goal = np.tile(DAVSI.lengths(STILL), (1500, 1))
     passed_on(supervisor, goal[:500], 0 * goal[:500])
-    assert supervisor.interventions == ()
+    assert not supervisor.interventions
     goal[500:, 2] = 3.0
     passed_on(supervisor, goal[500:], 0 * goal[500:])
     last = supervisor.interventions[-1]
@@ -125,7 +125,7 @@ def test_it_says_when_and_why_it_acted() -> None:
     supervisor.follow(np.full(6, np.nan), STILL)
     assert str(supervisor.interventions[-1]).endswith("braked, for a set-point that is no number")
     supervisor.reset(STILL, STILL)
-    assert supervisor.interventions == ()
+    assert not supervisor.interventions
 
 
 def test_an_intervention_lasts_from_its_first_period_to_its_last() -> None:

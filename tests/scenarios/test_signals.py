@@ -1,4 +1,5 @@
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -81,7 +82,7 @@ def test_a_lateral_signal_is_the_second_component() -> None:
 
 
 @pytest.mark.parametrize("make", [signals.sine, signals.step_sine, signals.multisine, signals.chirp])
-def test_scenarios_travel_to_other_processes(make: type[Scenario]) -> None:
+def test_scenarios_travel_to_other_processes(make: Callable[[], Scenario]) -> None:
     scenario = make()
     assert_allclose(along(pickle.loads(pickle.dumps(scenario))), along(scenario))
 

@@ -1,6 +1,7 @@
 """Whole drives: the thesis's laps, their limits, and what must hold between the signals."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,9 +93,9 @@ def test_dead_reckoning_arrives_where_the_path_says(fast: Lap) -> None:
     yaw, (forward, left) = fast.attitude[:, 2], fast.velocity.T
     east = forward * np.cos(yaw) - left * np.sin(yaw)
     north = forward * np.sin(yaw) + left * np.cos(yaw)
-    walked = cumulative_trapezoid(np.stack([east, north], axis=1), fast.time, axis=0, initial=0.0)
+    walked = cumulative_trapezoid(np.stack([east, north], axis=1), fast.time, axis=0, initial=0)
     assert_allclose(walked, fast.position[:, :2] - fast.position[0, :2], atol=0.05)
-    turned = cumulative_trapezoid(fast.rate[:, 2], fast.time, initial=0.0)
+    turned = cumulative_trapezoid(fast.rate[:, 2], fast.time, initial=0)
     assert_allclose(turned, yaw - yaw[0], atol=2e-4)
 
 
@@ -177,7 +178,7 @@ def test_climbing_is_felt_as_leaning_back() -> None:
         ),
     ],
 )
-def test_a_step_that_does_not_divide_is_refused(options: dict[str, float], sentence: str) -> None:
+def test_a_step_that_does_not_divide_is_refused(options: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         drive(road("slalom"), CAR, DRIVER, **options)
     assert str(caught.value) == sentence
@@ -209,7 +210,7 @@ def test_a_hill_too_steep_is_not_climbed() -> None:
         ({"correction": float("nan")}, "driver's correction is nan, must be between 0.05 and 50"),
     ],
 )
-def test_a_driver_beyond_all_bounds_is_refused(options: dict[str, float], sentence: str) -> None:
+def test_a_driver_beyond_all_bounds_is_refused(options: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         Driver(**options)
     assert str(caught.value) == sentence

@@ -50,7 +50,7 @@ def test_distances_are_as_true_as_the_docstring_says(away: float, bound: float) 
         lat, lon = lat0 + r * np.cos(bearing), lon0 + r * np.sin(bearing) / np.cos(lat0)
         points, _ = local_plane(lat, lon, np.zeros(5))
         chord = np.linalg.norm(np.diff(earth_centred(lat, lon, np.zeros(5))[3:], axis=0))
-        worst = max(worst, abs(np.linalg.norm(points[4] - points[3]) / chord - 1.0))
+        worst = max(worst, float(abs(np.linalg.norm(points[4] - points[3]) / chord - 1.0)))
     assert 0.3 * bound < worst <= bound * 1.05
 
 

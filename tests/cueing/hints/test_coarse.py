@@ -112,6 +112,7 @@ def test_the_set_of_all_pairs_is_made_of_what_each_law_says_of_its_own_states_an
             continue
         expected = np.zeros(law._carry.shape, dtype=np.int64)
         for p, rows in enumerate(each):
+            assert rows is not None
             law._carry.add(p, rows, expected)
         assert_array_equal(found, expected[None])
         answered += bool(expected.any())

@@ -49,7 +49,9 @@ def test_the_kernel_is_the_matrix_product(seed: int, pairs: int, hidden: tuple[i
         at = np.abs(network.outputs) - 1
         expected[at] = np.where(h > 0.0, np.sign(network.outputs), 0)
         clear[at] = np.abs(h) > 1e-3  # single precision may decide otherwise at zero itself
-    (found,) = Learned(networks, forms, SHAPE).sets(x, wanted, np.empty((0, 0)))
+    sets = Learned(networks, forms, SHAPE).sets(x, wanted, np.empty((0, 0)))
+    assert sets is not None
+    (found,) = sets
     assert_array_equal(found.ravel()[clear], expected[clear])
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from otolith.core.errors import CorruptFile
-from otolith.core.frames import SWAY_ROLL
+from otolith.core.frames import SWAY_ROLL, Dof
 from otolith.cueing.hints.stored import Kind, StaleHint, StoredHint, digest, model_of
 from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.settings import MpcSettings
@@ -32,7 +32,7 @@ from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, tiny_hint
     ],
 )
 def test_a_hint_for_another_model_is_refused_and_the_sentence_says_what_differs(
-    platform: str, pairs: tuple, settings: MpcSettings, differs: str
+    platform: str, pairs: tuple[Dof, ...], settings: MpcSettings, differs: str
 ) -> None:
     with pytest.raises(StaleHint, match=f"differ in .*{differs}"):
         tiny_hint().check(load(platform), pairs, settings)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,8 +34,8 @@ def controller(
     pairs: tuple[Dof, ...] = (SURGE_PITCH,),
     platform: str = "thesis",
     entry: Entry = Entry.REFERENCE,
-    **options,
-) -> Mpc:  # type: ignore[no-untyped-def]
+    **options: Any,
+) -> Mpc:
     guess = options.pop("guess", None) or NoGuess()
     return Mpc(load(platform), pairs, MpcSettings(**options), guess=guess, entry=entry)
 
@@ -59,7 +60,7 @@ def random_reference(seed: int, duration: float) -> Scenario:
     return Scenario(name=f"random {seed}", duration=duration, specific_force=force)
 
 
-FORMS = {"full": {}, "blocked": {"horizon": sum(BLOCKS), "blocks": BLOCKS}}
+FORMS: dict[str, dict[str, Any]] = {"full": {}, "blocked": {"horizon": sum(BLOCKS), "blocks": BLOCKS}}
 # Every structure is compiled once, which takes tens of seconds: the blocked form on one platform only.
 CASES = [(form, "thesis", pairs) for form in FORMS for pairs in ((SURGE_PITCH,), (SWAY_ROLL,), BOTH)]
 CASES += [("full", "davsi", pairs) for pairs in ((SURGE_PITCH,), (SWAY_ROLL,), BOTH)]
@@ -177,7 +178,7 @@ def test_a_reference_that_is_no_number_gives_a_finite_command_that_says_so(wante
 
 
 @pytest.mark.parametrize("engine", [StructuredEngine, CondensedEngine])
-def test_a_state_that_cannot_stop_in_time_is_infeasible_and_braked_fully(engine) -> None:  # type: ignore[no-untyped-def]
+def test_a_state_that_cannot_stop_in_time_is_infeasible_and_braked_fully(engine) -> None:
     mpc = controller(engine=engine)
     mpc.reset(PlatformState())
     twist = np.array([3.0, 0, 0, 0, 0, 0])  # towards the end stop, too fast to stop

@@ -14,7 +14,7 @@ from otolith.cueing.hints.stored import Refused
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.guess import HeldPlan
 from otolith.cueing.mpc.settings import BLOCKS, Entry, MpcSettings
-from otolith.interfaces import Status
+from otolith.interfaces import Cueing, Status
 from otolith.loop import Run, simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
@@ -47,7 +47,7 @@ class Hostile:
         return np.ascontiguousarray(kinds[self._turn % len(kinds)], dtype=np.int64)
 
 
-def drive(mpc: Mpc) -> Run:
+def drive(mpc: Cueing) -> Run:
     steps = scenario("step:amplitude=1.6,start=0.3,end=1.4,duration=2.5")
     return simulate(mpc, Ideal(), steps, platform=THESIS, dofs=("surge-pitch",), plant_period=0.01)
 
@@ -67,7 +67,7 @@ def test_a_hostile_hint_changes_no_command(form: str, engine: type) -> None:
 
 
 @pytest.mark.parametrize("make", [hybrid_learned, hybrid_law, hybrid_table])
-def test_a_stored_hint_changes_no_command_either(make) -> None:  # type: ignore[no-untyped-def]
+def test_a_stored_hint_changes_no_command_either(make) -> None:
     mpc = make(Design(platform=THESIS, hint=tiny_hint()))
     plain = Mpc(THESIS, PAIRS, FORMS["full"])
     assert_allclose(drive(mpc).command, drive(plain).command, atol=1e-6)

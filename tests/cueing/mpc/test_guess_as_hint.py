@@ -35,10 +35,12 @@ def test_rows_at_their_bounds_along_the_guess_are_named(form: str) -> None:
     problem = Problem(load("thesis"), pairs, settings)
     memory = CondensedEngine(problem.structure, tolerance=1e-6, blocks=settings.blocks).memory
     problem.begin(memory)
+    assert problem.circle is not None
     weights = problem.circle.weights
     controls = np.tile([0.3, 5.0, -0.2, -0.5], (settings.horizon, 1))  # surge at its command bound
     x = np.array([0.0, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0, -0.1, 0.0, -0.39, 0.0, 0.0])
     found = GuessAsHint(Fixed(controls), problem, memory).sets(x, np.zeros(2), controls)
+    assert found is not None
     state, rows = x.copy(), []
     for u in controls:
         state = problem.structure.A @ state + problem.structure.B @ u

@@ -1,5 +1,7 @@
 """The stage problem against a rollout of its own definition, in 2 and 4 DOF."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -25,7 +27,7 @@ A, B = zero_order_hold(*dynamics(stacked((SURGE_PITCH,)), 0.01), 0.01)
 DEGREE = np.pi / 180
 
 
-def problem(pairs: tuple[Dof, ...], platform: str = "thesis", **options) -> Problem:  # type: ignore[no-untyped-def]
+def problem(pairs: tuple[Dof, ...], platform: str = "thesis", **options) -> Problem:
     return Problem(load(platform), pairs, MpcSettings(horizon=N, **options))
 
 
@@ -214,7 +216,8 @@ def test_soft_is_what_the_next_node_may_violate_not_what_later_ones_plan() -> No
     assert problem(BOTH).soft == frozenset()
     blocks = (1,) * (N - 2) + (2,)
     assert problem(BOTH, blocks=blocks).soft == frozenset()
-    for options in ({}, {"blocks": blocks}):
+    each: tuple[dict[str, Any], ...] = ({}, {"blocks": blocks})
+    for options in each:
         soft = problem(BOTH, soft={"tilt_rate": 100.0, "circle": 10.0}, **options).soft
         assert soft == {"surge-pitch tilt_rate", "sway-roll tilt_rate", "circle"}
 

@@ -137,7 +137,7 @@ def test_a_prediction_is_read_from_text_and_survives_a_record() -> None:
         ("oracle:time=3", Oracle(time=3.0)),
     ):
         assert parse_prediction(text) == value
-        assert prediction_named(prediction_to_record(value)) == value  # type: ignore[arg-type]
+        assert prediction_named(prediction_to_record(value)) == value
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +32,7 @@ def still(t: Vec) -> Vec:
     return np.zeros((len(t), 3))
 
 
-def drive(
-    washout: Washout, duration: float, force: Signal = still, rate: Signal = still, **more: float
-) -> Run:
+def drive(washout: Washout, duration: float, force: Signal = still, rate: Signal = still, **more: Any) -> Run:
     """Close the loop on the platform without a lag."""
     wanted = Scenario(name="by hand", duration=duration, specific_force=force, angular_rate=rate)
     return simulate(washout, Ideal(lag=0.0), wanted, platform=Task().platform, dofs=("surge-pitch",), **more)

@@ -1,7 +1,10 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from otolith.core.arrays import Vec
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.washout.adaptive import AdaptiveChannels, adaptive
 from otolith.cueing.washout.feedforward import Demand
@@ -13,6 +16,7 @@ T = 0.01
 
 def tuned(**values: float) -> Tuning:
     tuning = Task().tuning
+    assert tuning.adaptive is not None
     return tuning.model_copy(update={"adaptive": tuning.adaptive.model_copy(update=values)})
 
 
@@ -23,6 +27,7 @@ def demand(a: float, q: float = 0.0) -> Demand:
 def test_gains_follow_the_gradient_of_the_cost() -> None:
     """ΔP = −K T ∂J/∂P, the derivative by finite differences of two washouts with gains held at P ± h."""
     of = Task().tuning.adaptive
+    assert of is not None
     h, signal = 1e-4, [0.8 * np.sin(0.05 * k) for k in range(120)]
 
     def cost(P: float) -> float:
@@ -51,6 +56,7 @@ def test_gains_follow_the_gradient_of_the_cost() -> None:
 
 def test_gains_stay_within_their_bounds_and_motion_finite_under_anything() -> None:
     of = Task().tuning.adaptive
+    assert of is not None
     channels = AdaptiveChannels(Task(dofs=(SURGE_PITCH,)), T)
     rng = np.random.default_rng(3)
     seen = []
@@ -71,11 +77,15 @@ def test_gains_return_to_neutral_when_nothing_happens() -> None:
     assert_allclose([channels.gains[0], channels.rate_gains[0]], 1.0, atol=1e-4)
 
 
+def swing(size: float, t: Vec) -> Vec:
+    return size * np.sin(0.6 * t)
+
+
 def test_adapting_spares_travel_on_hard_manoeuvres_and_keeps_gentle_ones() -> None:
     """What adaptation is for: the same washout, with and without it."""
     travel = {}
     for size in (0.2, 4.0):
-        force = along(0, lambda t, size=size: size * np.sin(0.6 * t))
+        force = along(0, partial(swing, size))
         frozen = adaptive(Task(tuning=tuned(speed=1e-6, rate_speed=1e-6)))
         runs = [drive(washout, 20.0, force, plant_period=T) for washout in (adaptive(Task()), frozen)]
         travel[size] = np.abs(runs[0].pose[:, 0]).max() / np.abs(runs[1].pose[:, 0]).max()

@@ -1,5 +1,7 @@
 """The classical washout at work against its transfer functions on paper."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -21,10 +23,11 @@ def response(omega: float, *, of_force: bool) -> tuple[complex, complex]:
     """Felt force and rate per unit of the wanted force, or of the wanted rate; measured in the loop."""
     amplitude = 1e-3  # [m/s², rad/s] where the scaling's cubic is straight
     signal = along(0 if of_force else 1, lambda t: amplitude * np.sin(omega * t))
+    felt: dict[str, Any] = {"force" if of_force else "rate": signal}
     run = drive(
         classical(Task()),
         2.0 * max(40.0, 8 * np.pi / omega),
-        **{"force" if of_force else "rate": signal},
+        **felt,
         plant_period=2e-3 if omega > 3.0 else 1e-2,
     )
     moved = fitted(run.time - 0.5 * run.plant_period, run.acceleration[:, 0], omega)  # held: stands midway

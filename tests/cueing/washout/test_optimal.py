@@ -1,7 +1,10 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from otolith.core.arrays import Vec
 from otolith.core.frames import GRAVITY
 from otolith.cueing.washout.classical import hold_response
 from otolith.cueing.washout.optimal import optimal, optimal_nonlinear
@@ -13,6 +16,7 @@ from tests.cueing.washout.loop import Task, along, drive, fitted
 @pytest.mark.parametrize("omega", [0.3, 1.0, 4.0, 10.0])
 def test_small_signals_are_the_filter(omega: float) -> None:
     tuning = Task().tuning
+    assert tuning.optimal is not None
     W = lq_problem(tuning.optimal, Vestibular(), rotates=True, translates=True).filter()
     response = W.frequency_response(np.array([omega]))[0]
     paper = response[1, 1] + GRAVITY * response[0, 1] / (1j * omega)
@@ -28,10 +32,14 @@ def test_small_signals_are_the_filter(omega: float) -> None:
     assert abs(np.degrees(np.angle(ratio))) < 1.0
 
 
+def pulse(size: float, t: Vec) -> Vec:
+    return np.where((t > 0.5) & (t < 3.0), size, 0.0)
+
+
 def test_the_nonlinear_variant_is_the_linear_one_for_small_signals_and_travels_less_for_large() -> None:
     travel = {}
     for size in (1e-4, 3.0):
-        force = along(0, lambda t, size=size: size * (t > 0.5) * (t < 3.0))
+        force = along(0, partial(pulse, size))
         runs = [drive(make(Task()), 8.0, force, plant_period=0.01) for make in (optimal, optimal_nonlinear)]
         travel[size] = [np.abs(run.pose[:, 0]).max() for run in runs]
     assert travel[1e-4][1] == pytest.approx(travel[1e-4][0], rel=1e-4)

@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from otolith.core.frames import GRAVITY
 from otolith.cueing.washout.riccati import lq_problem
-from otolith.cueing.washout.tuning import load_tuning, tunings
+from otolith.cueing.washout.tuning import Optimal, load_tuning, tunings
 from otolith.perception import Vestibular
 
 KINDS = {"pair": (True, True), "yaw": (True, False), "heave": (False, True)}
@@ -15,9 +15,15 @@ EVERY = pytest.mark.parametrize("kind", KINDS)
 OMEGA = np.array([0.02, 0.1, 0.5, 1.0, 3.0, 10.0, 40.0])
 
 
+def shipped(name: str) -> Optimal:
+    tuning = load_tuning(name).optimal
+    assert tuning is not None
+    return tuning
+
+
 def problem(kind: str, name: str = "davsi"):
     rotates, translates = KINDS[kind]
-    return lq_problem(load_tuning(name).optimal, Vestibular(), rotates=rotates, translates=translates)
+    return lq_problem(shipped(name), Vestibular(), rotates=rotates, translates=translates)
 
 
 @EVERY
@@ -67,7 +73,7 @@ def test_no_other_gain_costs_less(kind: str) -> None:
 
 def test_a_drive_that_the_platform_can_follow_is_felt_as_wanted() -> None:
     """When motion costs next to nothing, a force is felt as wanted, and yaw, which no force needs, too."""
-    cheap = load_tuning("davsi").optimal.model_copy(
+    cheap = shipped("davsi").model_copy(
         update=dict.fromkeys(["integral", "position", "velocity", "tilt", "acceleration", "rate"], 1e-7)
     )
     omega = np.array([0.3, 1.0, 3.0])
@@ -82,7 +88,7 @@ def test_a_drive_that_the_platform_can_follow_is_felt_as_wanted() -> None:
 @pytest.mark.parametrize("name", tunings())
 def test_travel_comes_home_and_every_loop_of_the_grid_is_stable(kind: str, name: str) -> None:
     p = problem(kind, name)
-    for alpha in np.linspace(0.0, load_tuning(name).optimal.largest_alpha_per_s, 9):
+    for alpha in np.linspace(0.0, shipped(name).largest_alpha_per_s, 9):
         closed = p.closed(p.gain(alpha))
         assert closed.poles.real.max() < -1e-3
         rest = np.linalg.solve(closed.A, closed.B)

@@ -1,6 +1,7 @@
 """What two explanations fit equally well is no proof: both are named, unless a gyro tells them apart."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,8 @@ def test_a_yaw_rate_that_the_ground_contradicts_does_not_turn_a_lateral_force_th
     assert float(bank.group(1)) == pytest.approx(11.0, abs=1.0)
     assert "or map ay=-ay_mps2 and yaw_rate=-yaw_rate_radps" in str(caught.value)
     both = written(SLOW, keys, ("yaw_rate", "ay"))
-    for turned, mapping in ((data, {}), (both, {"ay": "-ay_mps2"})):
+    also: dict[str, Any] = {"ay": "-ay_mps2"}
+    for turned, mapping in ((data, {}), (both, also)):
         _, sentence = attempt(turned, yaw_rate="-yaw_rate_radps", **mapping)
         assert "if the road is banked" in sentence  # the truth itself looks like a turned sign
 
@@ -37,7 +39,8 @@ def test_the_roll_of_the_gyro_tells_which_of_two_signs_is_turned() -> None:
             with pytest.raises(InputError, match=f"map {turned}=-{turned}_") as caught:
                 read(data)
             assert "which makes this file agree" in str(caught.value)
-            log = read(data, **{turned: f"-{turned}_" + ("mps2" if turned == "ay" else "radps")})
+            mapped: dict[str, Any] = {turned: f"-{turned}_" + ("mps2" if turned == "ay" else "radps")}
+            log = read(data, **mapped)
             assert max(differs(log, truth(SLOW, ALL)).values()) < 1e-6
 
 

@@ -1,6 +1,7 @@
 """Left and right: proven, stated, not proven, contradicted; and remedies that are right for the file."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,7 +97,8 @@ def test_one_turned_sign_is_refused_and_the_one_remedy_that_the_ground_proves_wo
     remedy = re.search(r"map (\w+)=(-\w+)", str(caught.value))
     assert remedy is not None
     assert "which makes this file agree" in str(caught.value)
-    assert right(read(data, **{remedy.group(1): remedy.group(2)}))
+    mapped: dict[str, Any] = {remedy.group(1): remedy.group(2)}
+    assert right(read(data, **mapped))
 
 
 def test_one_turned_sign_without_a_witness_has_two_remedies_and_says_so() -> None:

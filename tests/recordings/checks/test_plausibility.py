@@ -1,6 +1,7 @@
 """A good drive, mutilated in every way that real logs have shown: each is refused or repaired, and said."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,7 +164,7 @@ def test_there_are_enough_kinds() -> None:
         (REFUSED["x and y exchanged"][0], {"ax": "ay_mps2", "ay": "ax_mps2"}),
     ],
 )
-def test_the_remedy_that_a_refusal_names_works(drive: Drive, columns: dict[str, str]) -> None:
+def test_the_remedy_that_a_refusal_names_works(drive: Drive, columns: dict[str, Any]) -> None:
     assert not [note for note in read(drive, **columns).notes if "doubtful" in note or "constant" in note]
 
 
