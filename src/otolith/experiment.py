@@ -103,7 +103,7 @@ class Wanted:
 
         Parameters
         ----------
-        note : is told what was assumed or repaired in a log, a sentence each.
+        note : is called with a sentence for everything that was assumed or repaired in a log.
         """
         if self.log is None and self.scenario is not None:
             named = [scenario(self.scenario, literal=self.literal, axis=dof.along) for dof in design.dofs]
@@ -171,7 +171,7 @@ class Experiment:
         return self.plant or registry.cueing_named(self.cueing).plant
 
     def run(self, *, progress: Callable[[float], None] = lambda _: None) -> Run:
-        """Close the loop once; `progress` is told the fraction done.
+        """Close the loop once; `progress` is called with the fraction done.
 
         Raises
         ------

@@ -129,7 +129,7 @@ def read_tuning(name_or_path: str) -> Tuning:
 def read_log(
     path: Path, columns: Mapping[str, str], *, needs: Sequence[str] = (), settings: LogSettings = PLAIN
 ) -> Log:
-    """A recorded drive: text, JSON, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending tells.
+    """A recorded drive: text, JSON, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending decides.
 
     `columns` maps quantities to columns, `needs` names those that will be cued; both come on top of
     `settings`, what the user says besides: see `logs.log_from`.

@@ -36,7 +36,7 @@ _XML: Final = re.compile(r"\s*<(\?xml|!doctype|html|gpx|kml)\b", re.IGNORECASE)
 def recorded(
     path: Path, columns: Mapping[str, str], *, header: int | None = None, units: int | None = None
 ) -> Recorded:
-    """The columns of a recorded drive; the ending of the name tells the format, else it is text.
+    """The columns of a recorded drive; the ending of the name gives the format, else it is text.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def tune(
     price: float = TRAVEL_PRICE,
     tell: Callable[[int, float], None] = lambda _, __: None,
 ) -> Tuned:
-    """Tune constant weights on `states` of the surge-pitch pair; `tell` hears each evaluation's J.
+    """Tune constant weights on `states` of the surge-pitch pair; `tell` is called with each evaluation's J.
 
     Raises
     ------

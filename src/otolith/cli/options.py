@@ -226,7 +226,7 @@ def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def is_given(context: typer.Context, name: str) -> bool:
-    """Whether the user wrote the option of this name; its value may be the default's all the same."""
+    """Return whether the user wrote the option of this name; its value may be the default's all the same."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"
 

@@ -109,7 +109,7 @@ def _bars(console: Console) -> Bars:
 def lines(
     console: Console, text: str, *, every: float = EVERY, now: Callable[[], float] = time.monotonic
 ) -> Iterator[Tell]:
-    """Print a line every so many seconds, from a thread of its own, about what was told last.
+    """Print a line every so many seconds, from a thread of its own, with the latest report.
 
     Parameters
     ----------

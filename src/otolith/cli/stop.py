@@ -1,4 +1,4 @@
-"""How the program ends when it is told to: one sentence, nothing half-written, the shell's exit code.
+"""How the program ends when it is asked to: one sentence, nothing half-written, the shell's exit code.
 
 Imports nothing of this package and nothing slow: it is in place before the rest is imported.
 """

@@ -14,7 +14,7 @@ class Outage:
 
     start: float  # [s] from the run's start
     end: float  # [s]
-    value: float = np.nan  # [m/s²]; NaN is what is told where nothing came
+    value: float = np.nan  # [m/s²]; NaN stands for nothing at all
 
 
 class Interrupted:

@@ -90,9 +90,9 @@ def simulate(
     dofs : names of what is cued, see `otolith.core.frames.DOFS`.
     names : of the cueing algorithm and of the plant, for the record.
     plant_period : [s]; the controller's own period must be a whole multiple of it.
-    preview : how many of the next periods' forces the controller is told; 0: only what is wanted now.
+    preview : how many of the next periods' forces the controller is given; 0: only what is wanted now.
     clock : [s] measures the time of each decision; never part of the result's dynamics.
-    progress : is told the fraction done, about a hundred times.
+    progress : is called with the fraction done, about a hundred times.
 
     Raises
     ------

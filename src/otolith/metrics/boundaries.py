@@ -38,7 +38,7 @@ class Boundary:
         freeze(self, omega=n, modulus_low=n, modulus_high=n, phase_low_deg=n, phase_high_deg=n)
 
     def holds(self, response: Response) -> bool | None:
-        """Whether a response is within; None at frequencies that the boundary does not cover.
+        """Return whether a response is within; None at frequencies that the boundary does not cover.
 
         Phases count within (−180°, 180°]; a response without a phase is judged by its modulus alone.
         """

@@ -1,6 +1,6 @@
 """False cues: where, in which way and by how much the felt force misleads.
 
-Grant & Reid (J. Aircraft 34, 1997) tell apart cues that are false (of opposite sign, or where none is
+Grant & Reid (J. Aircraft 34, 1997) distinguish cues that are false (of opposite sign, or where none is
 expected), missing, and scaled. Their text was not at hand; this is an executable form of our own, with one
 threshold τ, and every noticeable mismatch |felt − wanted| ≥ τ has exactly one kind:
 

@@ -1,7 +1,7 @@
 """Whether the platform stayed within its limits, judged by its motion and its file alone.
 
 Nothing here is shared with the controllers: it reads what the plant did and what the platform file
-allows, so that a controller's wrong model or row cannot hide its own violation. Two things are told
+allows, so that a controller's wrong model or row cannot hide its own violation. Two things are kept
 apart. A limit protects the machine (travel, angle, speed, acceleration) or the driver's comfort (the tilt
 rate below which tilting is not noticed). And the algorithm held it hard, or soft: at a price that it
 may pay (`Run.soft`).
@@ -141,7 +141,7 @@ def _excess(
 
 
 def _noticed(run: Run, quantity: str) -> bool:
-    """Whether a pair's tilt rate is limited by what a driver notices, not by the machine."""
+    """Return whether a pair's tilt rate is limited by what a driver notices, not by the machine."""
     axis = AXES[DOFS[quantity.partition(" ")[0]].rotation]
     machine = getattr(run.platform, axis).rate_degps
     threshold: float = getattr(run.platform.tilt_coordination, f"{axis}_degps")

@@ -34,7 +34,7 @@ class Better(StrEnum):
 
 
 class Topic(StrEnum):
-    """What a figure tells of. The table of a comparison shows its columns in this order."""
+    """What a figure is about. The table of a comparison shows its columns in this order."""
 
     FELT = "what the driver feels"
     PLATFORM = "what the platform did"
@@ -97,13 +97,13 @@ class Measure:
     name: str  # its key in a summary
     words: str
     unit: str  # SI, "" where it has none; of several kinds of axes "m, rad"
-    of: Callable[["Run"], Any] | None  # None where only a comparison can tell
+    of: Callable[["Run"], Any] | None  # None where only a comparison defines it
     better: Better = Better.NEUTRAL
     topic: Topic = Topic.FELT
     needs: tuple[str, ...] = EVERY_DOF  # it is defined where at least one of these was cued
     optional: bool = False  # where it is not defined, summaries leave it out instead of None or no entries
     columns: tuple[Column, ...] = ()
-    line: Callable[[Any], str] | None = None  # how the printed line of a run tells the value
+    line: Callable[[Any], str] | None = None  # how the printed line of a run states the value
     scale: Scale | None = None
     parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # key inside it -> words and unit
     listed: bool = True  # stands in the list of all figures; False where a page has a table of its own
@@ -120,11 +120,11 @@ class Measure:
 
     @property
     def turns(self) -> bool:
-        """Whether some of its values are angles, or rates of them."""
+        """Return whether some of its values are angles, or rates of them."""
         return "rad" in self.unit
 
     def defined(self, dofs: Sequence[str]) -> bool:
-        """Whether it is defined for a run that cued these degrees of freedom."""
+        """Return whether it is defined for a run that cued these degrees of freedom."""
         return bool(set(self.needs) & set(dofs))
 
     def shown(self, value: Any) -> Any:

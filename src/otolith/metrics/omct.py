@@ -73,7 +73,7 @@ def motion_cueing_test(
 
     Parameters
     ----------
-    progress : is told the fraction done.
+    progress : is called with the fraction done.
     """
     found = [*_drive_all(system, procedure, progress)]
     return sorted(found, key=lambda response: (response.test.number, response.omega))

@@ -67,5 +67,5 @@ def mean_absolute_difference(wanted: Vec, felt: Vec) -> float:
 
 
 def _still(centred: Vec, series: Vec) -> bool:
-    """Whether a series is constant but for rounding."""
+    """Return whether a series is constant but for rounding."""
     return bool(np.max(np.abs(centred)) <= STILL * (1.0 + np.max(np.abs(series))))

@@ -1,6 +1,6 @@
 """Values of key figures as a summary keeps them: plain JSON, by degree of freedom or by axis.
 
-What they mean is told in `otolith.metrics.catalogue`, how each is computed in the module it comes from.
+Their meaning is explained in `otolith.metrics.catalogue`, their computation in the modules they come from.
 """
 
 import math

@@ -61,7 +61,7 @@ def between_nodes(summary: Summary) -> list[str]:
 
 
 def kind(limit: Summary) -> str:
-    """Whether a limit was hard or soft in a run, and whether it protects the machine or the driver."""
+    """Return whether a limit was hard or soft in a run, and whether it protects the machine or the driver."""
     hardness = "soft" if limit["soft"] else "hard"
     return f"{hardness} {'comfort threshold' if limit['comfort'] else 'limit'}"
 

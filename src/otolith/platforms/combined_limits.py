@@ -68,7 +68,7 @@ def _spare(hexapod: Hexapod, circle: float, tilt: Vec) -> float:
 
 
 def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
-    """Whether it is proved that the legs reach every pose of a disc and of tilts, heave and yaw neutral.
+    """True when it is proved that the legs reach every pose of a disc and of tilts, heave and yaw neutral.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
 
 
 def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
-    """Whether it is proved that no pose of a disc and of tilts is singular, nor leans a joint too far.
+    """Return whether it is proved that no pose of a disc and of tilts is singular, nor leans a joint too far.
 
     Parameters as of `reaches_all`, which must hold: the bounds are those of legs within their strokes.
     """

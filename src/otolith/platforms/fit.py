@@ -148,7 +148,7 @@ class _Problem:
         return replace(candidate, condition=condition)
 
     def _stands(self, machine: Hexapod) -> bool:
-        """Whether the legs hold the platform all the way to the ends that their strokes allow."""
+        """Return whether the legs hold the platform all the way to the ends that their strokes allow."""
         ends = reach_ends(machine)
         return not any(end.why == SINGULAR for axis in self.table for end in ends[axis])
 
@@ -202,7 +202,7 @@ def _bare(joints: Vec, anchors: Vec, stroke: tuple[float, float]) -> Hexapod:
 
 
 def as_toml(result: Fit, stroke: tuple[float, float]) -> str:
-    """The best geometry as lines of a platform file; what a data sheet's ranges do not tell is left open."""
+    """The best geometry as lines of a platform file; what its ranges leave undetermined stays open."""
     best, circles = result.best, result.best.circles
     others = len(result.alike) - 1
     x, _, z = best.reference_point

@@ -186,7 +186,7 @@ class Hexapod:
         return pose
 
     def reaches(self, poses: Mat) -> Bools:
-        """Whether each pose (n, 6) is one that the legs make and hold, (n,).
+        """Return whether each pose (n, 6) is one that the legs make and hold, (n,).
 
         Every leg within its stroke and leaning no further than its joints allow, the condition number below
         `SINGULAR_CONDITION`, and the Jacobian's determinant of the sign that it has in the neutral pose:
@@ -199,7 +199,7 @@ class Hexapod:
         return found
 
     def holds(self, poses: Mat) -> Bools:
-        """Whether in each pose (n, 6) joints do not lean too far and the Jacobian is regular, (n,)."""
+        """Return whether in each pose (n, 6) joints do not lean too far and the Jacobian is regular, (n,)."""
         jacobians, neutral = self.scaled_jacobians(poses), self.scaled_jacobians(np.zeros((1, 6)))
         firm = np.linalg.cond(jacobians) < SINGULAR_CONDITION
         same: Bools = firm & (np.sign(np.linalg.det(jacobians)) == np.sign(np.linalg.det(neutral)))

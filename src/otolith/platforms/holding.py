@@ -145,7 +145,7 @@ def _last_inside(start: Vec, end: Vec, centre: Vec, radius: float) -> float:
 
 @kernel
 def way_holds(start: Vec, end: Vec, of: Joints, ball: Ball) -> tuple[bool, int]:
-    """Whether all poses of the straight way between leg lengths (6,) are proved to hold, its end with room.
+    """True when all poses of the straight way between leg lengths (6,) are proved to hold, its end with room.
 
     `start` lies in the ball, which goes along: where the way holds, `end` lies in it.
 

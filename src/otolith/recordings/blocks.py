@@ -21,7 +21,7 @@ MARK: Final = "{ChannelBlock}"
 
 
 def has_blocks(text: str) -> bool:
-    """Whether a text holds several blocks; a single one is a table like any other."""
+    """Return whether a text holds several blocks; a single one is a table like any other."""
     return sum(line.strip() == MARK for line in text.splitlines()) > 1
 
 

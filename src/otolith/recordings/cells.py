@@ -113,7 +113,7 @@ class _Place:
 
 
 def _conflicts(t: Vec, values: Vec) -> Bools:
-    """Whether each step (n - 1,) between valid samples stands still in time and not in value."""
+    """Return whether each step (n - 1,) between valid samples stands still in time and not in value."""
     valid = np.isfinite(values) & np.isfinite(t)
     return np.asarray((np.diff(t[valid]) == 0.0) & (np.diff(values[valid]) != 0.0), dtype=np.bool_)
 
@@ -144,7 +144,7 @@ def _clocked(raw: Samples, place: _Place, *, coarse: bool) -> Samples:
 
 
 def _interleaved(values: Vec, again: Bools) -> bool:
-    """Whether rows of equal stamps take turns between several sources, as those of two cars in one file do.
+    """True when rows of equal stamps take turns between several sources, as those of two cars in one file do.
 
     The next value of a smooth signal is nearer than the one after it; where sources take turns, it is not.
     """

@@ -87,7 +87,7 @@ class Channel:
         return slice(int(np.searchsorted(self.t, start)), int(np.searchsorted(self.t, end, side="right")))
 
     def known(self, t: Vec) -> Bools:
-        """Whether the channel tells anything at times (k,) [s]: not in holes, nor beyond its ends."""
+        """Return whether the channel has a value at times (k,) [s]: not in holes, nor beyond its ends."""
         after = np.clip(np.searchsorted(self.t, t, side="left"), 1, len(self.t) - 1)
         inside = (t >= self.t[0]) & (t <= self.t[-1])
         return np.asarray(inside & (self.t[after] - self.t[after - 1] <= MAX_GAP), dtype=np.bool_)
@@ -131,7 +131,7 @@ class Recording:
     others: Mapping[str, tuple[Channel, ...]] = field(default_factory=dict)  # second candidates, best first
 
     def needed(self, key: str) -> bool:
-        """Whether a fault in this quantity is refused and not only said.
+        """Return whether a fault in this quantity is refused and not only said.
 
         So it is for what will be cued; where nobody says what, for every force.
         """

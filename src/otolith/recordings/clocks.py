@@ -1,6 +1,6 @@
 """Time stamps of recorded drives: read from what loggers write, and repaired where they are coarse.
 
-Read are numbers in a unit, epochs of a magnitude that tells their unit, clock times packed as HHMMSS.sss, and
+Read are numbers in a unit, epochs of a magnitude that shows their unit, clock times packed as HHMMSS.sss, and
 dates and clock times in words (ISO 8601 and the like). Only differences matter, so a date only has to change
 when the day does, and a zone has only to stay the same.
 """

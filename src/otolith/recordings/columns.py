@@ -81,7 +81,7 @@ class Header(NamedTuple):
 
 
 def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Column]]:
-    """The columns that may hold each quantity, the best first; as mapped by the user, else as names tell.
+    """The columns that may hold each quantity, the best first; as mapped by the user, else as names suggest.
 
     A word of direction (lateral, yaw) goes before a letter, which may mean the device's axes; what a sensor
     measured before what satellites or calculations gave; a stated unit before none; the first column last.

@@ -48,7 +48,7 @@ def cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def is_number(text: str, *, comma: bool = False) -> bool:
-    """Whether a cell is a number, with a decimal comma too if `comma`."""
+    """Return whether a cell is a number, with a decimal comma too if `comma`."""
     try:
         float(text.replace(",", ".") if comma else text)
     except ValueError:
@@ -57,7 +57,7 @@ def is_number(text: str, *, comma: bool = False) -> bool:
 
 
 def is_value(text: str, *, comma: bool = False) -> bool:
-    """Whether a cell is a number, alone or with a unit behind it."""
+    """Return whether a cell is a number, alone or with a unit behind it."""
     return is_number(text, comma=comma) or measured(text) is not None
 
 
@@ -138,7 +138,7 @@ def _ended(lines: Sequence[str], start: int, delimiter: str | None, width: int) 
 
 
 def _holds(line: str) -> bool:
-    """Whether a line may be a row: not blank, no comment, no mark of a section."""
+    """Return whether a line may be a row: not blank, no comment, no mark of a section."""
     return bool(line.strip()) and line.lstrip()[0] not in MARKS and not _SECTION.fullmatch(line)
 
 
@@ -219,7 +219,7 @@ def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], de
 
 
 def _says(row: Sequence[str]) -> float:
-    """How much a line tells as one of names: quantities count one, units in brackets and mere words less."""
+    """How much a line says as one of names: quantities count one, units in brackets and mere words less."""
     said = sum(1.0 for name in row if (u := _unwrapped(name))[0] and tells(u[0], u[1]) is not None)
     return said + sum(0.1 for name in row if parted(name)[1]) + 0.01 * len({name for name in row if name})
 
@@ -272,7 +272,7 @@ def _refuse_torn_units(
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Whether most of what stands here are units, and no number but the 1 of what has none."""
+    """Return whether most of what stands here are units, and no number but the 1 of what has none."""
     filled = [cell.strip(" []()") for cell in row if cell.strip(" []()-")]
     known = [cell for cell in filled if is_unit(cell)]
     numbers = [cell for cell in filled if is_value(cell) and canonical(cell) != "1"]

@@ -25,7 +25,7 @@ Record = Mapping[str, Any]
 
 
 def looks_like_json(text: str) -> bool:
-    """Whether a text begins as JSON does; an opening bracket alone may be a section of another format."""
+    """True when a text begins as JSON does; an opening bracket alone may be a section of another format."""
     start = text.lstrip("\ufeff \t\r\n")[:200]
     return start.startswith("{") or (start.startswith("[") and start[1:].lstrip()[:1] in ("{", "[", '"'))
 

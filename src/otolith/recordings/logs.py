@@ -64,7 +64,7 @@ class Log:
 
     @property
     def place(self) -> Mat | None:
-        """Where the car was at `t` on a map (n, 2) [m], if the log tells."""
+        """Where the car was at `t` on a map (n, 2) [m], if the log holds places."""
         if not {"x", "y"} <= self.channels.keys():
             return None
         return np.stack([self.channels["x"].on(self.t), self.channels["y"].on(self.t)], axis=1)
@@ -163,7 +163,7 @@ def played(told: Recording, settings: LogSettings = PLAIN) -> Log:
 
 
 def _states_unit(key: str, text: str) -> bool:
-    """Whether a mapping names the unit: ``LongAcc:g``."""
+    """Return whether a mapping names the unit: ``LongAcc:g``."""
     return factor(QUANTITIES[key][0], text.rpartition(":")[2]) is not None if ":" in text else False
 
 

@@ -25,7 +25,7 @@ def recording(
 ) -> Recording:
     """The channels of a drive, each on its own clock, in SI units; nothing is checked that needs physics.
 
-    Column names tell quantity and unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …); a
+    Column names state quantity and unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …); a
     unit that nobody states is taken as SI, as degrees for latitude, longitude and heading. Of several columns
     for one quantity the better is taken, see `rivals.choose`.
 

@@ -46,7 +46,7 @@ class Recorded(Protocol):
 
     @property
     def clocked(self) -> bool:
-        """Whether every column has a clock of its own, so that none of them has to be the time."""
+        """Return whether every column has a clock of its own, so that none of them has to be the time."""
 
     def cells(self, indices: Sequence[int]) -> list[Cells]:
         """The cells of these columns, each (n,)."""
@@ -77,7 +77,7 @@ class Columns:
 
     @property
     def clocked(self) -> bool:
-        """Whether every column has a clock of its own."""
+        """Return whether every column has a clock of its own."""
         return bool(self.clocks)
 
     def cells(self, indices: Sequence[int]) -> list[Cells]:

@@ -37,7 +37,7 @@ def choose(read: Sequence[Samples], needed: Collection[str], source: str) -> Cho
     Raises
     ------
     InputError : what is needed has no sound column, or two columns of one name and quality contradict each
-        other and nothing tells which is right.
+        other and nothing shows which is right.
     """
     by_key: dict[str, list[Samples]] = {}
     for one in read:
@@ -107,7 +107,7 @@ def _same(one: Samples, other: Samples) -> bool:
 
 
 def _alike(one: Samples, other: Samples) -> bool:
-    """Whether both plainly measure one thing, noise apart."""
+    """Return whether both plainly measure one thing, noise apart."""
     a, b = _both(one, other)
     if len(a) < 2 or np.std(a) == 0.0 or np.std(b) == 0.0:
         return False

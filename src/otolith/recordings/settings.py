@@ -1,4 +1,4 @@
-"""How a recorded drive is to be read, beyond what its file tells; a mapping file holds it."""
+"""How a recorded drive is to be read, beyond what its file states; a mapping file holds it."""
 
 import tomllib
 from collections.abc import Mapping, Sequence

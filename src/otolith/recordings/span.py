@@ -12,7 +12,7 @@ from otolith.recordings.events.event import Event
 from otolith.recordings.events.gaps import find_gaps
 from otolith.recordings.units import UNITS
 
-WIDE_GAP: Final = 5.0  # in usual steps: a gap that is told
+WIDE_GAP: Final = 5.0  # in usual steps: a gap that is reported
 
 
 def settled(recording: Recording, *, events: str = "refuse") -> tuple[Recording, float]:
@@ -91,7 +91,7 @@ def _short(one: Channel, end: float, gaps: Sequence[Event]) -> str:
 
 
 def _fills(gap: Event, first: float, last: float) -> bool:
-    """Whether a gap of the whole drive leaves less than 1 s of a channel's hole."""
+    """Return whether a gap of the whole drive leaves less than 1 s of a channel's hole."""
     return max(gap.start - first, 0.0) + max(last - gap.end, 0.0) <= MAX_GAP
 
 

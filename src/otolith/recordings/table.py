@@ -222,14 +222,14 @@ def _plain_numbers(text: str) -> str:
 
 
 def _refuse_nmea(lines: Sequence[str], source: str) -> None:
-    """Refuse what a receiver of satellites sends: it tells places and no forces."""
+    """Refuse what a receiver of satellites sends: it holds places and no forces."""
     if lines and _NMEA.match(lines[0]):
         bound = "a drive with accelerations (a logger writes such sentences beside those of its sensors)"
         raise InputError(source, "NMEA 0183, places of a receiver without forces", bound)
 
 
 def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:
-    """Whether quotes hide delimiters, so that they may not simply be left out."""
+    """Return whether quotes hide delimiters, so that they may not simply be left out."""
     if delimiter is None:
         return False
     quoted = (line for line in body if '"' in line)

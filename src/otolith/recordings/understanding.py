@@ -18,7 +18,7 @@ from otolith.recordings.settings import LogSettings
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Understanding:
-    """A recorded drive as its file tells it, and as it will be played, if it is accepted."""
+    """A recorded drive as its file states it, and as it will be played, if it is accepted."""
 
     told: Recording  # by the file and the mapping, before any check
     log: Log | None  # as it will be played; None if it is refused
@@ -29,7 +29,7 @@ class Understanding:
 
     @property
     def played(self) -> Recording:
-        """What is shown: the drive as it will be played, else as the file tells it."""
+        """What is shown: the drive as it will be played, else as the file states it."""
         return self.told if self.log is None else replace(self.told, channels=self.log.channels)
 
     @property
@@ -38,7 +38,7 @@ class Understanding:
         return () if self.log is None or self.log.found is None else self.log.found.turned
 
     def mapping(self) -> LogSettings:
-        """Settings that read this file, and its like, without being told anything again."""
+        """Settings that read this file, and its like, without any further option."""
         columns = {
             key: spelled(one.column) for key, one in self.told.channels.items() if one.column.index >= 0
         }

@@ -124,6 +124,6 @@ def factor(dimension: str, unit: str) -> float | None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether this is a unit of any kind that logs are written in."""
+    """Return whether this is a unit of any kind that logs are written in."""
     spelled = canonical(text)
     return spelled in OTHERS or any(spelled in units for units in UNITS.values())

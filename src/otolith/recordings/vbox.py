@@ -22,7 +22,7 @@ UNREAD: Final = "min"  # a unit that is no angle's: the column is left out
 
 
 def is_vbox(preamble: Sequence[str]) -> bool:
-    """Whether the lines before a table are those of a .vbo file."""
+    """Return whether the lines before a table are those of a .vbo file."""
     return {"[column names]", "[data]"} <= {line.strip().lower() for line in preamble}
 
 

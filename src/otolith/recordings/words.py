@@ -69,7 +69,7 @@ class Told(NamedTuple):
 
 
 def recognise(name: str) -> tuple[str, str] | None:
-    """Quantity and unit (empty where none is stated) of a column by its name; None if it tells nothing.
+    """Quantity and unit (empty where none is stated) of a column by its name; None if it names none.
 
     Examples
     --------

@@ -117,7 +117,7 @@ def _draw(panels: Sequence[Panel], width: float) -> Figure:
     for ax in timed[1:]:
         ax.sharex(timed[0])
     room = 72.0 * width - max(72.0 * MARGIN, *(_names_width(panel) for panel in panels))
-    explained: set[str] = set()  # labels that a legend further up has told already
+    explained: set[str] = set()  # labels that a legend further up has explained already
     for ax, panel in zip(rows, panels, strict=True):
         _panel(ax, panel, explained, room)
         if panel.over_time and ax is not timed[-1]:

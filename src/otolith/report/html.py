@@ -127,7 +127,7 @@ def _diagram(name: str, panel: Panel, points: int) -> str:
 
 
 def verdict(run: Run, summary: Summary, name: str = "") -> str:
-    """Whether to trust the run, in one paragraph: decisions that failed, limits that were passed."""
+    """Return whether to trust the run, in one paragraph: decisions that failed, limits that were passed."""
     who = f"<strong>{escape(name)}</strong>: " if name else ""
     failed, passed = failures(summary), breaches(summary)
     made = "are optimal" if run.residual.any() else "were made"
@@ -140,7 +140,7 @@ def verdict(run: Run, summary: Summary, name: str = "") -> str:
 
 
 def decimation(runs: Sequence[Run]) -> str:
-    """Whether some of the samples are not drawn, in words."""
+    """Return whether some of the samples are not drawn, in words."""
     if not any(decimated(run) for run in runs):
         return ""
     longest = max(len(run.time) for run in runs)

@@ -51,7 +51,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """A limit, or another constant, to draw right across; told only in the legend where `far`."""
+    """A limit, or another constant, to draw right across; named only in the legend where `far`."""
 
     label: str
     values: tuple[float, ...]
@@ -87,7 +87,7 @@ class Panel:
 
     @property
     def over_time(self) -> bool:
-        """Whether the horizontal axis is time, shared with the other panels that have it."""
+        """Return whether the horizontal axis is time, shared with the other panels that have it."""
         return self.x_label.startswith("time")
 
 

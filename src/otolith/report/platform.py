@@ -39,7 +39,7 @@ def _shown(axis: str) -> tuple[float, str]:
 
 
 def has_own_legs(platform: Platform) -> bool:
-    """Whether the platform's file describes legs that are its own, not lent by another machine."""
+    """Return whether the platform's file describes legs that are its own, not lent by another machine."""
     return platform.hexapod is not None and not platform.hexapod.lent
 
 
@@ -150,7 +150,7 @@ def sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Whether the file's limits leave the legs' reach: axis by axis, and all at once."""
+    """Return whether the file's limits leave the legs' reach: axis by axis, and all at once."""
     beyond = []
     for axis, entry in summary["ranges"].items():
         unit = _shown(axis)[1]
@@ -185,7 +185,7 @@ def _span(ends: list[float], unit: str) -> str:
 
 
 def together_sentence(summary: Mapping[str, Any]) -> str:
-    """What four axes can do in every combination, in one sentence; empty where the file does not tell."""
+    """What four axes can do in every combination, in one sentence; empty where the file does not say."""
     all_at_once = summary["together"]
     if all_at_once is None:
         return ""

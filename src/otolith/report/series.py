@@ -201,5 +201,5 @@ def extent(*curves: Vec) -> Band:
 
 
 def decimated(run: Run) -> bool:
-    """Whether some curve of `run` has more samples than are drawn."""
+    """Return whether some curve of `run` has more samples than are drawn."""
     return max(len(run.time), len(run.command_time)) > MAX_POINTS

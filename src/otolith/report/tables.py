@@ -144,7 +144,7 @@ def _cell(value: object, path: Path) -> str:
 
 
 def _alike(value: Summary) -> bool:
-    """Whether the entries are mappings of numbers under the same names."""
+    """Return whether the entries are mappings of numbers under the same names."""
     rows = list(value.values())
     return bool(rows) and all(
         isinstance(row, Mapping)
@@ -196,7 +196,7 @@ def _paths(summary: Summary, before: Path = ()) -> list[Path]:
 
 
 def _at(summary: Summary, path: Path) -> object:
-    """What stands there; None where nothing does, or where it tells of a solver and there was none."""
+    """What stands there; None where nothing does, or where it is about a solver and there was none."""
     of_solver = path[0] in MEASURES and MEASURES[path[0]].topic is Topic.SOLVER
     value: object = None if of_solver and summary.get("residual_max") == 0.0 else summary
     for key in path:

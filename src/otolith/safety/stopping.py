@@ -99,7 +99,7 @@ def _room_in_circle(q: Vec, w: Vec, radius: float, dt: float) -> float:
 
 @kernel
 def _axis_safe(q: float, w: float, low: float, high: float, U: float, dt: float) -> bool:
-    """Whether q and the end of full braking lie within [low, high]."""
+    """Return whether q and the end of full braking lie within [low, high]."""
     end = q + _full_braking(w, U, dt)
     return low - GUARD <= q <= high + GUARD and low - GUARD <= end <= high + GUARD
 
@@ -124,7 +124,7 @@ def _together(q: Vec, w: Vec, reach: Reach, guard: float) -> tuple[float, float]
 
 @kernel
 def safe(motion: Mat, reach: Reach) -> bool:
-    """Whether full braking from `motion` (3, 6) ends within reach; in the circle, on a straight way."""
+    """True when full braking from `motion` (3, 6) ends within reach; in the circle, on a straight way."""
     q, w = np.empty(6), np.empty(6)
     _leading(motion, reach.lag, q, w)
     for i in range(6):
@@ -247,7 +247,7 @@ def advance(motion: Mat, u: Vec, reach: Reach) -> None:
 
 @kernel
 def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
-    """Whether commands (6,) lead from a safe motion (3, 6) to a safe one; true where it is not safe now."""
+    """True when commands (6,) lead from a safe motion (3, 6) to a safe one; true where it is not safe now."""
     if not safe(motion, reach):
         return True
     after = motion.copy()
@@ -327,7 +327,7 @@ class Stopping:
         return plausible
 
     def allows(self, acceleration: Vec) -> bool:
-        """Whether the platform can still stop inside its limits after a command (6,), if it can now."""
+        """True when the platform can still stop inside its limits after a command (6,), if it can now."""
         return bool(allowed(self._believed, acceleration, self.reach))
 
     def decided(self, plan: Mat, outcome: Outcome) -> Command:

@@ -187,7 +187,7 @@ def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float]
 
 @kernel
 def _holds(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> tuple[bool, int]:
-    """Whether the period to the speeds `aim`, and the braking that could follow it, hold all the way.
+    """Return whether the period to the speeds `aim`, and the braking that could follow it, hold all the way.
 
     Returns
     -------
@@ -325,7 +325,7 @@ class Supervisor:
         return self.account(code, leg, lengths)
 
     def account(self, code: int, leg: int, wanted: Vec) -> bool:
-        """Remember what `supervise` told of a period that wanted lengths (6,) [m]; whether it gave less."""
+        """Remember what `supervise` did in a period that wanted lengths (6,) [m]; whether it gave less."""
         self._ticks += 1
         reason = _REASONS[code]
         if reason is not None:

@@ -13,7 +13,7 @@ from otolith.scenarios import signals
 from otolith.scenarios.scenario import Scenario
 from otolith.scenarios.signals import SECTION_6_1_WAVES, STEP_END_LITERAL
 
-EMULATOR_REST: Final = 5.0  # [s] "a larger rest period" than one second (section 6.2); its length is not told
+EMULATOR_REST: Final = 5.0  # [s] "a larger rest period" than one second (section 6.2); no length is given
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
 
 
 def has_literal(name: str) -> bool:
-    """Whether `literal` makes a difference to this scenario: it has a step whose end is left open."""
+    """Return whether `literal` makes a difference to this scenario: it has a step whose end is left open."""
     entry, given = _found(name)
     return "end" in inspect.signature(entry.build).parameters and "end" not in given
 

@@ -17,7 +17,7 @@ from otolith.recordings.columns import Column
 from otolith.recordings.table import Table, split
 from otolith.vehicle.geodesy import local_plane
 
-FAR: Final = 1e5  # [m] from the origin: coordinates of a map's grid, which no drive is told in
+FAR: Final = 1e5  # [m] from the origin: coordinates of a map's grid, in which no drive is given
 _METRES: Final = {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0}
 _UNITS: Final = {
     "length": _METRES | {"km": 1e3, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048},

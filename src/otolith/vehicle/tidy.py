@@ -24,14 +24,14 @@ LONGEST: Final = 20  # points in a row that may be astray, where they are beyond
 STRIDE: Final = 1.0  # [m] between the places at which a road is compared with itself
 BESIDE: Final = 8.0  # [m] apart, two passes are passes of one road
 SOONEST: Final = 80.0  # [m] of way before a road can meet itself again
-SIGHT: Final = 10.0  # [m] ahead and behind, by which a heading is told
+SIGHT: Final = 10.0  # [m] ahead and behind, over which a heading is determined
 ALIKE: Final = np.cos(np.radians(45.0))  # headings that differ by less are the same way round
 DRAWN: Final = 160.0  # [m] over which roads that join draw together
 MERGED: Final = 1.0  # [m] by which a meeting may be further apart than the closest that follows
 OFF: Final = 0.1  # [m] between end and start of a lap, above which it is moved over
 TURN: Final = -0.5  # cosine of the largest turn, 120 deg, at which two ends make a ring
 GAPS: Final = 3.0  # median distances of points between the two ends of a ring at most
-ORDERS: Final = range(2, 9)  # of the differences by which noise is told from shape
+ORDERS: Final = range(2, 9)  # of the differences by which noise is distinguished from shape
 MEDIAN: Final = {1: 0.4549, 2: 0.6931}  # of χ² of one and of two degrees of freedom, over its mean
 
 
@@ -148,7 +148,7 @@ def _joined(lap: Survey, off: Vec, way: Vec, length: float) -> Survey:
 
 
 def meets_its_start(points: Mat) -> bool:
-    """Whether the last point leads on to the first: about one distance away, and without turning back."""
+    """True when the last point leads on to the first: about one distance away, and without turning back."""
     chords = np.diff(points, axis=0)
     gaps = np.linalg.norm(chords, axis=1)
     closing = float(np.linalg.norm(points[0] - points[-1]))

@@ -76,7 +76,7 @@ class _Once:
 
 
 def _settled_at_once(solution: StageSolution) -> bool:
-    """Whether the set of the step before was right."""
+    """Return whether the set of the step before was right."""
     return solution.changes == 0 and solution.iterations == 0 and not solution.hinted
 
 

@@ -70,7 +70,7 @@ class Case:
 
 
 def figures_of(run: Run) -> dict[str, Any]:
-    """What Tables 6.2 and 6.3 tell of a run: RMSE [m/s²], changes of the working set, unsolved steps."""
+    """What Tables 6.2 and 6.3 report of a run: RMSE [m/s²], changes of the working set, unsolved steps."""
     return {
         "rmse": float(tracking_rmse(run)[0]),
         "changes": distribution(run.changes),

@@ -45,7 +45,7 @@ class Hinted:
         return 12.0 + sum(self.loop(scenario).cost for scenario in self.scenarios)
 
     def loop(self, scenario: str) -> Loop:
-        """The same loop without a hint."""
+        """The loop of this job, without a hint."""
         return Loop(scenario=scenario, dofs=self.dofs, washout=self.washout)
 
     def run(self) -> dict[str, Closed]:

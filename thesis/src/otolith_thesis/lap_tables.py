@@ -126,7 +126,7 @@ def _tracked(answers: Answers) -> tuple[Claim, ...]:
     )
 
 
-# --- what the tables do not tell
+# --- what the tables leave out
 
 
 def _ideal_grid(answers: Answers) -> Grid:

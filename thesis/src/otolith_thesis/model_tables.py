@@ -54,7 +54,7 @@ class Setting:
 
     @property
     def counts_both(self) -> bool:
-        """Whether the changes are counted in both readings: adaptive weights in 2 DOF, the main table."""
+        """True when the changes are counted in both readings: adaptive weights in 2 DOF, the main table."""
         return len(self.dofs) == 1 and not self.constant
 
     def loop(self, scenario: str, model: str, reading: str) -> Loop:

@@ -106,7 +106,7 @@ class Outcome:
 
     @property
     def conclusion_holds(self) -> bool:
-        """Whether every claim does."""
+        """Return whether every claim does."""
         return all(claim.holds for claim in self.claims)
 
     def counts(self) -> dict[str, int]:

@@ -198,7 +198,7 @@ def _independent(gram: Mat, rows: Ints) -> list[int]:
 
 
 def _regular(gram: Mat, rows: Ints) -> bool:
-    """Whether no row depends on the ones before it."""
+    """Return whether no row depends on the ones before it."""
     own = gram[np.ix_(rows, rows)]
     try:
         pivots = np.diag(np.linalg.cholesky(own)) ** 2

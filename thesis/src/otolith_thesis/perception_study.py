@@ -39,7 +39,7 @@ OTOLITHS: Final[Mapping[str, OtolithParameters]] = MappingProxyType(  # Table B.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepCharacteristics:
-    """What Tables B.2 and B.4 tell of a response."""
+    """What Tables B.2 and B.4 report of a response."""
 
     rise_time: float  # from 10 % to 90 % of a value [s]
     settling_time: float  # instant from which the error stays within 2 % of its largest [s]

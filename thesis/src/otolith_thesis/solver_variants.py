@@ -1,6 +1,6 @@
 """What the thesis does not print, tried: the terminal weight, ACADO's regularisation, how the solver starts.
 
-Each variant changes one thing of the implicit MPC, so that its effect can be told from all others.
+Each variant changes one thing of the implicit MPC, so that its effect can be separated from all others.
 """
 
 from contextlib import redirect_stdout
@@ -29,7 +29,7 @@ ACADO: Final = "acado"  # solver of a loop: qpOASES's way as ACADO starts it, se
 
 
 def has_qpoases() -> bool:
-    """Whether the thesis's own solver can be run."""
+    """Return whether the thesis's own solver can be run."""
     return find_spec("casadi") is not None
 
 
@@ -151,7 +151,7 @@ class Damped:
 
     @property
     def active(self) -> bool:
-        """Whether the guess within is asked for."""
+        """Return whether the guess within is asked for."""
         return self.guess.active
 
     def reset(self) -> None:

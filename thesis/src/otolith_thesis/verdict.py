@@ -79,7 +79,7 @@ def _with_verdict(number: Number, group: Sequence[Number]) -> Number:
 
 
 def verdict(number: Number, *, ranked: bool) -> Verdict:
-    """The rule above; `ranked` tells whether the number keeps its place in its row."""
+    """The rule above; `ranked` says whether the number keeps its place in its row."""
     gap, size = abs(number.ours - number.published), abs(number.published)
     if not math.isfinite(number.ours):
         return Verdict.DIFFERS

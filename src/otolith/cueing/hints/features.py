@@ -1,4 +1,4 @@
-"""What a hint is made from: fifteen numbers per axis pair that tell which limits are near.
+"""What a hint is made from: fifteen numbers per axis pair that show which limits are near.
 
 Notation: x = [ω θ v s a α] of one pair (α the tilt acceleration), r the force wanted, g gravity:
 

@@ -1,4 +1,4 @@
-"""A small network per pair that tells the pair's active rows from its features: numpy and numba only.
+"""A small network per pair that predicts the pair's active rows from its features: numpy and numba only.
 
 A pair's rows depend on its own motion almost alone: the limit circle, which is of all pairs, is left to the
 engine, and the other tilt's cosine moves few rows. So each pair learns apart, and 2 and 4 DOF learn alike.

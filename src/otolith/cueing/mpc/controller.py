@@ -3,7 +3,7 @@
 The problem is `otolith.cueing.mpc.problem`'s. The dynamics are linear and discretised exactly; only what is
 felt (and, in 4 DOF, the limit circle) is linearised, about the previous plan, not shifted. One such step per
 period is the real-time iteration (Diehl, Bock & Schlöder, 2005); more of them converge to the optimum of the
-nonlinear problem, which tells what one step costs.
+nonlinear problem, which shows what one step costs.
 
 With `blocks` the inputs are held over several steps, and a horizon three times as long costs no more.
 Plans are in steps of one period all the same.

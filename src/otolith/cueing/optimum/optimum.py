@@ -118,7 +118,7 @@ class _Task:
 
     @cached_property
     def tracked(self) -> kernels.Tracked:
-        """The same, as the kernels take it."""
+        """The constants of the cost, as the kernels take them."""
         where = [self.axes.index(axis) if axis in self.axes else -1 for axis in range(6)]
         return kernels.Tracked(
             self.within, np.array(where, dtype=np.int64), self.channel, self.weight, self.wanted, EFFORT

@@ -30,7 +30,7 @@ from otolith.safety.stopping import HUGE, Stopping
 
 PERIOD: Final = 0.01  # [s]
 ASTRAY: Final = 0.05  # of the reach, from which on a platform is not where it was sent
-OFF: Final = 0.5  # of the largest speed, by which a platform does not move as it was told …
+OFF: Final = 0.5  # of the largest speed, by which a platform does not move as commanded …
 OFTEN: Final = 10  # … in so many periods on end
 STOP: Final = 30  # periods in which the plan of every command comes to rest
 STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
@@ -191,7 +191,7 @@ class Washout:
         return self._command(twist)
 
     def _astray(self, state: PlatformState) -> bool:
-        """Whether the platform is elsewhere, or has moved otherwise for longer than its lag explains."""
+        """True when the platform is elsewhere, or has moved otherwise for longer than its lag explains."""
         if not np.abs([state.pose, state.twist, state.acceleration]).max() <= HUGE:
             return False
         reach, cued = self._stopping.reach, self._cued > 0.0

@@ -15,7 +15,7 @@ from otolith.recordings.columns import STANDARD_GRAVITY, Column
 from otolith.recordings.words import ACCELERATION, words
 
 SPAN: Final = 2.0  # [s] over which turning is compared
-TURNS: Final = 0.05  # [rad] rms in that time: less tells nothing
+TURNS: Final = 0.05  # [rad] rms in that time: less proves nothing
 WEAK: Final = 0.5  # correlation below which a_x does not go with the change of speed …
 SURE: Final = 0.9  # … and from which another axis does
 NEAR_G: Final = (0.75, 1.3)  # slope, in 1 g, at which values without a unit are taken for g
@@ -56,7 +56,7 @@ def refuse_exchanged(channels: Mapping[str, Channel], source: str) -> None:
     """Refuse latitude and longitude whose names are exchanged: the way they draw is a mirror image.
 
     A degree of longitude is shorter than one of latitude, so of the two ways only one has the speed that the
-    file itself tells. Near the equator, where they are as long, and without a speed nothing tells.
+    file itself tells. Near the equator, where they are as long, and without a speed nothing decides.
     """
     if not {"lat", "lon", "vx"} <= set(channels):
         return
@@ -142,7 +142,7 @@ def refuse_turning_in_pitch(drive: Kinematics, source: str) -> None:
 
 
 def lettered(drive: Kinematics) -> list[str]:
-    """A note about accelerations along a mere x and y, where no speed tells which way x points."""
+    """A note about accelerations along a mere x and y, where no speed shows which way x points."""
     pair = [drive.channels[key].column for key in ("ax", "ay") if key in drive.channels]
     spoken = [one for one in pair if one.rank and one.rank[0] and ACCELERATION & set(words(one.name)) - {"a"}]
     if len(spoken) < 2 or drive.speed is not None:

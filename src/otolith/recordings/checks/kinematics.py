@@ -26,7 +26,7 @@ TURNING: Final = "speed × yaw rate"
 SHARES: Final = (0.85, 1.2)  # slopes of gravity's share, which knows no suspension and no delay of a speed
 LAG: Final = 2  # windows, one a second, between two angles
 GUESSED_SPEED: Final = 15.0  # [m/s] only to bring a yaw rate to the size of a force
-SLOW: Final = 2.0  # [m/s] below which a course tells nothing
+SLOW: Final = 2.0  # [m/s] below which a course proves nothing
 MOVING: Final = 1e-3  # [rad/s] of a gyro's standard deviation: less is a channel that nobody filled
 
 
@@ -57,7 +57,7 @@ class Kinematics:
         }
 
     def of(self, key: str, by: str) -> Relation | None:
-        """The relation of a quantity with `CHANGE`, `TURNING` or what a witness of this name tells."""
+        """The relation of a quantity with `CHANGE`, `TURNING` or what a witness of this name gives."""
         return next((r for r in self.relations if r.key == key and r.by == by), None)
 
     def share_of_gravity(self, key: str) -> Relation | None:
@@ -65,7 +65,7 @@ class Kinematics:
         return {"ax": self.pitching, "ay": self.rolling}.get(key)
 
     def attitude_explains(self, key: str, sign: float = 0.0) -> bool:
-        """Whether a force differs from that on a level road by as much as roll or pitch make of gravity.
+        """True when a force differs from that on a level road by as much as roll or pitch make of gravity.
 
         With `sign` +1 in x forward, y left, z up, with -1 in SAE J670, where lateral force and pitch are
         turned and roll is not; with 0 in either.
@@ -74,13 +74,13 @@ class Kinematics:
         return share is not None and share.strong and _is_gravity(share, sign)
 
     def attitude_opposes(self, key: str) -> bool:
-        """Whether gravity explains a force only if its sign, or that of its comparison, is turned."""
+        """Return whether gravity explains a force only if its sign, or that of its comparison, is turned."""
         opposed = self._opposed[key]
         turned = opposed is not None and opposed.strong and _is_gravity(opposed)
         return turned and not self.attitude_explains(key)
 
     def attitude_shows(self, key: str) -> bool:
-        """Whether a gyro moves that would show the slope or bank with which a turned force would agree."""
+        """True when a gyro moves that would show the slope or bank with which a turned force would agree."""
         needed = self._opposed[key]
         if needed is None or float(np.std(needed.measured)) < 2.0 * QUIET[key]:
             return False
@@ -110,7 +110,7 @@ class Kinematics:
         return found if straight.told and abs(straight.correlation) < 0.5 else None
 
     def signs(self) -> Relation:
-        """Lateral force against the yaw rate itself, of which only the sign tells where no speed is known."""
+        """Lateral force against the yaw rate itself, of which only the sign counts without a speed."""
         ay, turning = (window_means(self.channels[key], self.start) for key in ("ay", "yaw_rate"))
         return relation("ay", "yaw rate", self.start, ay, GUESSED_SPEED * turning, {})
 
@@ -190,7 +190,7 @@ class Kinematics:
 
 
 def _is_gravity(share: Relation, sign: float = 0.0) -> bool:
-    """Whether a share has the size of gravity with this sign, or with either where it is 0."""
+    """Return whether a share has the size of gravity with this sign, or with either where it is 0."""
     return any(share.fits(one, SHARES) for one in ((1.0, -1.0) if sign == 0.0 else (sign,)))
 
 

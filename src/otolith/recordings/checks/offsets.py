@@ -1,7 +1,7 @@
 """Constants that a sensor out of level, or a long slope or bank, adds to the forces of a recorded drive.
 
 The two look the same: a driver on a slope of 4 % feels what a sensor shows that is tilted by 2.3 deg. So a
-constant is told and kept, and taken off only at the user's word, and then only if it is what a mounting can
+constant is noted and kept, and taken off only at the user's word, and then only if it is what a mounting can
 do.
 """
 
@@ -18,7 +18,7 @@ from otolith.recordings.checks.relations import Relation
 from otolith.recordings.columns import STANDARD_GRAVITY
 
 TREATMENTS: Final = ("keep", "remove")
-SHOWN: Final = 0.15  # [m/s²] what 0.9 deg of tilt shows; less is told by no one
+SHOWN: Final = 0.15  # [m/s²] what 0.9 deg of tilt shows; nobody notices less
 MOUNTING: Final = 0.85  # [m/s²] 5 deg: more is no sensor that somebody mounted level
 STEADY: Final = 0.3  # how much the constant may vary along the drive, as a share of it
 LONG: Final = 20  # windows: fewer say nothing about a constant

@@ -2,7 +2,7 @@
 
 Read as it stands, a log is in x forward, y left, z up (ISO 8855). Most loggers of motor sport write y
 right, z down (SAE J670): lateral force, pitch and yaw rate are turned there. Gravity in the vertical
-channel tells up from down; the course over ground (`witnesses`) tells left from right; the user's word
+channel decides up from down; the course over ground (`witnesses`) left from right; the user's word
 stands in for either.
 """
 
@@ -54,7 +54,7 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
 
     Raises
     ------
-    InputError : the file's witnesses contradict the mapping or the user, or z points down and nothing tells
+    InputError : the file's witnesses contradict the mapping or the user, or z points down and nothing decides
         whether y points right, too; a note where none of that is cued.
     """
     stated = [key for key in TURNED if key in recording.channels] if axes == "sae" else []
@@ -192,7 +192,7 @@ def _upright(recording: Recording, axes: str | None) -> tuple[Recording, float, 
 
 
 def _refuse_half(verdict: Verdict, recording: Recording) -> None:
-    """Refuse a drive whose z points down while nothing tells whether y points right, if that matters."""
+    """Refuse a drive whose z points down while nothing shows whether y points right, if that matters."""
     if verdict.yaw > 0 or verdict.lateral > 0 or not alive(recording.channels, TURNED):
         return
     az = recording.channels["az"]

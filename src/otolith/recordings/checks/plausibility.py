@@ -207,7 +207,7 @@ def _explanation(one: Relation) -> str:
 
 
 def _beyond_gravity(one: Relation) -> bool:
-    """Whether no attitude of a vehicle explains a force: it differs from the level one by more than 1 g."""
+    """True when no attitude of a vehicle explains a force: it differs from the level one by more than 1 g."""
     if one.key not in FORCE:
         return abs(one.slope) > SLOPES[1]
     return float(np.quantile(np.abs(one.measured - one.expected), 0.9)) > STANDARD_GRAVITY
@@ -276,7 +276,7 @@ def _levels(drive: Kinematics, key: str) -> Vec:
 
 
 def _explained(drive: Kinematics, key: str, mean: float) -> bool:
-    """Whether speed and turning make such a mean expect."""
+    """Return whether speed and turning make such a mean expect."""
     others = [r for r in drive.relations if r.key == key and len(r.start)]
     return any(abs(float(np.mean(r.expected)) - mean) < max(0.3 * abs(mean), 1.0) for r in others)
 

@@ -33,7 +33,7 @@ class Relation:
 
     key: str  # the quantity that is compared
     other: str  # what it is compared with, in words
-    by: str  # name of the witness that tells it, or the words themselves
+    by: str  # name of the witness that gives it, or the words themselves
     start: Vec  # (k,) [s] beginnings of the windows
     measured: Vec  # (k,) means of the quantity
     expected: Vec  # (k,) what the others make of it
@@ -41,7 +41,7 @@ class Relation:
 
     @property
     def told(self) -> bool:
-        """Whether there are enough windows, and enough motion in them, to compare at all."""
+        """Return whether there are enough windows, and enough motion in them, to compare at all."""
         if len(self.start) < LEAST:
             return False
         return self._size(self.expected) > QUIET[self.key]
@@ -73,16 +73,16 @@ class Relation:
 
     @property
     def strong(self) -> bool:
-        """Whether the two clearly go together, with either sign and any factor."""
+        """Return whether the two clearly go together, with either sign and any factor."""
         return self.told and abs(self.correlation) >= AGREE
 
     @property
     def agrees(self) -> bool:
-        """Whether sign and size are as a level car's."""
+        """Return whether sign and size are as a level car's."""
         return self.strong and self.fits(1.0, SLOPES)
 
     def fits(self, factor: float, slopes: tuple[float, float]) -> bool:
-        """Whether the slope would be within `slopes` if `measured` were `factor` times what it is."""
+        """Return whether the slope would be within `slopes` if `measured` were `factor` times what it is."""
         low, high = (abs(factor) * size for size in self.slopes)
         return factor * self.correlation > 0.0 and low <= slopes[1] and high >= slopes[0]
 

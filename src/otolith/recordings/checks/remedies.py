@@ -47,7 +47,7 @@ class Remedy:
 
     @property
     def turns(self) -> bool:
-        """Whether a sign is turned."""
+        """Return whether a sign is turned."""
         return any(not change.unit for change in self.changes)
 
     def __str__(self) -> str:
@@ -86,7 +86,7 @@ def remedies(
 
 
 def _part(chosen: Sequence[Change], others: Sequence[Sequence[Change]]) -> bool:
-    """Whether another remedy is the same but for reading more columns of one kind in the new unit.
+    """Return whether another remedy is the same but for reading more columns of one kind in the new unit.
 
     Columns that are written alike are meant alike, even those that nothing in the drive can judge.
     """
@@ -189,7 +189,7 @@ def _units(keys: Sequence[str], column: Column) -> Iterator[Change]:
 
 
 def _apart(chosen: Sequence[Change]) -> bool:
-    """Whether no quantity has its unit changed twice."""
+    """Return whether no quantity has its unit changed twice."""
     keys = [key for change in chosen if change.unit for key in change.factors]
     return len(keys) == len(set(keys))
 
@@ -201,7 +201,7 @@ def _mend(
     columns: Mapping[str, Column],
     sure: float,
 ) -> bool:
-    """Whether these changes make all faults agree, and leave what agrees."""
+    """Return whether these changes make all faults agree, and leave what agrees."""
     factors = _factors(chosen)
     for fault in faults:
         resized = [key for change in chosen if change.unit for key in change.factors if key in fault.powers]

@@ -15,7 +15,7 @@ from otolith.recordings.columns import STANDARD_GRAVITY
 
 ROLLING: Final = "roll rate and gravity"
 PITCHING: Final = "pitch rate and gravity"
-FAINT: Final = 0.15  # of v r: a lateral force that is less does not tell its sign
+FAINT: Final = 0.15  # of v r: a smaller lateral force does not show its sign
 BANK: Final = 0.7  # sin(45 deg): no oval is banked more …
 CANT: Final = 0.15  # … and no road that turns both ways, nor a railway (AASHTO: 12 %; 180 mm on 1,500 mm)
 ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval, at most
@@ -97,7 +97,7 @@ class Verdict:
         return f"{self._map}, which proves them only if {how}"
 
     def turned(self, up: float) -> bool:
-        """Whether lateral force and yaw rate are turned together, for sure."""
+        """Return whether lateral force and yaw rate are turned together, for sure."""
         channels = self.drive.channels
         if self.yaw < 0 and self.bank and up >= 0.0:
             return False
@@ -111,7 +111,7 @@ class Verdict:
     def refuse_contradiction(self, up: float) -> None:
         """Refuse what a witness contradicts and what cannot simply be turned, with what would mend it.
 
-        `up` tells by gravity whether z points up, +1, down, -1, or nothing.
+        `up` is +1 where gravity shows that z points up, -1 where it points down.
         """
         channels = self.drive.channels
         banked = f" if the road is banked by {np.degrees(self.bank):.0f} deg" if self.bank else ""
@@ -154,7 +154,7 @@ class Verdict:
 
     @property
     def faint(self) -> bool:
-        """Whether gravity takes so much of the lateral force that its sign cannot be judged."""
+        """Return whether gravity takes so much of the lateral force that its sign cannot be judged."""
         one = self.drive.of("ay", TURNING)
         return self.drive.attitude_explains("ay") and one is not None and abs(one.slope) < FAINT
 
@@ -200,7 +200,7 @@ class Verdict:
         return 0, ""
 
     def _together(self) -> int:
-        """Whether lateral force and yaw rate have the same sign, +1, or surely not, -1."""
+        """Return whether lateral force and yaw rate have the same sign, +1, or surely not, -1."""
         one = self.drive.of("ay", TURNING)
         if self.drive.attitude_explains("ay"):
             return 0 if self.faint else 1
@@ -215,7 +215,7 @@ class Verdict:
         return "" if one is None else f" (correlation {one.correlation:.2f}, slope {one.slope:.2f})"
 
     def _beyond_banks(self, one: Relation) -> bool:
-        """Whether no bank explains how a lateral force differs from that on a level road."""
+        """Return whether no bank explains how a lateral force differs from that on a level road."""
         return self._share(one.measured - one.expected) > BANK
 
     def _share(self, difference: Vec) -> float:
@@ -224,12 +224,12 @@ class Verdict:
 
 
 def alive(channels: Mapping[str, Channel], keys: Iterable[str]) -> bool:
-    """Whether any of these quantities says anything."""
+    """Return whether any of these quantities says anything."""
     return any(key in channels and float(np.std(channels[key].values)) > ALIVE[key] for key in keys)
 
 
 def _one_way(turning: Vec) -> bool:
-    """Whether nearly all turning goes one way, as on an oval."""
+    """Return whether nearly all turning goes one way, as on an oval."""
     left, right = float(turning[turning > 0.0].sum()), float(-turning[turning < 0.0].sum())
     return min(left, right) <= ONE_WAY * (left + right)
 

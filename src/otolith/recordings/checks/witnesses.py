@@ -1,7 +1,7 @@
-"""Witnesses of left and right: the course over ground that positions or a heading tell.
+"""Witnesses of left and right: the course over ground from positions or a heading.
 
 A log whose y and z axes are both turned (SAE J670: y right, z down) agrees with itself, for lateral force
-and yaw rate change sign together. Only what knows the ground can tell. Latitude and longitude do so for
+and yaw rate change sign together. Only what knows the ground can decide. Latitude and longitude do so for
 good, and so does a compass heading in degrees; x and y of a map do if x points right of y, seen from above,
 which only names such as "east" and "north" say.
 """
@@ -26,7 +26,7 @@ GRID: Final = 0.5  # [s] between the values of a course
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Witness:
-    """Course over ground, and the speed that goes with it where positions tell it."""
+    """Course over ground, and the speed that goes with it where positions give it."""
 
     name: str  # in words, for sentences
     keys: tuple[str, ...]  # quantities it comes from
@@ -36,7 +36,7 @@ class Witness:
 
 
 def witnesses(channels: Mapping[str, Channel]) -> Iterator[Witness]:
-    """All that a drive's channels tell about its course, the surest first."""
+    """All courses that a drive's channels give, the surest first."""
     if {"lat", "lon"} <= set(channels):
         yield from _on_earth(channels["lat"], channels["lon"])
     if "heading" in channels:

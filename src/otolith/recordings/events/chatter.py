@@ -30,7 +30,7 @@ def find_chatter(felt: Sequence[Channel]) -> list[Event]:
 
 
 def energy_notes(felt: Sequence[Channel]) -> list[str]:
-    """What to tell of forces with most of their energy above 10 Hz: what a low-pass would leave."""
+    """What to report of forces with most of their energy above 10 Hz: what a low-pass would leave."""
     notes = []
     for channel in felt:
         if channel.key not in FORCE or channel.step >= 0.5 / CALM:

@@ -36,7 +36,7 @@ def apart(events: Sequence[Event], others: Sequence[Event]) -> list[Event]:
 
 
 def inside(t: Vec, events: Sequence[Event]) -> Bools:
-    """Whether each of the times (n,) [s] lies within an event, between its first and its last sample."""
+    """True when each of the times (n,) [s] lies within an event, between its first and its last sample."""
     spans = [(event.start, event.end) for event in events if event.end > event.start]
     starts, ends = np.sort(np.reshape(spans, (-1, 2)), axis=0).T
     begun, over = np.searchsorted(starts, t), np.searchsorted(ends, t, side="right")

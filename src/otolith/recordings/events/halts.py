@@ -21,7 +21,7 @@ JITTER: Final = 5.0  # [s] before and after a halt in which a sensor's noise is 
 SENSOR: Final = (
     1.0  # … and by which the speed must change while a sensor of forces is frozen, for so many seconds
 )
-AROUND: Final = 0.25  # [s] before and after for which positions tell the speed where no channel does …
+AROUND: Final = 0.25  # [s] before and after for which positions give the speed where no channel does …
 HARDEST: Final = 10.0  # [m/s²] … and what no braking exceeds, so that a vehicle may stand there
 REPLAY: Final = 1.0  # [s] of rows that were there before, to the last digit
 LEAP: Final = 10.0  # usual steps between rows: a replay begins with a leap of so many
@@ -106,7 +106,7 @@ class _Judge:
         return None if calm or self._t[run[1]] - event.start < STEADY else event
 
     def _jitters(self, run: tuple[int, int]) -> bool:
-        """Whether a force goes up and down from row to row about a stretch, as a real sensor's does."""
+        """True when a force goes up and down from row to row about a stretch, as a real sensor's does."""
         first = np.searchsorted(self._t, self._t[run[0]] - JITTER)
         last = np.searchsorted(self._t, self._t[run[1]] + JITTER, side="right")
         around = np.r_[self._table[first : run[0]], self._table[run[1] + 1 : last]]
@@ -119,7 +119,7 @@ class _Judge:
         return bool(back.max() > 0.3)
 
     def _standing_at(self, start: float, end: float) -> float:
-        """Speed [m/s] that is told while positions stand still from `start` to `end`; zero if they move."""
+        """Speed [m/s] stated while positions stand still from `start` to `end`; zero if they move."""
         if self._place is None or end - start < 2.0 * self._updates:
             return 0.0
         t, xy = self._place

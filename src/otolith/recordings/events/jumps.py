@@ -117,7 +117,7 @@ def _around(channels: Mapping[str, Channel], start: float, end: float) -> tuple[
 
 
 def _leaps(channels: Mapping[str, Channel], start: float, end: float) -> bool:
-    """Whether a_x or a_y leaps from one row to the next at about this time."""
+    """Return whether a_x or a_y leaps from one row to the next at about this time."""
     for key in ("ax", "ay"):
         if key not in channels:
             continue
@@ -130,7 +130,7 @@ def _leaps(channels: Mapping[str, Channel], start: float, end: float) -> bool:
 
 
 def _rests(channels: Mapping[str, Channel], start: float, end: float) -> bool:
-    """Whether a vehicle that was put down stands there with all that it means: no force varies."""
+    """Return whether a vehicle that was put down stands there with all that it means: no force varies."""
     if end - start < RESTING or "vx" not in channels:
         return False
     forces = [channels[key] for key in ("ax", "ay") if key in channels]

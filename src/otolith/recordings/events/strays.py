@@ -15,7 +15,7 @@ BREAK: Final = 0.5  # [m/s²] that it breaks out by, at least …
 SHARE: Final = 4.0  # … and so many times as much as the drive goes on by from before to after
 SPIKE: Final = 20.0  # [m/s²] there and back again within so many rows is no motion of a vehicle
 SPIKE_ROWS: Final = 3
-AROUND: Final = 10  # rows on either side that tell how the drive goes on; none of zeros about zeros
+AROUND: Final = 10  # rows on either side that show how the drive goes on; none of zeros about zeros
 
 
 def find_strays(felt: Sequence[Channel]) -> list[Event]:
@@ -34,7 +34,7 @@ def find_strays(felt: Sequence[Channel]) -> list[Event]:
 
 
 def _alone(zero: Bools, run: tuple[int, int]) -> bool:
-    """Whether zeros are the exception about these rows: enough rows before and after hold others."""
+    """Return whether zeros are the exception about these rows: enough rows before and after hold others."""
     first, last = run
     around = zero[max(first - AROUND, 0) : first], zero[last : last + AROUND]
     return all(len(side) == AROUND and not side.any() for side in around)

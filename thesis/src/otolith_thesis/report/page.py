@@ -119,7 +119,7 @@ def beside(published: float, ours: float) -> tuple[str, str]:
 
 
 def wordy(cells: Sequence[Any]) -> bool:
-    """Whether a column holds words, which stand to the left, not numbers."""
+    """Return whether a column holds words, which stand to the left, not numbers."""
     words = [cell for cell in cells if isinstance(cell, str) and cell]
     return len(words) == len([cell for cell in cells if cell not in ("", None)]) and not any(
         word[0].isdigit() or word[0] in "-−+±>–" for word in words

@@ -122,7 +122,7 @@ def solver_jobs() -> list[Loop]:
 
 
 def solver(answers: Answers) -> Outcome:
-    """Whether another active-set method counts otherwise: the thesis's qpOASES, hot-started."""
+    """Return whether another active-set method counts otherwise: the thesis's qpOASES, hot-started."""
     rows, ratios = [], []
     for s in SOLVED_BY_BOTH:
         for m in ("implicit", "hybrid-all"):

@@ -69,7 +69,7 @@ def jobs() -> list[Loop]:
 
 
 def study(answers: Answers) -> Outcome:
-    """Whether one reading brings the number near without losing the others."""
+    """Return whether one reading brings the number near without losing the others."""
     printed = [float(row_of(TABLE, signal)[column]) for signal, column in CELLS]
     ours = {
         reading.name: [answers[reading.loop(*cell)].decided[PAIR] for cell in CELLS] for reading in READINGS

@@ -206,7 +206,7 @@ def overlap_jobs() -> list[Proof | Reach]:
 
 
 def overlaps(answers: Answers) -> Outcome:
-    """Whether counting active sets that hold at the same parameter explains Table C.1."""
+    """Return whether counting active sets that hold at the same parameter explains Table C.1."""
     printed = {row["constraints"]: row["regions"] for row in published("table-c.1").rows}
     proofs = {name: answers[Proof(name)] for name in OPEN_ROWS}
     sums = {
