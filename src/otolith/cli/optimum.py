@@ -1,6 +1,7 @@
 """`otolith optimum`: the best that a platform can do for a drive, to measure algorithms by."""
 
 import functools
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,12 +67,15 @@ def report_distances(found: "Optimum", runs: Sequence[Run], console: Console) ->
 
 
 def distance(summary: dict[str, Any], best: dict[str, Any]) -> str:
-    """How far a run is from the optimum, in words, for every axis whose force is cued."""
+    """How far a run is from the optimum, in words, for every axis that is cued."""
+    figures = [("rmse_per_pair", 1.0, ".4f", "m/s²"), ("rate_rmse", math.degrees(1.0), ".3f", "deg/s")]
     parts = []
-    for dof, least in best["rmse_per_pair"].items():
-        error, wanted = summary["rmse_per_pair"][dof], best["wanted_rms"][dof]
-        if least <= _WITHIN_REACH * wanted:
-            parts.append(f"{dof} {error:.4f} m/s², where a perfect answer is within reach")
-        else:
-            parts.append(f"{dof} {error / least:.2f} times the best that is possible ({least:.4f} m/s²)")
-    return "; ".join(parts) or "no force is cued"
+    for key, scale, digits, unit in figures:
+        for dof, least in best.get(key, {}).items():
+            error, wanted = (scale * one[name][dof] for one, name in ((summary, key), (best, "wanted_rms")))
+            if scale * least <= _WITHIN_REACH * wanted:
+                parts.append(f"{dof} {error:{digits}} {unit}, where a perfect answer is within reach")
+            else:
+                ratio = f"{error / (scale * least):.2f} times the best that is possible"
+                parts.append(f"{dof} {ratio} ({scale * least:{digits}} {unit})")
+    return "; ".join(parts)

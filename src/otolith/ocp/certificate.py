@@ -16,6 +16,7 @@ from otolith.core.arrays import Mat
 from otolith.ocp.problem import Answer, Dynamics
 
 MARKED: Final = 1e-6  # part of the cost of standing still that an optimum near zero is measured by
+_NOTHING: Final = 1e-12  # a cost that counts as none
 _STEP: Final = 1e-30  # of the complex step; its square is no number any more
 
 # Stage costs (N,) of states (N, nx) before and inputs (N, nu) of every step, also for complex arguments.
@@ -60,7 +61,7 @@ def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer) -> Certificat
         outside=float(max((-distance / reach).max(), 0.0)),
         sign=float(max(-y.min(), 0.0) / (np.abs(y).max() + 1e-300)),
         stationarity=float(np.abs(total).max() / (np.abs(start).max() + 1e-300)),
-        gap=float((y * np.maximum(distance, 0.0)).sum() / (value + 1e-300)),
+        gap=float((y * np.maximum(distance, 0.0)).sum() / (value + _NOTHING)),
     )
 
 

@@ -85,8 +85,15 @@ def test_what_it_cannot_do_is_refused_in_one_sentence() -> None:
         optimum(load("thesis"), (SURGE_PITCH,), endless)
 
 
+def test_where_nothing_is_wanted_nothing_moves() -> None:
+    still = best("step:amplitude=0,duration=2,end=2")
+    assert np.abs(still.run.pose).max() < 1e-9
+
+
 def test_distances_in_words() -> None:
     summary = {"rmse_per_pair": {"surge-pitch": 0.6}, "wanted_rms": {"surge-pitch": 1.4}}
+    turning = {"rate_rmse": {"yaw": np.radians(2.0)}, "wanted_rms": {"yaw": np.radians(8.0)}}
+    assert distance(turning, turning) == "yaw 1.00 times the best that is possible (2.000 deg/s)"
     hard, easy = (summary | {"rmse_per_pair": {"surge-pitch": value}} for value in (0.3, 0.001))
     assert distance(summary, hard) == "surge-pitch 2.00 times the best that is possible (0.3000 m/s²)"
     assert distance(summary, easy) == "surge-pitch 0.6000 m/s², where a perfect answer is within reach"
