@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH
+from otolith.core.lti import zero_order_hold
+from otolith.cueing.mpc.motion import dynamics, stacked
 from otolith.cueing.mpc.rows import BrakingRows, command_bounds, rows_of
 from otolith.platforms import load
 from otolith.safety.stopping import Stopping, safe
@@ -51,3 +53,30 @@ def test_next_to_rows_on_the_leading_motion_a_command_keeps_the_acceleration_as_
     (heave,) = DAVSI.limits(HEAVE)
     alone = (replace(heave, acceleration=2.0, command=3.0),)
     assert command_bounds(HEAVE, alone, BrakingRows.POSITION).tolist() == [2.0]
+
+
+def test_rows_of_the_nodes_let_the_acceleration_pay_for_the_speed_those_of_the_leading_motion_do_not() -> (
+    None
+):
+    """A state that keeps eq. C.2 and all limits and cannot stop inside, whatever is asked.
+
+    So the thesis's braking rows are no invariant set, and imply no terminal rows; the default ones refuse it.
+    """
+    travel, _ = limits = DAVSI.limits(SURGE_PITCH)
+    x, lag, period = np.array([0.0, 0.0, -0.81, -0.5, 1.44, 0.0]), 0.01, 0.01  # [ω θ v s a_tran a_rot]
+
+    def broken(kind: BrakingRows, *, terminal: bool = False) -> list[str]:
+        rows = rows_of(
+            SURGE_PITCH, limits, DAVSI.braking, kind=kind, lag=lag, period=period, terminal=terminal
+        )
+        return [row.name for row in rows if not row.lower <= row.coefficients @ x <= row.upper]
+
+    assert broken(BrakingRows.POSITION) == []
+    assert broken(BrakingRows.POSITION, terminal=True) == ["terminal_position"]
+    assert broken(BrakingRows.STOPPING) == ["position"]
+    A, B = zero_order_hold(*dynamics(stacked((SURGE_PITCH,)), lag), period)
+    braked = [x]
+    while braked[-1][2] < 0.0:
+        braked.append(A @ braked[-1] + B @ [0.0, travel.command])
+    assert braked[1][3] == pytest.approx(-0.508, abs=5e-4)
+    assert min(state[3] for state in braked) < travel.position[0] - 0.04

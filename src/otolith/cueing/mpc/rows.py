@@ -76,7 +76,7 @@ def rows_of(
     Parameters
     ----------
     lag : T [s]; period : Δ [s] between two decisions.
-    terminal : whether the last state must be one from which the platform can stop.
+    terminal : whether `terminal_rows` are added, for the last state.
     """
     if kind.leads or not dof.is_pair:
         rows = leading_rows(dof, limits, braking, lag=lag, period=period)
@@ -225,10 +225,12 @@ def _a_hair_less(row: Row) -> Row:
 
 
 def terminal_rows(dof: Dof, limits: Limits) -> list[Row]:
-    """Rows on the last state from which the platform can stop within its reach.
+    """Rows on the last state from which a platform without lag can stop within its reach.
 
     On v = κ (s_max − s) braking asks for κ² (s_max − s) ≤ κ² (s_max − s_min), which the command bound u
-    affords for κ² = u / (s_max − s_min): the wedge is invariant. Braking rows imply a narrower one.
+    affords for κ² = u / (s_max − s_min): without lag the wedge is invariant. With a lag it is not, nor are the
+    braking rows of eq. C.2, which let the acceleration pay for the speed; those on the leading motion
+    (`leading_rows`) are, whatever the lag.
     """
     rows = []
     for chain in sorted(chains(dof), key=lambda one: one.of):

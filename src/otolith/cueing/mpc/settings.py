@@ -53,7 +53,7 @@ class MpcSettings:
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     braking: BrakingRows = BrakingRows.STOPPING
-    terminal: bool = False  # the last state must be able to stop; braking rows imply it
+    terminal: bool = False  # rows on the last state, from which a platform without lag can stop
     soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
     blocks: Lengths = ()  # steps of each block of constant inputs, N in sum; none: every step its own
     firm: int = 2  # first blocks whose rows are hard, unless `soft` names them
