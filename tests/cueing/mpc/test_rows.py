@@ -55,9 +55,7 @@ def test_next_to_rows_on_the_leading_motion_a_command_keeps_the_acceleration_as_
     assert command_bounds(HEAVE, alone, BrakingRows.POSITION).tolist() == [2.0]
 
 
-def test_rows_of_the_nodes_let_the_acceleration_pay_for_the_speed_those_of_the_leading_motion_do_not() -> (
-    None
-):
+def test_braking_rows_let_the_acceleration_pay_for_the_speed_and_leading_rows_do_not() -> None:
     """A state that keeps eq. C.2 and all limits and cannot stop inside, whatever is asked.
 
     So the thesis's braking rows are no invariant set, and imply no terminal rows; the default ones refuse it.

@@ -228,8 +228,8 @@ def terminal_rows(dof: Dof, limits: Limits) -> list[Row]:
     """Rows on the last state from which a platform without lag can stop within its reach.
 
     On v = κ (s_max − s) braking asks for κ² (s_max − s) ≤ κ² (s_max − s_min), which the command bound u
-    affords for κ² = u / (s_max − s_min): without lag the wedge is invariant. With a lag it is not, nor are the
-    braking rows of eq. C.2, which let the acceleration pay for the speed; those on the leading motion
+    affords for κ² = u / (s_max − s_min): without lag the wedge is invariant. With a lag it is not, nor are
+    the braking rows of eq. C.2, which let the acceleration pay for the speed; those on the leading motion
     (`leading_rows`) are, whatever the lag.
     """
     rows = []
