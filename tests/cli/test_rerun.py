@@ -30,8 +30,10 @@ WANTED = "sine:amplitude=0.8,frequency=0.5,duration=2"
             "position=0.9",
             "--prediction",
             "oracle:time=0.2",
+            "--solver",
+            "dense",
         ],
-        ["--cueing", "hybrid-first", "--solver", "dense", "--scale", "0.7", "--platform", "davsi"],
+        ["--cueing", "hybrid-first", "--scale", "0.7", "--platform", "davsi"],
         [
             "--cueing",
             "classical",
