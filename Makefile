@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test check unit fast clean
+.PHONY: demo test check unit coverage fast clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
@@ -18,6 +18,10 @@ check: $(VENV)/.installed-dev
 	$(BIN)/lint-imports
 
 unit: $(VENV)/.installed-dev
+	$(BIN)/pytest --numprocesses auto --dist loadfile
+
+# Measuring it makes tests that are mostly Python more than twice as slow, so it is a command of its own.
+coverage: $(VENV)/.installed-dev
 	$(BIN)/pytest --numprocesses auto --dist loadfile --cov --cov-fail-under=95
 
 # One's daily loop: whatever calls a compiled kernel is skipped; drawing and the many logs of others, which
