@@ -33,6 +33,9 @@ LEFT_OUT = {  # beginning of a line: why it is never run
     "pip ": "installs from the network",
     "pre-commit ": "changes the repository",
     ". .venv": "the caller's environment is used",
+    "otolith run --log drive.csv": "a drive of the reader's own",
+    "otolith log check drive.csv": "a drive of the reader's own",
+    "otolith run --log lap.erg": "a drive of the reader's own",
 }
 MINUTES = {  # beginning of a line: why it runs with --all only
     "otolith reproduce all": "all tables and laps of the thesis",
