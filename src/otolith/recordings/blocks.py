@@ -1,7 +1,8 @@
-"""Logs in blocks: a small table of time and values for each channel, one below the other.
+"""Logs in blocks: each channel has a small table of time and values, and the tables follow one another.
 
-Pi Toolbox (Cosworth) exports so as "versioned ASCII": a line ``{ChannelBlock}``, a line of names with units
-in brackets parted by tabs, and rows until a blank line; each channel has its own rate.
+Pi Toolbox (Cosworth) exports this form as "versioned ASCII". A block is a line ``{ChannelBlock}``, a line of
+names with units in brackets, separated by tabs, and rows up to a blank line. Each channel has its own
+sampling rate.
 """
 
 from collections.abc import Sequence
@@ -21,17 +22,17 @@ MARK: Final = "{ChannelBlock}"
 
 
 def has_blocks(text: str) -> bool:
-    """Return whether a text holds several blocks; a single one is a table like any other."""
+    """Return whether a text holds several blocks; a single block is read as an ordinary table."""
     return sum(line.strip() == MARK for line in text.splitlines()) > 1
 
 
 def parse_blocks(text: str, source: str, notes: tuple[str, ...] = ()) -> Columns:
-    """The channels of all blocks, each on the clock of its block, which is its first column.
+    """Read the channels of all blocks, each on the clock in the first column of its block.
 
     Raises
     ------
-    InputError : a block does not begin with time, a row is of another width than the names of its block, a
-        cell is no number, or no channel is left.
+    InputError : the first column of a block is not time, a row is wider or narrower than its block's line of
+        names, a cell is not a number, or no channel is left.
     """
     lines = text.splitlines()
     starts = [i + 1 for i, line in enumerate(lines) if line.strip() == MARK]
@@ -41,7 +42,7 @@ def parse_blocks(text: str, source: str, notes: tuple[str, ...] = ()) -> Columns
 
 
 def _block(lines: Sequence[str], start: int, source: str) -> list[Signal]:
-    """The channels of the block whose names stand in line `start`, counted from 0."""
+    """Read the channels of the block whose names stand in line `start`, counted from 0."""
     end = next((i for i in range(start, len(lines)) if lines[i].strip()[:1] in ("", "{")), len(lines))
     names, *rows = (line.rstrip("\r\n").split("\t") for line in lines[start:end] or [""])
     for line, row in enumerate(rows, start + 2):

@@ -1,4 +1,4 @@
-"""From cells to samples: numbers out of texts, rows written twice, clocks coarser than their rows."""
+"""From cells to samples: numbers are parsed, repeated rows dropped, and coarse time stamps refined."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from otolith.recordings import clocks
 from otolith.recordings.columns import Column
 from otolith.recordings.recorded import Cells, Recorded
 
-BLANK: Final = frozenset(  # cells of no value; "1.#QNAN" and the like are what Windows prints for NaN
+BLANK: Final = frozenset(  # cells without a value; Windows prints "1.#QNAN" and the like for NaN
     {"", "nan", "na", "n/a", "null", "none", "-", "--", "nil", "#n/a", "#na", "#null!", "#value!", "?", "*"}
     | {"-nan", "+nan", "nan(ind)", "-nan(ind)", "nan(snan)", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind"}
     | {"1.#qnb", "-1.#inb", "missing", "undefined", "nodata", "no data", "---", "<na>", "nat"}
@@ -21,18 +21,24 @@ BLANK: Final = frozenset(  # cells of no value; "1.#QNAN" and the like are what 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """The valid samples of one column, as they stand in the file."""
+    """The valid samples of one column, with the values that stand in the file."""
 
     column: Column
     t: Vec  # (n,) [s], strictly increasing
-    values: Vec  # (n,) without factor
-    rows: Ints  # (n,)
+    values: Vec  # (n,) not yet multiplied by the column's factor
+    rows: Ints  # (n,) row in the file of each sample
     notes: tuple[str, ...] = ()
-    fault: InputError | None = None  # why the column cannot be used, if so
+    fault: InputError | None = None  # why the column cannot be used; None if it can
 
 
 def numbers(cells: Cells) -> tuple[Vec, int | None]:
-    """Values (n,), NaN where a cell is blank or wrong; and the first cell that is wrong: no finite number."""
+    """Parse cells as numbers, and find the first cell that is neither blank nor a finite number.
+
+    Returns
+    -------
+    Values (n,), NaN where a cell is blank or wrong; and the index of the first wrong cell, None if there is
+    none.
+    """
     if isinstance(cells, np.ndarray):
         values = np.asarray(cells, dtype=np.float64)
         wrong = np.isinf(values)
@@ -59,11 +65,11 @@ def _parsed(cells: Sequence[str]) -> tuple[Vec, Bools]:
 
 
 def read_stamps(recorded: Recorded, column: Column) -> clocks.Stamps:
-    """Time stamps of all rows from the column that holds them.
+    """Read the time stamps of all rows from the column that holds them.
 
     Raises
     ------
-    InputError : cells that are no time, or a unit that cannot be.
+    InputError : a cell is not a time, or the unit would make the steps impossibly small.
     """
     cells, place = recorded.cells([column.index])[0], _Place(recorded, column)
     if not isinstance(cells, np.ndarray):
@@ -77,10 +83,15 @@ def read_stamps(recorded: Recorded, column: Column) -> clocks.Stamps:
 
 
 def samples(recorded: Recorded, columns: Sequence[Column], stamps: Vec | None) -> list[Samples]:
-    """The valid samples of these columns, on the clock of all rows (n,) or, without it, each on its own.
+    """Return the valid samples of these columns, on a common clock or each on its own.
 
-    Rows written twice count once; stamps coarser than their rows are spread evenly. A column that cannot be
-    used comes with the sentence that says why.
+    Rows that repeat the time stamp of the row before are dropped as duplicates; where values differ between
+    equal stamps, the stamps are coarser than the rows and are spread evenly. A column that cannot be used is
+    returned with a `fault`, the sentence that says why.
+
+    Parameters
+    ----------
+    stamps : (n,) [s] the clock of all rows; None if each column has its own.
     """
     raw = []
     for column, cells in zip(columns, recorded.cells([column.index for column in columns]), strict=True):
@@ -94,7 +105,7 @@ def samples(recorded: Recorded, columns: Sequence[Column], stamps: Vec | None) -
 
 
 class _Place:
-    """Names the places of one column's cells in sentences."""
+    """Describes where the cells of one column stand in the file, for messages."""
 
     def __init__(self, recorded: Recorded, column: Column) -> None:
         self._rows, self._word = recorded.rows(column.index), recorded.place
@@ -113,13 +124,13 @@ class _Place:
 
 
 def _conflicts(t: Vec, values: Vec) -> Bools:
-    """Return whether each step (n - 1,) between valid samples stands still in time and not in value."""
+    """Return for each step (n - 1,) between valid samples whether only the value changes, not the time."""
     valid = np.isfinite(values) & np.isfinite(t)
     return np.asarray((np.diff(t[valid]) == 0.0) & (np.diff(values[valid]) != 0.0), dtype=np.bool_)
 
 
 def _clocked(raw: Samples, place: _Place, *, coarse: bool) -> Samples:
-    """The valid samples on a clock that increases strictly; or the sentence that says why it cannot."""
+    """Return the valid samples on a strictly increasing clock, or with the fault that prevents it."""
     valid = np.isfinite(raw.values) & np.isfinite(raw.t)
     t, values, rows = raw.t[valid], raw.values[valid], raw.rows[valid]
     fault, notes = raw.fault, raw.notes
@@ -144,9 +155,9 @@ def _clocked(raw: Samples, place: _Place, *, coarse: bool) -> Samples:
 
 
 def _interleaved(values: Vec, again: Bools) -> bool:
-    """True when rows of equal stamps take turns between several sources, as those of two cars in one file do.
+    """Return whether rows with equal stamps alternate between several sources, such as two cars in one file.
 
-    The next value of a smooth signal is nearer than the one after it; where sources take turns, it is not.
+    In a smooth signal the next value is nearer than the one after it; where sources alternate, it is not.
     """
     together = min(round(len(again) / max(1, int((~again).sum()))), 4)
     if together < 2 or len(values) < 8:

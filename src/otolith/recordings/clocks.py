@@ -1,8 +1,8 @@
-"""Time stamps of recorded drives: read from what loggers write, and repaired where they are coarse.
+"""Time stamps of recorded drives: read in the forms that loggers write, and refined where they are coarse.
 
-Read are numbers in a unit, epochs of a magnitude that shows their unit, clock times packed as HHMMSS.sss, and
-dates and clock times in words (ISO 8601 and the like). Only differences matter, so a date only has to change
-when the day does, and a zone has only to stay the same.
+The forms are: numbers in a unit, epochs whose magnitude shows their unit, clock times packed as HHMMSS.sss,
+and dates and clock times in words (ISO 8601 and the like). Only differences of time matter. So a date is used
+only to recognise a change of day, and a time zone only has to stay the same.
 """
 
 import re
@@ -19,7 +19,7 @@ from otolith.recordings.units import READABLE, factor
 DAY: Final = 86400.0  # [s]
 EPOCH: Final = (6.3e8, 4.1e9)  # [s] since 1970: from 1990 to 2100
 FASTEST: Final = 1e-5  # [s] between two rows; no sensor of a vehicle is faster
-JITTER: Final = 0.01  # [s] by which a fine stamp may be late
+JITTER: Final = 0.01  # [s] by which a stamp of fine resolution may be late
 _CLOCK: Final = re.compile(
     r"(\d{1,3}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|([.,]\d+))?\s*([AaPp]\.?[Mm]\.?)?\s*(Z|UTC|GMT|[+-]\d\d:?\d\d)?"
 )
@@ -30,26 +30,26 @@ _DATE: Final = re.compile(
 )
 
 
-RESTART: Final = 1.0  # [s] by which a clock that starts anew goes back, at least …
-RUN: Final = 10  # … rows after which it may do so again
-UNKNOWN: Final = 1.5  # [s] that stand for a pause of unknown length: more than is bridged without a word
+RESTART: Final = 1.0  # [s] by which a clock that restarts jumps back, at least …
+RUN: Final = 10  # … and rows that follow before the next restart, at least
+UNKNOWN: Final = 1.5  # [s] assumed for a pause of unknown length: longer than gaps that are bridged silently
 
 
 class Stamps(NamedTuple):
     """Time stamps of a file's rows."""
 
     t: Vec  # (n,) [s] from the first one; NaN where a cell is blank
-    said: str  # how they were read, for a note
+    said: str  # how they were read, in words, for a note
     notes: tuple[str, ...] = ()
-    zero: float = 0.0  # [s] of the first one on the file's own clock, to set several tables side by side
+    zero: float = 0.0  # [s] first stamp on the file's own clock, which relates several tables to each other
 
 
 def even_rows(mapping: str, count: int) -> Stamps:
-    """Stamps of evenly spaced rows, as a user states them: ``every:0.05s``, ``every:50ms`` or ``every:20Hz``.
+    """Make stamps for evenly spaced rows: ``every:0.05s``, ``every:50ms`` or ``every:20Hz``.
 
     Raises
     ------
-    InputError : no step between 0.01 ms and 1 s is stated.
+    InputError : the step is missing, or is not between 0.01 ms and 1 s.
     """
     text = mapping.strip()[len(EVERY) + 1 :].strip()
     found = re.fullmatch(r"([0-9.eE+-]+)\s*([A-Za-zµ]*)", text)
@@ -70,21 +70,21 @@ def even_rows(mapping: str, count: int) -> Stamps:
 
 
 def numeric_stamps(values: Vec, column: Column) -> Stamps:
-    """The stamps in a column of numbers, NaN where a cell is blank.
+    """Read the stamps in a column of numbers, which are NaN where a cell is blank.
 
     Raises
     ------
-    InputError : the unit cannot be, for rows would be less than 0.01 ms from each other.
+    InputError : the unit cannot be right, because rows would be less than 0.01 ms apart.
     """
     return _numeric(np.asarray(values, dtype=np.float64), column)
 
 
 def clock_times(cells: Sequence[str], column: Column, where: Callable[[int], str]) -> Stamps:
-    """The stamps in a column of clock times, such as ``2026-05-05T10:00:00.05Z`` or ``10:00:00.05``.
+    """Read the stamps in a column of clock times, such as ``2026-05-05T10:00:00.05Z`` or ``10:00:00.05``.
 
     Raises
     ------
-    InputError : a cell is neither blank nor a clock time, or the zone changes.
+    InputError : a cell is neither blank nor a clock time, or the time zone changes.
     """
     t = np.full(len(cells), np.nan)
     days: dict[str, int] = {}
@@ -116,7 +116,7 @@ def _numeric(values: Vec, column: Column) -> Stamps:
     unit, scale = _epoch(known) if column.assumed else (column.unit, column.factor)
     values, wrapped = _unwrapped(values, scale)
     known = values[np.isfinite(values)]
-    t = (values - known[0]) * scale  # subtracted first: stamps may be huge
+    t = (values - known[0]) * scale  # the first stamp is subtracted before scaling: stamps may be huge
     step = float(np.median(np.abs(np.diff(known)))) * scale
     if 0.0 < step < FASTEST:
         where = f"usual step of {column.name!r}, read in {unit},"
@@ -128,12 +128,17 @@ def _numeric(values: Vec, column: Column) -> Stamps:
 
 
 def _unwrapped(values: Vec, scale: float) -> tuple[Vec, float | None]:
-    """Stamps (n,) that go on where a counter of 16 or 32 bits, a day or a week is full; and that number."""
+    """Undo the overflow of a counter of 16 or 32 bits, a day or a week.
+
+    Returns
+    -------
+    The continuous stamps (n,), and the number at which the counter overflows, None if it does not.
+    """
     at = np.flatnonzero(np.isfinite(values))
     steps = np.diff(values[at])
     back, usual = steps < 0.0, float(np.median(np.abs(steps)))
     for full in (2.0**16, 2.0**32, DAY / scale, 7.0 * DAY / scale):
-        late = steps[back] + full  # the true steps, if that is where it is full
+        late = steps[back] + full  # the true steps if the counter overflows at this number
         if back.any() and usual < 0.01 * full and (late > 0.0).all() and (late < 10.0 * usual).all():
             out = values.copy()
             out[at] += full * np.r_[0.0, np.cumsum(back)]
@@ -142,7 +147,7 @@ def _unwrapped(values: Vec, scale: float) -> tuple[Vec, float | None]:
 
 
 def _epoch(values: Vec) -> tuple[str, float]:
-    """The unit in which stamps of this size fall between 1990 and 2100; else seconds."""
+    """Return the unit, and its factor, in which stamps of this size lie in 1990 to 2100; else seconds."""
     size = float(np.median(values))
     for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if EPOCH[0] < size * scale < EPOCH[1]:
@@ -151,7 +156,12 @@ def _epoch(values: Vec) -> tuple[str, float]:
 
 
 def _packed(values: Vec) -> tuple[Vec, str, tuple[str, ...]] | None:
-    """Seconds of clock times written as HHMMSS.sss, if nothing else explains the leaps at whole minutes."""
+    """Read clock times written as HHMMSS.sss, if only this form explains the leaps at full minutes.
+
+    Returns
+    -------
+    Times (n,) [s], the form in words, and no notes; None if the numbers are something else.
+    """
     known = values[np.isfinite(values)]
     if known.min() < 0.0 or known.max() >= 240000.0:
         return None
@@ -167,7 +177,7 @@ def _packed(values: Vec) -> tuple[Vec, str, tuple[str, ...]] | None:
 
 
 def _clock_time(cell: str) -> tuple[str, float, str] | None:
-    """Date as written, seconds of the day and zone as written; None if it is no clock time."""
+    """Return the date as written, the second of the day, and the zone; None if it is not a clock time."""
     found = _CLOCK.search(cell)
     if found is None:
         packed = _PACKED.search(cell)
@@ -188,7 +198,7 @@ def _clock_time(cell: str) -> tuple[str, float, str] | None:
 
 
 def _over_midnight(t: Vec) -> Vec:
-    """Clock times that go on counting where the day ends."""
+    """Return clock times (n,) [s] that continue to increase after midnight."""
     known = np.isfinite(t)
     steps = np.diff(t[known], prepend=t[known][:1])
     days = np.cumsum(steps < -0.5 * DAY)
@@ -198,11 +208,11 @@ def _over_midnight(t: Vec) -> Vec:
 
 
 def even_out(t: Vec) -> Vec | None:
-    """Evenly spaced times (n,) for stamps (n,) [s] that are coarser than their rows; None if they are not.
+    """Return evenly spaced times (n,) for stamps (n,) [s] coarser than their rows; None for other stamps.
 
-    Rows whose stamps were rounded lie within one step of the stamps from a straight line, or within 10 ms, as
-    fine stamps that came late do; where they do not, rows are missing or the rate changed, and nothing is
-    known of the times between.
+    Stamps that were rounded lie within one of their steps from a straight line, and fine stamps that arrive
+    late lie within 10 ms of it. Where they do not, rows are missing or the rate has changed, and the times in
+    between are unknown.
     """
     steps = np.diff(t)
     if (steps < 0.0).any() or not (steps > 0.0).any():
@@ -217,10 +227,14 @@ def even_out(t: Vec) -> Vec | None:
 
 
 def resumed(t: Vec) -> tuple[Vec, Ints] | None:
-    """Times (n,) [s] of a clock that starts anew where the recorder was restarted, and at which rows it does.
+    """Join the clock (n,) [s] of a recorder that was restarted; None if stamps go back for another reason.
 
-    How long the recorder stood is unknown; 1.5 s are left open. None if stamps go back otherwise: not to
-    where they began, for a few rows only, or after a few rows, as where rows are out of order.
+    The length of the pause is unknown, so 1.5 s are left open. A restart returns to about the first stamp and
+    continues for at least 10 rows. Stamps that go back in another way belong to rows out of order.
+
+    Returns
+    -------
+    The continuous times (n,) [s], and the rows at which the clock restarts.
     """
     known = np.flatnonzero(np.isfinite(t))
     steps = np.diff(t[known])

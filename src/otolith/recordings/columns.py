@@ -1,4 +1,4 @@
-"""Which column of a recorded drive holds what, in which unit: from its name, or as the user maps it."""
+"""Which column of a recorded drive holds which quantity and in which unit, from its name or a mapping."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,26 +38,28 @@ QUANTITIES: Final = {
     "heading": ("angle", "heading clockwise from north, for checks only"),
     "yaw": ("angle", "yaw angle, for checks only"),
 }
-OMITTED: Final = "none"  # as a mapping: leave this quantity out although a column has its name
-EVERY: Final = "every"  # as a mapping of time: rows are evenly spaced, ``every:0.05s`` or ``every:20Hz``
-DERIVATIONS: Final = {"ax": "from-speed", "ay": "from-yaw-rate"}  # quantity -> word that asks for it
-DEGREES: Final = ("lat", "lon", "heading")  # in degrees where nobody states a unit, as all the world does
+OMITTED: Final = "none"  # a mapping that leaves this quantity out although a column has its name
+EVERY: Final = "every"  # a mapping of time for evenly spaced rows, ``every:0.05s`` or ``every:20Hz``
+# quantity -> the mapping that asks to derive it
+DERIVATIONS: Final = {"ax": "from-speed", "ay": "from-yaw-rate"}
+DEGREES: Final = ("lat", "lon", "heading")  # in degrees where no unit is stated, by common convention
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column that is read: value in SI = factor · number in the file."""
+    """One column that is read: the value in SI units is factor · number in the file."""
 
-    key: str  # of QUANTITIES
-    index: int  # of the column, from 0; -1 where the quantity is derived from others
+    key: str  # quantity, one of QUANTITIES
+    index: int  # index of the column, from 0; -1 where the quantity is derived from others
     name: str  # as in the file
     factor: float  # to SI, with the sign
     unit: str  # as found or assumed
-    assumed: bool  # nobody stated the unit
+    assumed: bool  # whether no unit was stated
     twins: tuple[str, ...] = ()  # names of other columns that hold the same numbers
-    why: str = ""  # why this column and no other, where there was a choice
-    address: str = ""  # by which a mapping reaches it: ``NAME#2`` where several have the name
-    rank: tuple[int, ...] = ()  # of several for one quantity: smaller is better, the last is the index
+    why: str = ""  # why this column was chosen, where there was a choice
+    address: str = ""  # its name in a mapping: ``NAME#2`` where several columns have the same name
+    # orders several columns for one quantity: smaller is better, the last entry is the index
+    rank: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         how = f", no unit stated, taken as {self._taken()}" if self.assumed else ""
@@ -71,29 +73,29 @@ class Column:
 
 
 class Header(NamedTuple):
-    """What a file says about its columns."""
+    """What a file states about its columns."""
 
     source: str  # name of the file
     names: Sequence[str]  # (c,)
     units: Sequence[str]  # (c,) from a row of units or the file's own description, empty where there is none
     origins: Sequence[str] = ()  # (c,) from a row of sources, such as "100: gps"; empty where there is none
-    clocked: bool = False  # the channels have clocks of their own, so that no column needs to be the time
+    clocked: bool = False  # whether each channel has its own clock, so that no column has to be the time
 
 
 def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Column]]:
-    """The columns that may hold each quantity, the best first; as mapped by the user, else as names suggest.
+    """Return the columns that may hold each quantity, best first, as mapped or as their names suggest.
 
-    A word of direction (lateral, yaw) goes before a letter, which may mean the device's axes; what a sensor
-    measured before what satellites or calculations gave; a stated unit before none; the first column last.
+    A word of direction (lateral, yaw) ranks before a letter, which may mean the axes of a device; a measured
+    quantity before one from satellites or calculations; a stated unit before none; then the first column.
 
     Parameters
     ----------
     mapping : quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME`` (sign turned), ``NAME#2`` (the second column of
-        that name), ``none``, and the words of `DERIVATIONS` and `EVERY`, which give no candidate here.
+        that name), ``none``, or one of the words of `DERIVATIONS` and `EVERY`, which give no candidate here.
 
     Raises
     ------
-    InputError : unknown quantity, name or unit in the mapping.
+    InputError : the mapping names an unknown quantity, column or unit.
     """
     for key in mapping:
         if key not in QUANTITIES:
@@ -109,7 +111,7 @@ def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Col
         if told is None or told.key in mapping:
             continue
         if factor(QUANTITIES[told.key][0], told.unit or unit) is None and (told.unit or unit).strip(" -"):
-            continue  # a voltage, say: no quantity of this kind
+            continue  # another kind of quantity, such as a voltage
         column = _column(told.key, index, header, told.unit)
         ranked.setdefault(told.key, []).append(replace(column, rank=_rank(told, column, header)))
     _leave_lone_letters(ranked, header)
@@ -117,10 +119,10 @@ def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Col
 
 
 def _leave_lone_letters(ranked: dict[str, list[Column]], header: Header) -> None:
-    """Leave out rates about x or y that only a letter names where nothing turns about z.
+    """Leave out rates about x or y whose axis is only a letter, where there is no rate about z.
 
-    Beside accelerations that words of direction name, such as ``G_LAT``, a lone ``ROTY`` is a game's, whose y
-    points up.
+    Beside accelerations that are named by words of direction, such as ``G_LAT``, a lone ``ROTY`` comes from a
+    game whose y axis points up.
     """
     worded = any(one.rank[0] == 0 for key in ("ax", "ay") for one in ranked.get(key, []))
     if "yaw_rate" in ranked or not worded:
@@ -135,7 +137,7 @@ def _leave_lone_letters(ranked: dict[str, list[Column]], header: Header) -> None
 
 
 def missing(key: str, header: Header) -> InputError:
-    """The sentence for a quantity that is needed and that no column holds, with the remedy."""
+    """Return the error for a needed quantity that no column holds, with the remedy."""
     dimension, words = QUANTITIES[key]
     field = f"{words} ({key}) in {header.source}"
     alien = [
@@ -189,7 +191,7 @@ def _mapped(key: str, text: str, header: Header) -> Column | None:
 
 
 def _addressed(name: str, names: Sequence[str], option: str) -> int | None:
-    """Index of the column of that name, or of the k-th of that name for ``NAME#k``; None if there is none."""
+    """Return the index of the column of that name, or of the k-th one for ``NAME#k``; None if absent."""
     places = [index for index, one in enumerate(names) if one == name]
     if len(places) > 1:
         ways = " or ".join(f"{name}#{k}" for k in range(1, len(places) + 1))
@@ -204,7 +206,7 @@ def _addressed(name: str, names: Sequence[str], option: str) -> int | None:
 
 
 def unit_in_name(key: str, name: str) -> str:
-    """The unit of this quantity that a mapped column's name states, whatever else the name means."""
+    """Return the unit of this quantity that a mapped column's name states, whatever else the name means."""
     told, dimension = tells(name), QUANTITIES[key][0]
     if told is not None and told.unit and QUANTITIES[told.key][0] == dimension:
         return told.unit

@@ -1,7 +1,7 @@
-"""Accelerations that nobody measured, from speed and yaw rate, on request.
+"""Accelerations that were not measured, derived from speed and yaw rate on request.
 
-Speed differentiated is a_x of a level road only, and noisy; speed times yaw rate is a_y without slip of the
-car's body. Both say how noisy they are, so that nobody takes them for a sensor.
+The derivative of speed is a_x on a level road only, and it is noisy. Speed times yaw rate is a_y without the
+car's slip. Notes state the noise of both, so that they are not mistaken for measurements.
 """
 
 from collections.abc import Collection, Mapping
@@ -14,11 +14,11 @@ from otolith.core.errors import InputError
 from otolith.recordings.channels import Channel
 from otolith.recordings.columns import DERIVATIONS, Column
 
-WINDOW: Final = 0.5  # [s] over which speed is fitted by a straight line to give its slope
+WINDOW: Final = 0.5  # [s] of speed that is fitted by a straight line, whose slope is the acceleration
 
 
 def asked(columns: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
-    """The quantities that the mapping asks to derive, and what each is derived from."""
+    """Return the quantities that the mapping asks to derive, and the quantities each is derived from."""
     sources = {"ax": ("vx",), "ay": ("vx", "yaw_rate")}
     return {
         key: sources[key] for key, word in DERIVATIONS.items() if columns.get(key, "").strip().lower() == word
@@ -26,7 +26,7 @@ def asked(columns: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
 
 
 def check_sources(there: Collection[str], columns: Mapping[str, str], source: str) -> None:
-    """Refuse a derivation from quantities that are not there."""
+    """Refuse a derivation whose source quantities are missing."""
     for key, needed in asked(columns).items():
         for other in needed:
             if other not in there:
@@ -35,11 +35,11 @@ def check_sources(there: Collection[str], columns: Mapping[str, str], source: st
 
 
 def with_derived(channels: Mapping[str, Channel], columns: Mapping[str, str]) -> dict[str, Channel]:
-    """The channels and those that are derived from them, as ``ax=from-speed`` and ``ay=from-yaw-rate`` ask.
+    """Return the channels, with those added that ``ax=from-speed`` and ``ay=from-yaw-rate`` ask to derive.
 
     Raises
     ------
-    InputError : what they are derived from is too short.
+    InputError : a source channel is too short.
     """
     out = dict(channels)
     for key in asked(columns):
@@ -48,8 +48,8 @@ def with_derived(channels: Mapping[str, Channel], columns: Mapping[str, str]) ->
 
 
 def _from_speed(speed: Channel) -> Channel:
-    """Slope of straight lines through half a second of speed, at each of its samples (Savitzky & Golay)."""
-    from scipy.signal import savgol_filter  # takes most of a second, which other logs are spared
+    """Differentiate speed by a line fitted to half a second about each sample (Savitzky & Golay, 1964)."""
+    from scipy.signal import savgol_filter  # imported here: it takes most of a second
 
     step = (speed.t[-1] - speed.t[0]) / (len(speed.t) - 1)
     width = max(5, 2 * round(0.5 * WINDOW / step) + 1)
@@ -82,7 +82,7 @@ def _from_turning(channels: Mapping[str, Channel]) -> Channel:
 
 
 def _noise(values: Vec, width: int) -> float:
-    """Standard deviation of what a straight line through `width` samples leaves, or of the digits written."""
+    """Return the standard deviation about a line fitted to `width` samples, or that of the rounding."""
     from scipy.signal import savgol_filter
 
     if len(values) < width:

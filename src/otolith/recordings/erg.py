@@ -1,9 +1,9 @@
-"""CarMaker's results: an .erg file of binary records and its .erg.info that says what they hold.
+"""CarMaker results: an .erg file of binary records, and the .erg.info file that describes them.
 
-Written down from files and from public readers of the format: the data begin with 16 bytes, "CM-ERG" and two
-zeros, version (1), byte order (0 little, 1 big), size of a record as 16 bits, four bytes unused. The info is
-text, ``key = value``: File.Format, File.ByteOrder, File.At.<n>.Name and .Type for the n-th field of a record,
-from 1, and Quantity.<name>.Unit, where they differ from 1 and 0 also .Factor and .Offset.
+The format is described here after files and public readers of it. The data begin with 16 bytes: "CM-ERG" and
+two zeros, version (1), byte order (0 little, 1 big), size of a record in 16 bits, four unused bytes. The info
+file is text, ``key = value``: File.Format, File.ByteOrder, File.At.<n>.Name and .Type for the n-th field of a
+record, counted from 1, and Quantity.<name>.Unit; also .Factor and .Offset where they differ from 1 and 0.
 """
 
 import re
@@ -90,7 +90,7 @@ def _order(entries: Mapping[str, str], source: str) -> tuple[str, int]:
 def _record(
     entries: Mapping[str, str], order: str, source: str
 ) -> tuple[np.dtype[np.void], list[tuple[int, str]]]:
-    """Layout of a record, and position and name of its numeric fields; others fill space."""
+    """Return the layout of a record, and position and name of its numeric fields; others are padding."""
     fields: list[tuple[str, str]] = []
     kept: list[tuple[int, str]] = []
     position = 1

@@ -1,8 +1,8 @@
 """Where the table stands in a text: its delimiter, the lines of its names and units, and its first row.
 
 Loggers write much before the table: titles, metadata in quotes, blank lines, comments, rows of units, types
-and sources. The table is found by its content and not by the tool's name: its rows are of one width and hold
-numbers, and its names are the line before them, of that width, that says the most.
+and sources. The table is found by its content and not by the name of the tool: its rows have one width and
+hold numbers, and its names are the most informative line of that width before them.
 """
 
 import csv
@@ -17,9 +17,9 @@ from otolith.recordings.inscribed import measured
 from otolith.recordings.units import canonical, is_unit
 from otolith.recordings.words import parted, tells
 
-DELIMITERS: Final = (";", "\t", ",", "|", None)  # None: white space
-WINDOW: Final = 1000  # lines that are searched for the beginning of the table
-MARKS: Final = "#%!"  # that comments begin with
+DELIMITERS: Final = (";", "\t", ",", "|", None)  # None stands for white space
+WINDOW: Final = 1000  # number of lines searched for the beginning of the table
+MARKS: Final = "#%!"  # characters that begin a comment
 _SECTION: Final = re.compile(r"\s*\[[^\]]*\]\s*")  # a line such as [data]
 _CLOCK: Final = re.compile(r"(?:.*[T ])?\d{1,3}:\d{2}(?::\d{2})?.*|\d{4}-\d{2}-\d{2}T\d.*")
 _PIPED: Final = re.compile(r'([^|]+)\|"?([^|"]*)"?(?:\|[^|]*){2,}')  # NAME|"unit"|min|max|rate
@@ -28,19 +28,19 @@ _TAGGED: Final = re.compile(r"[^:]+:([^:]+):([^:]*):\d+:\d+:\d+")  # key:name:un
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where the parts of a table stand; lines are counted from 0, -1 where there is none."""
+    """Where the parts of a table stand; lines are counted from 0, and -1 stands for a missing line."""
 
     delimiter: str | None
     names: tuple[str, ...]  # (c,)
-    units: tuple[str, ...]  # (c,) empty where none is stated
-    origins: tuple[str, ...]  # (c,) from a row of sources; or nothing at all
+    units: tuple[str, ...]  # (c,) empty strings where none is stated
+    origins: tuple[str, ...]  # (c,) from a row of sources; an empty tuple without such a row
     header: int
     unit_row: int
-    first: int  # of the rows of data
+    first: int  # first line of data
 
 
 def cells(line: str, delimiter: str | None) -> list[str]:
-    """The cells of a line, without the quotes and blanks around them."""
+    """Split a line into cells, without the quotes and blanks around them."""
     if delimiter is None:
         return [cell.strip('"') for cell in line.split()]
     parsed = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
@@ -48,7 +48,7 @@ def cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def is_number(text: str, *, comma: bool = False) -> bool:
-    """Return whether a cell is a number, with a decimal comma too if `comma`."""
+    """Return whether a cell is a number; with `comma`, also one with a decimal comma."""
     try:
         float(text.replace(",", ".") if comma else text)
     except ValueError:
@@ -57,7 +57,7 @@ def is_number(text: str, *, comma: bool = False) -> bool:
 
 
 def is_value(text: str, *, comma: bool = False) -> bool:
-    """Return whether a cell is a number, alone or with a unit behind it."""
+    """Return whether a cell is a number, alone or followed by a unit."""
     return is_number(text, comma=comma) or measured(text) is not None
 
 
@@ -66,7 +66,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
 
     Parameters
     ----------
-    lines : of the file.
+    lines : all lines of the file.
     header, units : lines of the names and of the units, counted from 1, where the user states them.
 
     Raises
@@ -109,7 +109,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
 
 
 def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, int, int]:
-    """Delimiter, width and first line of the longest run of rows that hold numbers."""
+    """Return delimiter, width and first line of the longest run of rows that hold numbers."""
     window = [(i, lines[i]) for i in range(after, min(len(lines), after + WINDOW)) if _holds(lines[i])]
     best: tuple[tuple[float, ...], str | None, int, int] | None = None
     for order, delimiter in enumerate(DELIMITERS):
@@ -128,22 +128,27 @@ def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, in
 
 
 def _ended(lines: Sequence[str], start: int, delimiter: str | None, width: int) -> Sequence[str]:
-    """The lines, those before the rows ended with a delimiter if only the rows are."""
+    """Return the lines; where only the rows end with a delimiter, the lines before them get one too."""
     if delimiter is None or not lines[start].rstrip().endswith(delimiter):
         return lines
     if any(len(_split(line, delimiter, width)) == width for line in lines[:start]):
-        return lines  # the rows' last cell is blank
+        return lines  # the last cell of the rows is blank
     head = [line if line.rstrip().endswith(delimiter) else f"{line}{delimiter}" for line in lines[:start]]
     return [*head, *lines[start:]]
 
 
 def _holds(line: str) -> bool:
-    """Return whether a line may be a row: not blank, no comment, no mark of a section."""
+    """Return whether a line may be a row: not blank, not a comment, not the heading of a section."""
     return bool(line.strip()) and line.lstrip()[0] not in MARKS and not _SECTION.fullmatch(line)
 
 
 def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int, int, int, float] | None:
-    """Number of rows, width, first line and share of numbers of the run of equal width with most numbers."""
+    """Return the run of rows of equal width that holds most numbers.
+
+    Returns
+    -------
+    Number of rows, width, first line, and share of the cells that are numbers; None without such rows.
+    """
     best: tuple[int, tuple[int, int, int, float]] | None = None
     run: list[tuple[int, int, int]] = []
     width = 0
@@ -163,7 +168,7 @@ def _longest_run(rows: list[tuple[int, list[str]]], *, comma: bool) -> tuple[int
 
 
 def _without_names(run: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
-    """The run without first rows that hold far fewer numbers than the others: names such as "1" and "2"."""
+    """Drop the first rows of a run that hold far fewer numbers than the others: names such as "1" and "2"."""
     usual = sorted(counted for _, counted, _ in run)[len(run) // 2]
     start = next(i for i, (_, counted, _) in enumerate(run) if 2 * counted > usual)
     return run[start:]
@@ -172,7 +177,7 @@ def _without_names(run: list[tuple[int, int, int]]) -> list[tuple[int, int, int]
 def _names(
     lines: Sequence[str], width: int, delimiter: str | None, source: str, start: int
 ) -> tuple[int, list[str]]:
-    """The line of that width before the rows that says the most, the last of equals."""
+    """Return number and cells of the line before the rows that is most informative; of equals the last."""
     preamble = lines[:start]
     found: list[tuple[tuple[float, int], int, list[str]]] = []
     for line, text in enumerate(preamble):
@@ -201,7 +206,7 @@ def _names(
 
 
 def _with_rows_named(names: list[str], rows: Sequence[str], width: int, delimiter: str | None) -> list[str]:
-    """The names, with one for the numbers of the rows if only those have none, as R writes a table."""
+    """Add a name for the row numbers if only they have none; R writes tables in this way."""
     if len(names) != width - 1:
         return names
     counts = [cells(row, delimiter)[0] for row in rows[:WINDOW] if _holds(row)]
@@ -211,7 +216,7 @@ def _with_rows_named(names: list[str], rows: Sequence[str], width: int, delimite
 
 
 def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], delimiter: str | None) -> int:
-    """The first of equal lines of names, if rows of data lie between it and the last one."""
+    """Return the first of several equal lines of names if rows of data lie between it and the last one."""
     width = len(_split(preamble[at], delimiter, 0))
     between = [cells(line, delimiter) for line in preamble[same[0] + 1 : at] if _holds(line)]
     numeric = [row for row in between if len(row) == width and any(map(is_value, row))]
@@ -219,13 +224,13 @@ def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], de
 
 
 def _says(row: Sequence[str]) -> float:
-    """How much a line says as one of names: quantities count one, units in brackets and mere words less."""
+    """Score how informative a line of names is: 1 for each quantity, less for units and other words."""
     said = sum(1.0 for name in row if (u := _unwrapped(name))[0] and tells(u[0], u[1]) is not None)
     return said + sum(0.1 for name in row if parted(name)[1]) + 0.01 * len({name for name in row if name})
 
 
 def _split(text: str, delimiter: str | None, width: int) -> list[str]:
-    """The cells of a line before the table, which may be a comment or parted otherwise than the rows."""
+    """Split a line before the table, which may be a comment or have another delimiter than the rows."""
     bare = text.strip().lstrip(MARKS).strip() if text.lstrip()[:1] in MARKS else text
     own = cells(bare, delimiter)
     if len(own) == width:
@@ -237,7 +242,7 @@ def _split(text: str, delimiter: str | None, width: int) -> list[str]:
 def _beside(
     lines: Sequence[str], header: int, delimiter: str | None, width: int
 ) -> tuple[int, dict[int, list[str]], int]:
-    """Line of the units, rows without numbers that follow the names, and the first line of data."""
+    """Return the line of the units, the rows of text below the names, and the first line of data."""
     rows: dict[int, list[str]] = {}
     line = header + 1
     while line < len(lines):
@@ -257,9 +262,12 @@ def _beside(
 def _refuse_torn_units(
     lines: Sequence[str], first: int, delimiter: str | None, width: int, source: str
 ) -> None:
-    """Refuse a row of units that has not one for each column: which unit is whose is a guess.
+    """Refuse a row of units that has not one unit for each column, because their assignment would be a guess.
 
-    `first` is the number in the file of the first of these lines, which follow the names.
+    Parameters
+    ----------
+    lines : the lines that follow the names.
+    first : number in the file of the first of these lines, from 1.
     """
     for number, text in enumerate(lines, first):
         row = _split(text, delimiter, width)
@@ -272,7 +280,7 @@ def _refuse_torn_units(
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Return whether most of what stands here are units, and no number but the 1 of what has none."""
+    """Return whether most cells are units, and none is a number except 1, the unit of plain numbers."""
     filled = [cell.strip(" []()") for cell in row if cell.strip(" []()-")]
     known = [cell for cell in filled if is_unit(cell)]
     numbers = [cell for cell in filled if is_value(cell) and canonical(cell) != "1"]
@@ -282,12 +290,12 @@ def _is_unit_row(row: Sequence[str]) -> bool:
 
 
 def _origins(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
-    """What rows beside the names say of where each column was measured, joined."""
+    """Join the rows next to the names that state where each column was measured, such as "gps"."""
     return tuple(" ".join(row[i] for row in rows) for i in range(width)) if rows else ()
 
 
 def _numbered(named: list[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Columns named "1" and "2" after one with a unit are the other parts of its vector, in its unit."""
+    """Name columns "1" and "2" after one with a unit as components of its vector, in the same unit."""
     out: list[tuple[str, str]] = []
     for name, unit in named:
         follows = bool(out) and name.isdigit() and (name == "1" or out[-1][0] == str(int(name) - 1))
@@ -296,7 +304,7 @@ def _numbered(named: list[tuple[str, str]]) -> list[tuple[str, str]]:
 
 
 def _unwrapped(name: str) -> tuple[str, str]:
-    """Name and unit of a name that carries both between marks: ``Yaw|"Deg/Sec"|-120|120|25``."""
+    """Return name and unit of a name that carries both between marks: ``Yaw|"Deg/Sec"|-120|120|25``."""
     for form in (_PIPED, _TAGGED):
         found = form.fullmatch(name)
         if found:

@@ -1,7 +1,7 @@
-"""Recorded drives in JSON: an array of records, one record a line, or an object of arrays.
+"""Recorded drives in JSON: an array of records, one record per line, or an object of arrays.
 
 Records may be nested and hold vectors: ``{"linear_accel": [1, 2, 9.8]}`` gives ``linear_accel.x`` to ``.z``.
-Where a document holds several tables, each keeps its own clock and its name before those of its columns.
+If a document holds several tables, each keeps its own clock, and its name precedes those of its columns.
 """
 
 import json
@@ -17,7 +17,7 @@ from otolith.recordings.channels import Layout
 from otolith.recordings.columns import Header, candidates
 from otolith.recordings.recorded import Cells, Columns
 
-MAX_TEXT: Final = 64 * 2**20  # characters; a document is taken to pieces in memory, at ten times its size
+MAX_TEXT: Final = 64 * 2**20  # characters; a parsed document takes about ten times this memory
 MAX_DEPTH: Final = 8
 MAX_COLUMNS: Final = 2000
 FORM: Final = 'a table of records, such as [{"t": 0.0, "ax": 0.1}, …], of one record a line, or of arrays'
@@ -25,17 +25,18 @@ Record = Mapping[str, Any]
 
 
 def looks_like_json(text: str) -> bool:
-    """True when a text begins as JSON does; an opening bracket alone may be a section of another format."""
+    """Return whether a text begins as JSON does; a bracket alone may begin a section of another format."""
     start = text.lstrip("\ufeff \t\r\n")[:200]
     return start.startswith("{") or (start.startswith("[") and start[1:].lstrip()[:1] in ("{", "[", '"'))
 
 
 def parse_json(text: str, source: str) -> Columns:
-    """The columns of a JSON document or of JSON lines.
+    """Read the columns of a JSON document or of JSON lines.
 
     Raises
     ------
-    InputError : it is no JSON, too large, holds no table, or several of which one has no time.
+    InputError : the text is not JSON, is too large, holds no table, or holds several tables of which none has
+        a time.
     """
     if len(text) > MAX_TEXT:
         bound = f"at most {MAX_TEXT // 2**20} million characters; write longer drives as CSV"
@@ -75,7 +76,7 @@ def _loaded(text: str, source: str) -> tuple[str, Any]:
 
 
 def _tables(value: Any, name: str, depth: int) -> Iterator[tuple[str, Sequence[Record]]]:
-    """All tables in a document, with the way to each: lists of records, and objects of arrays."""
+    """Yield all tables in a document, each with its path: lists of records, and objects of arrays."""
     if depth > MAX_DEPTH:
         return
     if isinstance(value, list):
@@ -94,7 +95,7 @@ def _tables(value: Any, name: str, depth: int) -> Iterator[tuple[str, Sequence[R
 
 
 def _by_sensor(records: list[Record], name: str) -> Iterator[tuple[str, Sequence[Record]]]:
-    """Records of one kind; or of several, told apart by what they call their sensor."""
+    """Yield the records of one kind, or split records of several kinds by the name of their sensor."""
     key = next((k for k in ("sensor", "topic", "type", "stream") if isinstance(records[0].get(k), str)), None)
     kinds = {str(record.get(key)) for record in records} if key else set()
     if key is None or len(kinds) < 2:
@@ -109,7 +110,7 @@ def _is_header(row: Any) -> bool:
 
 
 def _columns(records: Sequence[Record]) -> dict[str, Cells]:
-    """Columns of records, by name; what a record lacks is blank."""
+    """Turn records into columns by name; a value that a record lacks is blank."""
     found: dict[str, list[Any]] = {}
     for row, record in enumerate(records):
         for name, value in _flat(record, "", 0):
@@ -136,7 +137,7 @@ def _flat(value: Any, name: str, depth: int) -> Iterator[tuple[str, Any]]:
 
 
 def _cells(column: list[Any]) -> Cells:
-    """Numbers, also those that are written as texts; else texts."""
+    """Return numbers, also where they are written as texts; otherwise texts."""
     if all(one is None or isinstance(one, int | float) for one in column):
         return np.array([np.nan if one is None else float(one) for one in column])
     texts = ["" if one is None else str(one) for one in column]
@@ -156,7 +157,7 @@ def _one(columns: Mapping[str, Cells], source: str, form: str, rows: int) -> Col
 
 
 def _several(read: Mapping[str, Mapping[str, Cells]], source: str, form: str) -> Columns:
-    """Tables on clocks of their own, as one set of columns."""
+    """Combine tables with clocks of their own into one set of columns."""
     names: list[str] = []
     values: list[Cells] = []
     clocks: list[Vec] = []

@@ -1,7 +1,7 @@
-"""A recorded drive: from the channels of a file to checked values in SI units, and what to know about them.
+"""A recorded drive: the channels of a file become checked values in SI units, with notes on what was found.
 
-Axes x forward, y left, z up. A log in other axes is mapped with turned signs, for example
-``{"ay": "-LatAcc", "yaw_rate": "-YawRate"}`` for y to the right.
+Axes are x forward, y left, z up. A log in other axes is mapped with turned signs, for example ``{"ay":
+"-LatAcc", "yaw_rate": "-YawRate"}`` where y points right.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,61 +22,70 @@ from otolith.recordings.span import rate, settled
 from otolith.recordings.table import split
 from otolith.recordings.units import factor
 
-UNEVEN: Final = 0.05  # spread of the steps, as a share of the usual one, at which sampling is called uneven
+# spread of the time steps, relative to their median, above which sampling is called uneven
+UNEVEN: Final = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Log:
-    """A recorded drive in SI units, in axes x forward, y left, z up; quantities it lacks are zero.
+    """A recorded drive in SI units, in axes x forward, y left, z up; quantities that it lacks are zero.
 
-    Each channel keeps its own clock until `playback.log_scenario` resamples it. `t`, `force` and `rate` show
-    the drive on the clock of its fastest channel, joined by straight lines, for looking and for checks.
+    Each channel keeps its own clock until `playback.log_scenario` resamples it. For plots and checks, `t`,
+    `force` and `rate` give the drive on the clock of its fastest channel, by linear interpolation.
     """
 
     source: str
     channels: Mapping[str, Channel]  # by quantity; t = 0 is where the drive begins
     duration: float  # [s]
-    notes: tuple[str, ...] = ()  # one sentence each: what was read, assumed, removed, and looks doubtful
-    layout: Layout | None = None  # the form of the file; None if there was none
-    found: Checked | None = None  # what the checks found; None if there were none
+    notes: tuple[str, ...] = ()  # sentences: what was read, assumed or removed, and what looks doubtful
+    layout: Layout | None = None  # the form of the file; None if the drive was computed
+    found: Checked | None = None  # what the checks found; None if nothing was checked
 
     @cached_property
     def t(self) -> Vec:
-        """The clock of the fastest channel that is felt, within the drive (n,) [s]."""
+        """Return the clock of the fastest felt channel within the drive (n,) [s]."""
         fastest = min((one for key, one in self.channels.items() if key in FELT), key=lambda one: one.step)
         inside = fastest.t[(fastest.t >= 0.0) & (fastest.t <= self.duration)]
         return inside if len(inside) > 1 else np.array([0.0, self.duration])
 
     @cached_property
     def force(self) -> Mat:
-        """Specific force without the standing 1 g at `t` (n, 3) [m/s²]."""
+        """Return the specific force at `t` (n, 3) [m/s²], without the standing 1 g."""
         return self.felt(self.t)[:, :3]
 
     @cached_property
     def rate(self) -> Mat:
-        """Roll, pitch and yaw rate at `t` (n, 3) [rad/s]."""
+        """Return roll, pitch and yaw rate at `t` (n, 3) [rad/s]."""
         return self.felt(self.t)[:, 3:]
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """Quantity -> name of its column in the file."""
+        """Return for each felt quantity the name of its column in the file."""
         return {key: one.column.name for key, one in self.channels.items() if key in FELT}
 
     @property
     def place(self) -> Mat | None:
-        """Where the car was at `t` on a map (n, 2) [m], if the log holds places."""
+        """Return the position of the car at `t` on a map (n, 2) [m]; None if the log holds no positions."""
         if not {"x", "y"} <= self.channels.keys():
             return None
         return np.stack([self.channels["x"].on(self.t), self.channels["y"].on(self.t)], axis=1)
 
     def felt(self, t: Vec) -> Mat:
-        """Specific force [m/s²] and angular rate [rad/s] at times (k,) [s]: (k, 6), by straight lines."""
+        """Interpolate specific force [m/s²] and angular rate [rad/s] linearly at times (k,) [s]: (k, 6)."""
         zero = np.zeros(len(t))
         return np.stack([self.channels[k].on(t) if k in self.channels else zero for k in FELT], axis=1)
 
 
 def sampled_log(source: str, t: Vec, force: Mat, turning: Mat, *, place: Mat | None = None) -> Log:
-    """A computed drive: force (n, 3) [m/s²], rate (n, 3) [rad/s] and place (n, 2) [m] at times (n,) [s]."""
+    """Make a log from computed values.
+
+    Parameters
+    ----------
+    t : (n,) [s] times, strictly increasing.
+    force : (n, 3) [m/s²] specific force without the standing 1 g.
+    turning : (n, 3) [rad/s] roll, pitch and yaw rate.
+    place : (n, 2) [m] position on a map, if known.
+    """
     values = np.column_stack([force, turning, *([] if place is None else [place])])
     channels = {
         key: Channel(
@@ -100,7 +109,7 @@ def parse_log(
     needs: Sequence[str] = (),
     settings: LogSettings = PLAIN,
 ) -> Log:
-    """A recorded drive from delimited text with a line of column names; see `log_from`, and `table.split`."""
+    """Read a recorded drive from delimited text with a line of names; see `log_from` and `table.split`."""
     return log_from(split(text, source), columns=columns, needs=needs, settings=settings)
 
 
@@ -111,19 +120,20 @@ def log_from(
     needs: Sequence[str] = (),
     settings: LogSettings = PLAIN,
 ) -> Log:
-    """A recorded drive, checked, in SI units, in x forward, y left, z up.
+    """Read and check a recorded drive; the result is in SI units and in axes x forward, y left, z up.
 
-    Time and what will be cued are required. Signs are turned only where the file or the user proves that its
-    axes are others, and if ``az`` averages about +1 g it holds gravity, which is removed; notes say so.
+    Time and the quantities that will be cued are required. Signs are turned only where the file or the user
+    proves that the file has other axes. If ``az`` averages about +1 g, it holds gravity, which is removed.
+    Notes report both.
 
     Parameters
     ----------
-    columns, needs : as in `reading.recording`; they come on top of those in `settings`.
-    settings : what the user says of the drive's axes, events and offsets.
+    columns, needs : as in `reading.recording`; they are added to those in `settings`.
+    settings : what the user states about the drive's axes, events and offsets.
 
     Raises
     ------
-    InputError : what `reading.recording` and `played` refuse.
+    InputError : `reading.recording` or `played` refuses the drive.
     """
     mapping = {**settings.columns, **columns}
     told = recording(recorded, columns=mapping, needs=[*settings.needs, *needs])
@@ -131,11 +141,11 @@ def log_from(
 
 
 def played(told: Recording, settings: LogSettings = PLAIN) -> Log:
-    """The drive of a file's channels, checked as `log_from` says; its columns were chosen before.
+    """Check a drive whose columns are already chosen, as `log_from` describes.
 
     Raises
     ------
-    InputError : what `span.settled` and `checks.drive.checked` refuse.
+    InputError : `span.settled` or `checks.drive.checked` refuses the drive.
     """
     read, duration = settled(told, events=settings.events)
     felt = [one for key, one in read.channels.items() if key in FELT]
@@ -163,7 +173,7 @@ def played(told: Recording, settings: LogSettings = PLAIN) -> Log:
 
 
 def _states_unit(key: str, text: str) -> bool:
-    """Return whether a mapping names the unit: ``LongAcc:g``."""
+    """Return whether a mapping states a unit, as ``LongAcc:g`` does."""
     return factor(QUANTITIES[key][0], text.rpartition(":")[2]) is not None if ":" in text else False
 
 

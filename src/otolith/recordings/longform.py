@@ -1,4 +1,4 @@
-"""Logs in long form: one row per value, with the name of its signal in a cell beside it."""
+"""Logs in long form: each row holds one value and, in another cell, the name of its signal."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,19 +17,24 @@ from otolith.recordings.words import words
 NAMES: Final = frozenset({"name", "signal", "channel", "variable", "parameter", "key", "sensor", "metric"})
 VALUES: Final = frozenset({"value", "val", "reading"})
 UNITS: Final = frozenset({"unit", "units"})
-WHOSE: Final = frozenset({"vehicle", "car", "driver", "device", "kart", "chassis"})  # whose rows they are
-MOST: Final = 2000  # different signals
+# columns that name the owner of a row
+WHOSE: Final = frozenset({"vehicle", "car", "driver", "device", "kart", "chassis"})
+MOST: Final = 2000  # distinct signals
 
 
 def widened(recorded: Recorded, mapping: Mapping[str, str]) -> Recorded:
-    """The recording as it is, or, if it is in long form, with a column on its own clock for each signal.
+    """Return a recording in long form with one column per signal; any other recording is returned unchanged.
 
-    Long form is a column of names and one of values (``telemetry_name``, ``telemetry_value``) and no column
-    that already is a quantity to feel. `mapping` says where time is, if its name does not.
+    A recording in long form has a column of names and one of values (``telemetry_name``,
+    ``telemetry_value``), and no column that is itself a felt quantity. Each signal gets its own clock.
+
+    Parameters
+    ----------
+    mapping : states which column is the time, if its name does not.
 
     Raises
     ------
-    InputError : a log in long form without time, or with the rows of several vehicles.
+    InputError : a recording in long form has no time, or holds the rows of several vehicles.
     """
     if recorded.clocked:
         return recorded
@@ -47,7 +52,7 @@ def widened(recorded: Recorded, mapping: Mapping[str, str]) -> Recorded:
 
 
 def _column(names: Sequence[str], wanted: frozenset[str]) -> int | None:
-    """The first column whose last word is one of these."""
+    """Return the first column whose last word is one of these."""
     for index, name in enumerate(names):
         said = words(name)
         if said and said[-1] in wanted:

@@ -1,4 +1,4 @@
-"""Measurement data of ASAM MDF, versions 3 and 4, through asammdf (extra `logs`)."""
+"""Measurement data in ASAM MDF, versions 3 and 4, read through asammdf (extra `logs`)."""
 
 import logging
 import struct
@@ -15,22 +15,26 @@ from otolith.recordings.channels import Layout
 from otolith.recordings.columns import recognise
 from otolith.recordings.recorded import Columns, Signal, with_own_clocks
 
-logging.getLogger("asammdf").disabled = True  # what it logs of a damaged file comes as one sentence of ours
-# What a group of channels may run over (ASAM MDF 4.1, cn_sync_type); only time is a clock.
+logging.getLogger("asammdf").disabled = True  # damage is reported by one error of ours instead
+# Quantities that a group of channels may be recorded over (ASAM MDF 4.1, cn_sync_type); only time is a clock.
 TIME: Final = 1
 MASTERS: Final = {2: "angle", 3: "distance", 4: "index"}
 
 
 def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
-    """The channels of an MDF file whose name is `wanted`, each on its own clock, its valid samples only.
+    """Read the channels of an MDF file that are wanted, each with its valid samples on its own clock.
 
-    Samples whose invalidation bit is set are left out, so that a dropout is a gap in the clock. Channels that
-    run over distance, angle or index have no time, and are left out with a note.
+    Samples whose invalidation bit is set are left out, so a dropout becomes a gap in the clock. Channels that
+    are recorded over distance, angle or index have no time and are left out with a note.
+
+    Parameters
+    ----------
+    wanted : returns whether a channel of this name is read.
 
     Raises
     ------
-    CorruptFile : asammdf cannot read it.
-    InputError : no such channel has two samples over time.
+    CorruptFile : asammdf cannot read the file.
+    InputError : no wanted channel has two samples over time.
     """
     try:
         with MDF(path) as file:
@@ -56,7 +60,7 @@ def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
 
 
 def _signal(file: MDF, name: str, group: int, index: int) -> tuple[Signal, int]:
-    """A channel, and what it runs over."""
+    """Return a channel, and the code of the quantity that it is recorded over."""
     channel = file.get(name, group=group, index=index)  # without the samples that are marked as invalid
     metadata = channel.master_metadata
     t, values = np.asarray(channel.timestamps), np.asarray(channel.samples)
@@ -64,6 +68,6 @@ def _signal(file: MDF, name: str, group: int, index: int) -> tuple[Signal, int]:
 
 
 def _is_clock(name: str) -> bool:
-    """Every channel comes with its clock; a channel that is one would be a second."""
+    """Return whether a channel is a clock, which every other channel carries already."""
     told = recognise(name)
     return told is not None and told[0] == "t"

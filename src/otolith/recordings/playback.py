@@ -1,4 +1,4 @@
-"""A recorded drive as a scenario: filtered, resampled to the controller's period, scaled."""
+"""A recorded drive as a scenario: filtered, resampled to the controller's period, and scaled."""
 
 import math
 from pathlib import PurePath
@@ -31,28 +31,28 @@ def log_scenario(
     start: float = 0.0,
     duration: float | None = None,
 ) -> Scenario:
-    """The drive, or a window of it, as what the driver should feel.
+    """Turn the drive, or a window of it, into a scenario of what the driver should feel.
 
-    Uneven samples are joined by straight lines on an even grid, filtered there, then every k-th sample is
-    kept. Where the log is faster than `period`, an 8th-order Butterworth anti-alias filter at 0.4/period
-    comes first. The whole log is filtered before the window is cut, so that the window has no transient
-    of its own. The drive may begin with a force other than zero; no fade-in is added.
+    Each channel is interpolated linearly on an even grid and filtered there; then every k-th sample is kept.
+    Where the log is faster than `period`, an 8th-order Butterworth anti-alias filter at 0.4/period comes
+    first. The whole log is filtered before the window is cut, so the window has no transient of its own. The
+    drive may begin with a nonzero force; no fade-in is added.
 
     Parameters
     ----------
     period : [s] of the controller, 1 ms to 1 s.
-    lowpass_hz : cut-off of a 2nd-order Butterworth low-pass [Hz]; none without it.
-    causal : filter once, forward, as a live system could (−3 dB and a delay of about 0.23/lowpass_hz at
-        low frequencies), from a steady initial state; otherwise forth and back, without delay (−6 dB at
-        the cut-off). Holds for both filters.
+    lowpass_hz : cut-off of a 2nd-order Butterworth low-pass [Hz]; None for no low-pass.
+    causal : whether both filters run once, forward, as in a live system, from a steady initial state (−3 dB
+        at the cut-off, and a delay of about 0.23/lowpass_hz at low frequencies); otherwise they run forward
+        and backward, without delay (−6 dB at the cut-off).
     scale, rate_scale : factors on specific force and on angular rate, greater than 0.
-    start, duration : window [s] from the first row; until the last row if no duration is given. The
+    start, duration : window [s] from the first row; it extends to the last row if no duration is given. The
         duration is cut to whole periods.
 
     Raises
     ------
-    InputError : a parameter is not finite or beyond its bound, or the window is not within the log or
-        shorter than two periods.
+    InputError : a parameter is not finite or out of bounds, or the window is not within the log or is shorter
+        than two periods.
     """
     _within("period", period, 1e-3, 1.0, "s")
     _within("scale", scale, 1e-3, MAX_SCALE, "")
@@ -81,13 +81,13 @@ def log_scenario(
 
 
 def _oversampling(log: Log, period: float) -> int:
-    """Fine steps per period, so that the fine grid is as dense as the fastest channel (or 10 % less)."""
+    """Return how many fine steps per period make the grid as dense as the fastest channel, within 10 %."""
     fastest = min(1.0 / rate(one) for key, one in log.channels.items() if key in FELT)
     return max(1, math.ceil(period / fastest - 0.1))
 
 
 def _periods(log: Log, period: float, start: float, duration: float | None) -> int:
-    """Whole periods in the window."""
+    """Return the number of whole periods in the window."""
     last = log.duration
     if not 0.0 <= start < last:
         raise InputError(
@@ -107,8 +107,8 @@ def _periods(log: Log, period: float, start: float, duration: float | None) -> i
 
 
 def _lowpass(values: Mat, order: int, cutoff: float, dt: float, causal: bool) -> Mat:
-    """Butterworth low-pass along axis 0, from a steady state (causal) or forth and back."""
-    from scipy import signal  # takes most of a second, which runs without a recorded drive are spared
+    """Apply a Butterworth low-pass along axis 0, forward from a steady state or in both directions."""
+    from scipy import signal  # imported here: it takes most of a second, which other runs do not need
 
     sos = signal.butter(order, cutoff, fs=1.0 / dt, output="sos")
     if not causal:

@@ -1,4 +1,4 @@
-"""From a file's columns to the channels of a drive: which column is which, on which clock, in which unit."""
+"""From a file's columns to the channels of a drive: which column is used, on which clock, in which unit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,23 +23,24 @@ NO_MAPPING: Final[Mapping[str, str]] = MappingProxyType({})
 def recording(
     recorded: Recorded, *, columns: Mapping[str, str] = NO_MAPPING, needs: Sequence[str] = ()
 ) -> Recording:
-    """The channels of a drive, each on its own clock, in SI units; nothing is checked that needs physics.
+    """Choose the channels of a drive, each on its own clock, in SI units; physics is not yet checked.
 
-    Column names state quantity and unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …); a
-    unit that nobody states is taken as SI, as degrees for latitude, longitude and heading. Of several columns
-    for one quantity the better is taken, see `rivals.choose`.
+    Column names state quantity and unit (``ax_mps2``, ``AccX [g]``, ``yaw rate (deg/s)``, ``time_ms`` …). A
+    unit that is not stated is taken as SI, or as degrees for latitude, longitude and heading. Of several
+    columns for one quantity the better is taken, see `rivals.choose`.
 
     Parameters
     ----------
-    columns : where names do not tell: quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the sign,
-        ``NAME#2`` for the second column of that name, ``none`` to leave the quantity out; ``t=every:0.05s``
-        for evenly spaced rows; ``ax=from-speed`` and ``ay=from-yaw-rate`` to derive what was not measured.
-    needs : quantities that will be cued and must be there; without them any that a driver feels will do.
+    columns : for names that do not tell: quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the
+        sign, ``NAME#2`` for the second column of that name, ``none`` to leave the quantity out;
+        ``t=every:0.05s`` for evenly spaced rows; ``ax=from-speed`` and ``ay=from-yaw-rate`` to derive what
+        was not measured.
+    needs : quantities that will be cued and must be present; if empty, any felt quantity suffices.
 
     Raises
     ------
-    InputError : what is needed is missing or holds cells that are no numbers; no time, or time that does not
-        increase; two columns of one quality that contradict each other; an impossible mapping.
+    InputError : a needed quantity is missing or holds cells that are not numbers; there is no time, or time
+        does not increase; two columns of equal quality contradict each other; or the mapping is impossible.
     """
     recorded = widened(recorded, columns)
     if recorded.clocked:
@@ -71,14 +72,14 @@ def recording(
 
 
 def _explained(error: InputError, notes: Sequence[str]) -> InputError:
-    """The sentence with what the reader of the file has to say, which may be why."""
+    """Add the notes of the file's reader to an error, because they may state its cause."""
     return InputError(error.field, f"{error.value} ({'; '.join(notes)})", error.bound) if notes else error
 
 
 def _needed(
     found: Mapping[str, list[Column]], made: Mapping[str, object], needs: Sequence[str], header: Header
 ) -> list[str]:
-    """What has to be sound: what is cued, or every force that there is; refused where it is missing."""
+    """Return the quantities that must be sound, the cued ones or all forces; refuse if one is missing."""
     for key in needs:
         if not found.get(key) and key not in made:
             raise missing(key, header)
@@ -89,7 +90,7 @@ def _needed(
 
 
 def _without_clock(columns: Mapping[str, str], recorded: Recorded) -> dict[str, str]:
-    """The mapping without time, which every signal of the recording already has."""
+    """Remove time from the mapping, because every signal of the recording already has a clock."""
     asked = columns.get("t", "")
     if asked and recorded.layout.clock_name not in (asked, asked.rpartition(":")[0]):
         bound = f"left out: every signal of {recorded.source} has a clock of its own"
@@ -100,7 +101,7 @@ def _without_clock(columns: Mapping[str, str], recorded: Recorded) -> dict[str, 
 def _stamps(
     recorded: Recorded, clocks: Sequence[Column], columns: Mapping[str, str], header: Header
 ) -> tuple[Stamps | None, Layout]:
-    """The time of all rows, from the first column whose stamps increase, and the layout with what it is."""
+    """Return the time of all rows, from the first column whose stamps increase, and a layout naming it."""
     asked = columns.get("t", "")
     if recorded.clocked:
         return None, replace(recorded.layout, clock="")
@@ -136,7 +137,7 @@ def _stamps(
 
 
 def _resumed(stamps: Stamps, recorded: Recorded, column: Column) -> tuple[Stamps, tuple[int, ...]]:
-    """The stamps as one clock and the rows at which it starts anew, if the recorder was restarted."""
+    """Return the stamps as one clock, and the rows at which it restarts if the recorder was restarted."""
     found = resumed(stamps.t)
     if found is None:
         return stamps, ()
@@ -151,7 +152,7 @@ def _resumed(stamps: Stamps, recorded: Recorded, column: Column) -> tuple[Stamps
 
 
 def _start(chosen: Mapping[str, Samples], needed: Sequence[str]) -> float:
-    """When the last of the channels that are needed begins: there the drive begins [s]."""
+    """Return the time [s] at which the last needed channel begins, which is the start of the drive."""
     starts = [float(chosen[key].t[0]) for key in needed if key in chosen]
     return max(starts or [float(one.t[0]) for one in chosen.values()])
 

@@ -1,4 +1,4 @@
-"""What every reader of a format gives: named columns of cells, before it is known what they mean."""
+"""The result of every reader of a format: named columns of cells, whose meaning is not yet known."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,57 +10,57 @@ from otolith.core.arrays import Ints, Vec
 from otolith.core.errors import InputError
 from otolith.recordings.channels import Layout
 
-Cells = Vec | Sequence[str]  # numbers, NaN where there is none; or texts, empty where there is none
+Cells = Vec | Sequence[str]  # numbers, NaN where a cell is blank; or texts, empty where a cell is blank
 
 
 class Recorded(Protocol):
-    """Named columns with units; one row per instant, or each column on a clock of its own."""
+    """Named columns with units: one row per instant, or each column on its own clock."""
 
     @property
     def source(self) -> str:
-        """Name of the file, for errors and notes."""
+        """Return the name of the file, for errors and notes."""
 
     @property
     def names(self) -> Sequence[str]:
-        """Names of the columns (c,)."""
+        """Return the names of the columns (c,)."""
 
     @property
     def units(self) -> Sequence[str]:
-        """Their units (c,), empty where the file states none beside the name."""
+        """Return the units of the columns (c,), empty where the file states none beside the name."""
 
     @property
     def origins(self) -> Sequence[str]:
-        """Where each column was measured (c,), as the file says it; or nothing at all."""
+        """Return where each column was measured (c,), in the file's words; empty if the file does not say."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the reader of the file had to assume or repair, a sentence each."""
+        """Return sentences about what the reader of the file assumed or repaired."""
 
     @property
     def layout(self) -> Layout:
-        """Form of the file and place of the table in it."""
+        """Return the form of the file and the place of the table in it."""
 
     @property
     def place(self) -> str:
-        """What rows are called: "line", "sample", "record", "message"."""
+        """Return the word for rows: "line", "sample", "record", "message"."""
 
     @property
     def clocked(self) -> bool:
-        """Return whether every column has a clock of its own, so that none of them has to be the time."""
+        """Return whether every column has its own clock, so that none of them has to be the time."""
 
     def cells(self, indices: Sequence[int]) -> list[Cells]:
-        """The cells of these columns, each (n,)."""
+        """Return the cells of these columns, each (n,)."""
 
     def clock(self, index: int) -> Vec | None:
-        """The clock (n,) [s] of a column where `clocked`; else None."""
+        """Return the clock (n,) [s] of a column if `clocked`; otherwise None."""
 
     def rows(self, index: int) -> Ints:
-        """The number in the file of each cell (n,) of a column, from 1."""
+        """Return the number in the file of each cell (n,) of a column, from 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Columns:
-    """Columns that were read at once, as formats other than text allow."""
+    """Columns that are held in memory, as formats other than text are read."""
 
     source: str
     names: tuple[str, ...]  # (c,)
@@ -85,31 +85,31 @@ class Columns:
         return [self.values[index] for index in indices]
 
     def clock(self, index: int) -> Vec | None:
-        """The clock of a column [s]."""
+        """Return the clock of a column [s]; None if columns have no clocks of their own."""
         return np.asarray(self.clocks[index], dtype=np.float64) if self.clocks else None
 
     def rows(self, index: int) -> Ints:
-        """The place of each value, which is its number from 1 where nothing else is known."""
+        """Return the place of each value in the file, or its number from 1 if the place is unknown."""
         return self.lines[index] if self.lines else np.arange(1, len(self.values[index]) + 1)
 
 
 class Signal(NamedTuple):
-    """One channel with a clock of its own, as binary formats hold it."""
+    """One channel with its own clock, as binary formats hold it."""
 
     name: str
     unit: str
     t: Vec  # (n,) [s]
-    values: Vec  # (n,), NaN where the file says that the sample is not valid
+    values: Vec  # (n,), NaN where the file marks the sample as invalid
 
 
 def with_own_clocks(
     source: str, signals: Sequence[Signal], layout: Layout, notes: tuple[str, ...] = ()
 ) -> Columns:
-    """Signals as columns that keep their clocks.
+    """Turn signals into columns that keep their clocks.
 
     Raises
     ------
-    InputError : none of them has two samples.
+    InputError : no signal has two samples.
     """
     usable = [signal for signal in signals if len(signal.t) > 1]
     if not usable:

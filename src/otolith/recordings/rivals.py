@@ -1,4 +1,4 @@
-"""Of several columns for one quantity, the one to believe."""
+"""Choice between several columns for one quantity."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,33 +11,33 @@ from otolith.core.errors import InputError
 from otolith.recordings.cells import Samples
 from otolith.recordings.channels import FELT
 
-SAME: Final = 0.01  # RMS difference of two columns, as a share of their RMS, at which they are taken as one
-ALIKE: Final = 0.9  # correlation of two columns that measure one thing
-FINER: Final = 1.5  # times as many different values
-SLOPE: Final = 1.25  # … and the factor between them
-AGREES: Final = 0.7  # correlation with what speed and yaw rate expect, of the one to believe
-DISAGREES: Final = 0.5  # … and at most of the others
+SAME: Final = 0.01  # RMS difference of two columns, relative to their RMS, below which they count as equal
+ALIKE: Final = 0.9  # least correlation of two columns that measure one quantity …
+FINER: Final = 1.5  # ratio of the numbers of distinct values from which a column is finer
+SLOPE: Final = 1.25  # … and largest ratio of their standard deviations
+AGREES: Final = 0.7  # least correlation of the right column with what speed and yaw rate predict
+DISAGREES: Final = 0.5  # … and largest correlation of the others
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What was chosen and what was left."""
+    """The columns that were chosen, and those that were not."""
 
     chosen: Mapping[str, Samples]  # by quantity
-    others: Mapping[str, tuple[Samples, ...]]  # sound second candidates, the best first
+    others: Mapping[str, tuple[Samples, ...]]  # sound columns that were not chosen, best first
     notes: tuple[str, ...]
 
 
 def choose(read: Sequence[Samples], needed: Collection[str], source: str) -> Choice:
-    """For each quantity the first sound candidate, unless speed and yaw rate plainly speak for another.
+    """Choose for each quantity the first sound column, unless speed and yaw rate clearly support another one.
 
-    Candidates come in the order of their quality, see `columns.candidates`. A column that holds the same
-    numbers as the chosen one is named as its twin, one that differs is left with a note.
+    Candidates arrive in the order of their quality, see `columns.candidates`. A column with the same numbers
+    as the chosen one is recorded as its twin; one that differs is left out with a note.
 
     Raises
     ------
-    InputError : what is needed has no sound column, or two columns of one name and quality contradict each
-        other and nothing shows which is right.
+    InputError : a needed quantity has no sound column, or two columns of equal quality contradict each other
+        and nothing shows which is right.
     """
     by_key: dict[str, list[Samples]] = {}
     for one in read:
@@ -45,7 +45,9 @@ def choose(read: Sequence[Samples], needed: Collection[str], source: str) -> Cho
     chosen: dict[str, Samples] = {}
     others: dict[str, tuple[Samples, ...]] = {}
     notes: list[str] = []
-    for key in sorted(by_key, key=lambda key: key in ("ax", "ay", "az")):  # what they are compared with first
+    for key in sorted(
+        by_key, key=lambda key: key in ("ax", "ay", "az")
+    ):  # forces last: they are compared with the other quantities
         sound = [one for one in by_key[key] if one.fault is None]
         faulty = [one for one in by_key[key] if one.fault is not None]
         if not sound and key in needed:
@@ -60,7 +62,7 @@ def choose(read: Sequence[Samples], needed: Collection[str], source: str) -> Cho
 def _one(
     sound: list[Samples], chosen: Mapping[str, Samples], source: str, *, required: bool
 ) -> tuple[Samples, list[Samples]]:
-    """The one to believe, with its twins and the reason noted; and those that differ from it."""
+    """Return the column to use, with its twins and the reason noted, and the columns that differ from it."""
     if len(sound) == 1:
         return sound[0], []
     supported = _supported(sound, chosen)
@@ -68,7 +70,7 @@ def _one(
     twins = [one for one in sound if one is not first and _same(first, one)]
     left = [one for one in sound if one is not first and one not in twins]
     finest = max([first, *twins], key=lambda one: len(np.unique(one.values)))
-    if len(np.unique(finest.values)) > FINER * len(np.unique(first.values)):  # written with more digits
+    if len(np.unique(finest.values)) > FINER * len(np.unique(first.values)):  # another column has more digits
         twins = [one for one in [first, *twins] if one is not finest]
         first = finest
     rivals = [one for one in left if _rank(one) == _rank(first) and not _alike(first, one)]
@@ -87,7 +89,7 @@ def _one(
 
 
 def _reason(first: Samples, other: Samples, supported: Samples | None) -> str:
-    """In what the chosen column is better than the next, as `columns.candidates` ranks them."""
+    """State why the chosen column is better than the next one, in the order of `columns.candidates`."""
     if supported is not None:
         return "it follows speed and yaw rate, they do not"
     better = (mine < theirs for mine, theirs in zip(first.column.rank, other.column.rank, strict=True))
@@ -101,13 +103,14 @@ def _rank(one: Samples) -> tuple[int, ...]:
 
 
 def _same(one: Samples, other: Samples) -> bool:
+    """Return whether two columns hold the same numbers."""
     a, b = _both(one, other)
     size = float(np.sqrt(np.mean(a**2)))
     return bool(len(a)) and float(np.sqrt(np.mean((a - b) ** 2))) <= SAME * size
 
 
 def _alike(one: Samples, other: Samples) -> bool:
-    """Return whether both plainly measure one thing, noise apart."""
+    """Return whether both columns clearly measure one quantity, apart from noise."""
     a, b = _both(one, other)
     if len(a) < 2 or np.std(a) == 0.0 or np.std(b) == 0.0:
         return False
@@ -116,7 +119,7 @@ def _alike(one: Samples, other: Samples) -> bool:
 
 
 def _both(one: Samples, other: Samples) -> tuple[Vec, Vec]:
-    """Values of both in SI where both run, at the instants of the slower."""
+    """Return the values of both columns in SI units on their common time, at the slower one's instants."""
     slow, fast = (one, other) if len(one.t) <= len(other.t) else (other, one)
     inside = (slow.t >= fast.t[0]) & (slow.t <= fast.t[-1])
     a = slow.values[inside] * slow.column.factor
@@ -125,7 +128,7 @@ def _both(one: Samples, other: Samples) -> tuple[Vec, Vec]:
 
 
 def _supported(sound: list[Samples], chosen: Mapping[str, Samples]) -> Samples | None:
-    """The only one of several that follows what speed and yaw rate expect; None if that is not plain."""
+    """Return the only column that follows what speed and yaw rate predict; None if that is not clear."""
     key = sound[0].column.key
     if key not in ("ax", "ay") or "vx" not in chosen or (key == "ay" and "yaw_rate" not in chosen):
         return None
@@ -145,7 +148,7 @@ def _supported(sound: list[Samples], chosen: Mapping[str, Samples]) -> Samples |
 
 
 def _means(one: Samples, seconds: Vec) -> Vec:
-    """Means over the second about each of these instants."""
+    """Return the means over the second around each of these instants."""
     fine = seconds[:, None] + np.linspace(-0.45, 0.45, 10)
     values = np.interp(fine.ravel(), one.t, one.values).reshape(fine.shape)
     return np.asarray(values.mean(axis=1) * one.column.factor, dtype=np.float64)

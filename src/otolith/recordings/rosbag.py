@@ -1,10 +1,11 @@
-"""Recorded drives of ROS 1 and ROS 2, bags and MCAP, through rosbags (extra `logs`).
+"""Recorded drives of ROS 1 and ROS 2, as bags and MCAP, read through rosbags (extra `logs`).
 
-Read are inertial units (sensor_msgs/Imu: by REP 103 in x forward, y left, z up, SI units, with gravity) and,
-for checks, the forward speed of odometry (nav_msgs/Odometry, geometry_msgs/TwistStamped) and the place of
-satellites (sensor_msgs/NavSatFix). Of several inertial units each channel carries its topic's name, so that
-the user has to choose. A unit whose covariance begins with -1 does not measure that quantity
-(sensor_msgs/Imu), a fix whose status is -1 is none (sensor_msgs/NavSatStatus).
+The reader takes inertial units (sensor_msgs/Imu: by REP 103 in x forward, y left, z up, in SI units, with
+gravity) and, for checks, the forward speed of odometry (nav_msgs/Odometry, geometry_msgs/TwistStamped) and
+the position of satellites (sensor_msgs/NavSatFix). If there are several inertial units, the name of each
+channel includes its topic, so that the user can choose. A covariance that begins with -1 marks a quantity
+that the unit does not measure (sensor_msgs/Imu), and a status of -1 marks a missing fix
+(sensor_msgs/NavSatStatus).
 """
 
 from collections.abc import Callable, Iterable
@@ -27,17 +28,17 @@ SPEEDS: Final[dict[str, Callable[[Any], float]]] = {
     "geometry_msgs/msg/TwistStamped": lambda message: message.twist.linear.x,
 }
 FIX: Final = "sensor_msgs/msg/NavSatFix"
-NO_ESTIMATE: Final = -1.0  # first element of a covariance: the quantity beside it was not measured
+NO_ESTIMATE: Final = -1.0  # first element of a covariance: its quantity was not measured
 FIELDS: Final = (("linear_acceleration", "m/s^2"), ("angular_velocity", "rad/s"))
 
 
 def read_rosbag(path: Path) -> Columns:
-    """Specific force and angular rate of the inertial units in a bag, and speeds, on one clock.
+    """Read specific force, angular rate, speed and position from a bag, each on its own clock.
 
     Raises
     ------
-    CorruptFile : rosbags cannot read it.
-    InputError : it has no inertial unit with two messages.
+    CorruptFile : rosbags cannot read the file.
+    InputError : the bag has no inertial unit with two messages.
     """
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
@@ -57,7 +58,7 @@ def read_rosbag(path: Path) -> Columns:
 
 
 def _inertial(reader: AnyReader, connection: Any, *, single: bool) -> tuple[list[Signal], list[str]]:
-    """Force and rate of an inertial unit where it measured them, and notes about where it did not."""
+    """Return force and rate of an inertial unit where it measured them, and notes about where it did not."""
     t, messages = _messages(reader, connection)
     prefix = "" if single else f"{connection.topic} "
     signals, notes = [], []
@@ -76,7 +77,7 @@ def _inertial(reader: AnyReader, connection: Any, *, single: bool) -> tuple[list
 
 
 def _place(reader: AnyReader, connection: Any, *, single: bool) -> Iterable[Signal]:
-    """Latitude and longitude where satellites gave a fix."""
+    """Yield latitude and longitude where satellites gave a fix."""
     t, messages = _messages(reader, connection)
     prefix = "" if single else f"{connection.topic} "
     fixed = np.array([message.status.status >= 0 for message in messages])
@@ -93,7 +94,7 @@ def _speed(reader: AnyReader, connection: Any, *, single: bool) -> Signal:
 
 
 def _messages(reader: AnyReader, connection: Any) -> tuple[Vec, list[Any]]:
-    """Time stamps [s] of the senders, or of the recorder where they are zero, and the messages."""
+    """Return the senders' time stamps [s], or the recorder's where those are zero, and the messages."""
     t, messages = [], []
     for _, recorded, raw in reader.messages([connection]):
         message: Any = reader.deserialize(raw, connection.msgtype)

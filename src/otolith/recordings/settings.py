@@ -1,4 +1,4 @@
-"""How a recorded drive is to be read, beyond what its file states; a mapping file holds it."""
+"""How a recorded drive is to be read, beyond what its file states; a mapping file stores these settings."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -17,17 +17,17 @@ OFFSETS: Final = "keep"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogSettings:
-    """What the user says of a recorded drive; the defaults say nothing."""
+    """What the user states about a recorded drive; the defaults state nothing."""
 
     columns: Mapping[str, str] = field(
         default_factory=dict
     )  # quantity -> NAME[:UNIT], see `reading.recording`
-    needs: Sequence[str] = ()  # quantities that will be cued; empty: nobody has said
-    header: int | None = None  # line of the names, from 1; None: found by content
-    units: int | None = None  # line of the units, from 1, or 0 for none
-    axes: str | None = None  # "iso" or "sae"; None: as the file proves
-    events: str = EVENTS  # "refuse", "mark" or "cut" what is not driving
-    offsets: str = OFFSETS  # "keep" or "remove" what a sensor out of level adds
+    needs: Sequence[str] = ()  # quantities that will be cued; empty if unknown
+    header: int | None = None  # line of the names, from 1; None to find it by content
+    units: int | None = None  # line of the units, from 1; None to find it by content
+    axes: str | None = None  # "iso" or "sae"; None for the axes that the file proves
+    events: str = EVENTS  # treatment of what is not driving: "refuse", "mark" or "cut"
+    offsets: str = OFFSETS  # treatment of the constant force of a tilted sensor: "keep" or "remove"
 
     def __post_init__(self) -> None:
         if self.axes is not None:
@@ -40,7 +40,7 @@ PLAIN: Final = LogSettings()
 
 
 def settings_to_toml(settings: LogSettings, source: str) -> str:
-    """The text of a mapping file: all that is not as by default."""
+    """Return the text of a mapping file with all settings that differ from the defaults."""
     lines = [f"# How otolith reads {source}: otolith run --log {source} --mapping THIS_FILE"]
     plain = {"header": settings.header, "units": settings.units, "axes": settings.axes}
     plain |= {"events": settings.events if settings.events != EVENTS else None}
@@ -51,11 +51,11 @@ def settings_to_toml(settings: LogSettings, source: str) -> str:
 
 
 def settings_from_toml(text: str, source: str) -> LogSettings:
-    """Settings out of the text of a mapping file.
+    """Read settings from the text of a mapping file.
 
     Raises
     ------
-    InputError : it is no TOML, or has fields that are unknown or of a wrong kind.
+    InputError : the text is not TOML, or a field is unknown or of a wrong type.
     """
     try:
         data: dict[str, Any] = tomllib.loads(text)
@@ -78,7 +78,7 @@ def settings_from_toml(text: str, source: str) -> LogSettings:
 
 
 def _toml(value: int | str) -> str:
-    """A number, or a basic string with what TOML wants escaped."""
+    """Write a number, or a basic string with TOML's escapes."""
     if isinstance(value, int):
         return str(value)
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')

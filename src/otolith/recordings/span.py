@@ -1,4 +1,4 @@
-"""From when to when a drive runs, and what is refused or left out because it does not run all the way."""
+"""The time span of a drive, and the channels that do not cover it, which are refused or left out."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,20 +12,20 @@ from otolith.recordings.events.event import Event
 from otolith.recordings.events.gaps import find_gaps
 from otolith.recordings.units import UNITS
 
-WIDE_GAP: Final = 5.0  # in usual steps: a gap that is reported
+WIDE_GAP: Final = 5.0  # in median steps: longer gaps are reported
 
 
 def settled(recording: Recording, *, events: str = "refuse") -> tuple[Recording, float]:
-    """The recording without channels that do not last, and the drive's duration [s].
+    """Return the recording without channels that do not cover the drive, and the drive's duration [s].
 
-    The drive runs where all that is needed runs. A channel that is needed and has a hole of more than 1 s is
-    refused, unless `events` says that holes are marked or cut out; one that is not needed is left out, with a
-    note, if it has a hole elsewhere in the drive, begins more than 1 s after it or ends more than 1 s before
-    it. What only serves checks never shortens the drive.
+    The drive lasts as long as all needed channels run. A needed channel with a hole of more than 1 s is
+    refused, unless `events` says that holes are marked or cut out. Another felt channel is left out, with a
+    note, if it has a hole elsewhere in the drive, begins more than 1 s after its start or ends more than 1 s
+    before its end. Channels that only serve checks never shorten the drive.
 
     Raises
     ------
-    InputError : a hole in what is needed; a clock that starts anew; channels without common time.
+    InputError : a needed channel has a hole, a clock restarts, or needed channels have no common time.
     """
     needed, end = recording.cued, recording.end
     if end <= 0.0:
@@ -49,7 +49,7 @@ def settled(recording: Recording, *, events: str = "refuse") -> tuple[Recording,
 
 
 def rate(channel: Channel) -> float:
-    """Samples per second: (n - 1) / duration [Hz]."""
+    """Return the mean sampling rate, (n - 1) / duration [Hz]."""
     return float((len(channel.t) - 1) / (channel.t[-1] - channel.t[0]))
 
 
@@ -82,7 +82,7 @@ def _refuse_hole(one: Channel, end: float, clock: str, events: str) -> None:
 
 
 def _short(one: Channel, end: float, gaps: Sequence[Event]) -> str:
-    """Why a channel that is not needed cannot be felt along the whole drive; empty if it can."""
+    """Return why a channel that is not needed does not cover the drive; empty if it does."""
     if one.t[0] > MAX_GAP or one.t[-1] < end - MAX_GAP:
         return f"it runs from {one.t[0]:.4g} s to {one.t[-1]:.4g} s of {end:.4g} s"
     holes = [(a, b) for a, b in one.holes if b > 0.0 and a < end]
@@ -96,7 +96,7 @@ def _fills(gap: Event, first: float, last: float) -> bool:
 
 
 def _cut(needed: Mapping[str, Channel], end: float) -> list[str]:
-    """A note about what is lost at the ends because not all that is needed runs there."""
+    """Note what is lost at both ends because not all needed channels run there."""
     first, last = min(one.t[0] for one in needed.values()), max(one.t[-1] for one in needed.values())
     if first > -MAX_GAP and last < end + MAX_GAP:
         return []
@@ -107,7 +107,7 @@ def _cut(needed: Mapping[str, Channel], end: float) -> list[str]:
 
 
 def _gaps(one: Channel) -> list[str]:
-    """A note about steps that are unusually long and yet bridged by straight lines."""
+    """Note steps that are unusually long and are still bridged by straight lines."""
     steps = np.diff(one.t)
     wide = np.flatnonzero((steps > WIDE_GAP * one.step) & (steps <= MAX_GAP))  # longer ones are events
     if not len(wide):

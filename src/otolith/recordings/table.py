@@ -1,4 +1,4 @@
-"""Numbers out of delimited text, fast where all is well, and with the line named where it is not."""
+"""Numbers from delimited text: read fast if all cells are sound, else with the faulty line named."""
 
 import csv
 import re
@@ -20,8 +20,8 @@ from otolith.recordings.inscribed import without_units
 from otolith.recordings.recorded import Cells
 
 LONGEST_LINE: Final = 100_000  # characters; a thousand channels take 20,000
-FOOTER: Final = 20  # lines below the table that are looked at
-_QUOTED: Final = re.compile(r'"[+-]?\d+,(\d+)"(?=,|$|\r|\n)', re.MULTILINE)  # parted by commas
+FOOTER: Final = 20  # number of last lines in which text below the table is looked for
+_QUOTED: Final = re.compile(r'"[+-]?\d+,(\d+)"(?=,|$|\r|\n)', re.MULTILINE)  # in a table separated by commas
 _FORTRAN: Final = re.compile(r"(?<![\w.])([+-]?(?:\d+[.,]\d*|[.,]\d+))[dD]([+-]\d{1,3})(?![\w.])")  # 1.5D+00
 _NMEA: Final = re.compile(r"\$[A-Z]{2}[A-Z]{3},")
 _WORDS: Final = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
@@ -32,11 +32,11 @@ class Table:
     """The text of a log, split into names, units and rows."""
 
     source: str
-    delimiter: str | None  # None: any white space
-    names: list[str]  # (c,) of the columns
-    units: list[str]  # (c,) from a row of their own, empty where there is none
-    body: list[str]  # (n,) lines of cells
-    lines: Ints  # (n,) number of each in the file, from 1
+    delimiter: str | None  # None stands for any white space
+    names: list[str]  # (c,) names of the columns
+    units: list[str]  # (c,) from a row of units, empty where there is none
+    body: list[str]  # (n,) the rows, each as one line
+    lines: Ints  # (n,) line number of each row in the file, from 1
     notes: tuple[str, ...] = ()
     origins: tuple[str, ...] = ()
     layout: Layout = field(default_factory=lambda: Layout(form="text"))
@@ -44,19 +44,19 @@ class Table:
     clocked: bool = False
 
     def where(self, row: int) -> str:
-        """Where a row of the body stands, for error sentences."""
+        """Describe where a row of the body stands, for error messages."""
         return f"line {self.lines[row]} of {self.source}"
 
     def rows(self, _index: int) -> Ints:
-        """The line of each cell of a column."""
+        """Return the line of each cell of a column."""
         return self.lines
 
     def clock(self, _index: int) -> Vec | None:
-        """A table has one clock for all its columns, which is one of them."""
+        """Return None: all columns of a table share one clock, which is one of them."""
         return None
 
     def cells(self, indices: Sequence[int]) -> list[Cells]:
-        """The cells of these columns: numbers where all are, else texts."""
+        """Return the cells of these columns: numbers where all cells are numbers, otherwise texts."""
         if not indices:
             return []
         try:
@@ -74,7 +74,7 @@ class Table:
         return out
 
     def numbers(self, columns: Sequence[Column]) -> Mat:
-        """The chosen columns as they stand in the file, without conversion: (n, len(columns)), all finite.
+        """Return these columns as they stand in the file, without conversion: (n, len(columns)), all finite.
 
         Raises
         ------
@@ -102,14 +102,15 @@ class Table:
 
 
 def decode(data: bytes, source: str) -> tuple[str, tuple[str, ...]]:
-    """Text of a log's bytes, and a note where they are not UTF-8: spreadsheets write others.
+    """Decode the bytes of a log, and note where they are not UTF-8, as some spreadsheets write them.
 
     Raises
     ------
-    InputError : the bytes are no text.
+    InputError : the bytes are not text.
     """
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    data = data if wide else data.rstrip(b"\0")  # reserved on a memory card when the power went
+    # space on a memory card that was reserved when the power failed
+    data = data if wide else data.rstrip(b"\0")
     for encoding in ["utf-16"] if wide else ["utf-8-sig", "cp1252"]:
         try:
             text = data.decode(encoding)
@@ -129,7 +130,7 @@ def split(
     header: int | None = None,
     units: int | None = None,
 ) -> Table:
-    """The table in a text: its names, units and rows, wherever it stands, see `header.find`.
+    """Split a text into the names, units and rows of its table, wherever it stands; see `header.find`.
 
     Delimiter (comma, semicolon, tab, bar, white space), decimal commas, quotes, byte order mark, line ends,
     rows of units and sources, comments and blank lines are recognised.
@@ -140,7 +141,7 @@ def split(
 
     Raises
     ------
-    InputError : the file is empty, has no table, no names, or rows of another width.
+    InputError : the file is empty, has no table or no names, or rows have different widths.
     """
     lines = _plain_numbers(text.removeprefix("\ufeff")).splitlines()
     check_lines(lines, source, most=LONGEST_LINE)
@@ -182,13 +183,13 @@ def split(
 
 
 def _footer(last: Sequence[str], delimiter: str | None) -> int:
-    """How many of the last lines are text below the table: not one of their cells is a number."""
+    """Return how many of the last lines are text below the table, without any number."""
     numeric = [any(is_value(cell, comma=delimiter != ",") for cell in cells(x, delimiter)) for x in last]
     return numeric[::-1].index(True) if any(numeric) else 0
 
 
 def _kept(place: Place, lines: Sequence[str], source: str) -> tuple[list[int], tuple[str, ...]]:
-    """Which lines are rows, and notes about names that stand again, text below and a torn last row."""
+    """Return which lines are rows, and notes about repeated names, text below and a torn last row."""
     names = lines[place.header].strip()
     rows = [i for i in range(place.first, len(lines)) if (line := lines[i].lstrip()) and line[0] not in MARKS]
     again = [i for i in rows if lines[i].strip() == names]
@@ -209,10 +210,10 @@ def _kept(place: Place, lines: Sequence[str], source: str) -> tuple[list[int], t
 
 
 def _plain_numbers(text: str) -> str:
-    """The text with plain minus signs, exponents with E, and no decimal commas in quotes between commas.
+    """Return the text with plain minus signs, exponents with E, and no decimal commas in quoted cells.
 
-    Fortran writes 1.5D+00 in double precision. Where all numbers in quotes have three digits behind the
-    comma, they may be thousands and stay.
+    Fortran writes 1.5D+00 in double precision. If all quoted numbers have three digits after the comma, they
+    may be thousands and stay unchanged.
     """
     text = text.replace("\u2212", "-")
     if _FORTRAN.search(text, 0, 100_000):
@@ -222,14 +223,14 @@ def _plain_numbers(text: str) -> str:
 
 
 def _refuse_nmea(lines: Sequence[str], source: str) -> None:
-    """Refuse what a receiver of satellites sends: it holds places and no forces."""
+    """Refuse the sentences of a satellite receiver: they hold positions but no forces."""
     if lines and _NMEA.match(lines[0]):
         bound = "a drive with accelerations (a logger writes such sentences beside those of its sensors)"
         raise InputError(source, "NMEA 0183, places of a receiver without forces", bound)
 
 
 def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:
-    """Return whether quotes hide delimiters, so that they may not simply be left out."""
+    """Return whether quoted cells contain delimiters, so that the quotes must not be removed."""
     if delimiter is None:
         return False
     quoted = (line for line in body if '"' in line)
@@ -239,7 +240,7 @@ def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:
 
 
 def _said(place: Place, lines: Sequence[str], kept: Sequence[int], source: str) -> tuple[str, ...]:
-    """Notes about a table that does not simply begin in the first line, and about lines left out."""
+    """Note where the table stands if not simply in the first line, and which lines are left out."""
     said = []
     plain = place.first - place.header - 1 == (place.unit_row >= 0)
     before = sum(bool(line.strip()) for line in lines[: place.header])

@@ -1,4 +1,4 @@
-"""What was understood of a recorded drive, whether or not it is accepted: for `otolith log check`."""
+"""How a recorded drive was understood, whether or not it is accepted, for `otolith log check`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -18,27 +18,27 @@ from otolith.recordings.settings import LogSettings
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Understanding:
-    """A recorded drive as its file states it, and as it will be played, if it is accepted."""
+    """A recorded drive as its file states it and, if it is accepted, as it will be played."""
 
-    told: Recording  # by the file and the mapping, before any check
-    log: Log | None  # as it will be played; None if it is refused
-    refusal: str  # why, with the remedies; empty if it is accepted
+    told: Recording  # as the file and the mapping state it, before any check
+    log: Log | None  # as it will be played; None if the drive is refused
+    refusal: str  # why it is refused, with the remedies; empty if it is accepted
     settings: LogSettings
     events: tuple[Event, ...]
     relations: tuple[Relation, ...]
 
     @property
     def played(self) -> Recording:
-        """What is shown: the drive as it will be played, else as the file states it."""
+        """Return the drive as it will be played or, if it is refused, as the file states it."""
         return self.told if self.log is None else replace(self.told, channels=self.log.channels)
 
     @property
     def turned(self) -> tuple[str, ...]:
-        """Quantities whose sign was turned, behind the mapping."""
+        """Return the quantities whose sign was turned in addition to the mapping."""
         return () if self.log is None or self.log.found is None else self.log.found.turned
 
     def mapping(self) -> LogSettings:
-        """Settings that read this file, and its like, without any further option."""
+        """Return settings that read this file, and files like it, without further options."""
         columns = {
             key: spelled(one.column) for key, one in self.told.channels.items() if one.column.index >= 0
         }
@@ -54,7 +54,7 @@ class Understanding:
 
 
 def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
-    """Read and check a drive; a refusal becomes a part of the answer.
+    """Read and check a drive; a refusal becomes part of the result.
 
     Raises
     ------

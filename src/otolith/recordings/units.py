@@ -1,11 +1,11 @@
-"""Units that recorded drives are written in, in their many spellings."""
+"""Units of recorded drives, in their many spellings."""
 
 import math
 import re
 from collections.abc import Mapping
 from typing import Final
 
-STANDARD_GRAVITY: Final = 9.80665  # [m/s²], what "1 g" means in a log
+STANDARD_GRAVITY: Final = 9.80665  # [m/s²]; "1 g" in a log
 
 SI: Final = {
     "time": "s",
@@ -104,7 +104,7 @@ OTHERS: Final = frozenset(
 
 
 def canonical(unit: str) -> str:
-    """One spelling per unit: ``m/s^2``, ``M/S²`` and ``mps2`` become ``mps2``, ``°/s`` becomes ``degps``."""
+    """Return one spelling per unit: ``mps2`` for ``m/s^2`` and ``M/S²``, ``degps`` for ``°/s``."""
     unit = (
         unit.strip()
         .lower()
@@ -119,11 +119,11 @@ def canonical(unit: str) -> str:
 
 
 def factor(dimension: str, unit: str) -> float | None:
-    """What one `unit` is in SI; None if it is no unit of this dimension."""
+    """Return the size of one `unit` in SI units; None if it is not a unit of this dimension."""
     return UNITS[dimension].get(canonical(unit))
 
 
 def is_unit(text: str) -> bool:
-    """Return whether this is a unit of any kind that logs are written in."""
+    """Return whether a text is a unit of any kind that occurs in logs."""
     spelled = canonical(text)
     return spelled in OTHERS or any(spelled in units for units in UNITS.values())

@@ -1,9 +1,10 @@
-"""What the sections before the table of a Racelogic .vbo file say of its columns.
+"""Units of the columns of a Racelogic .vbo file, from the sections before its table.
 
-From Racelogic's description of the format: ``[header]`` lists a title for each column, with its unit where
-there is one ("velocity kmh", "Long accel g"), ``[column names]`` their short names. Latitude and longitude
-are in minutes of arc, north and *west* positive. Other programs that write the form may count east as
-positive; a VBOX logs the heading always, too, which would show it, so that without one they are not read.
+In Racelogic's description of the format, ``[header]`` lists a title for each column, with its unit where
+there is one ("velocity kmh", "Long accel g"), and ``[column names]`` lists their short names. Latitude and
+longitude are in minutes of arc, with north and *west* positive. Other programs that write this format may
+count east as positive. Only the heading, which a VBOX always logs, can reveal that, so positions without a
+heading are not read.
 """
 
 from collections.abc import Sequence
@@ -18,7 +19,7 @@ COORDINATES: Final = {
     "longitude": "arcmin west",
     "lon": "arcmin west",
 }
-UNREAD: Final = "min"  # a unit that is no angle's: the column is left out
+UNREAD: Final = "min"  # not a unit of angle, so the column is left out
 
 
 def is_vbox(preamble: Sequence[str]) -> bool:
@@ -27,7 +28,7 @@ def is_vbox(preamble: Sequence[str]) -> bool:
 
 
 def stated_units(names: Sequence[str], units: Sequence[str], preamble: Sequence[str]) -> list[str]:
-    """The units (c,) of the columns of a .vbo file: those stated beside them before, else as its header says.
+    """Return the units (c,) of the columns of a .vbo file: those found elsewhere, else those of its header.
 
     Titles count only if there is one for each column.
     """
@@ -42,7 +43,7 @@ def stated_units(names: Sequence[str], units: Sequence[str], preamble: Sequence[
 
 
 def _titles(preamble: Sequence[str]) -> list[str]:
-    """The lines of the section ``[header]``."""
+    """Return the lines of the section ``[header]``."""
     lines = [line.strip() for line in preamble]
     marks = [i for i, line in enumerate(lines) if line.startswith("[")]
     start = next((i for i in marks if lines[i].lower() == "[header]"), None)

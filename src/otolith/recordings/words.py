@@ -1,10 +1,10 @@
-"""What a column's name says: read as whole words of a stated vocabulary, so that nothing matches by accident.
+"""The meaning of a column's name, read as whole words of a fixed vocabulary to avoid chance matches.
 
-A name is parted at blanks, underscores, signs, brackets and capitals (``LateralAcc``,
-``x_rate_of_rotation``), and where two words of the vocabulary are written as one (``yawrate``, ``accx``).
-Every word must be in the vocabulary: one that is not, such as ``steering`` or ``target``, makes the name say
-nothing. Words of direction without a word of acceleration are geographic: ``lat`` is a latitude, ``lat_acc``
-and ``Lat [g]`` are not.
+A name is split at blanks, underscores, signs, brackets and capitals (``LateralAcc``, ``x_rate_of_rotation``),
+and where two words of the vocabulary are joined (``yawrate``, ``accx``). Every word must be in the
+vocabulary: one that is not, such as ``steering`` or ``target``, makes the name meaningless. Words of
+direction without a word of acceleration are geographic: ``lat`` is a latitude, ``lat_acc`` and ``Lat [g]``
+are not.
 """
 
 import functools
@@ -55,21 +55,21 @@ _DIRECTIONS: Final = (("ax", LONGITUDINAL, "x"), ("ay", LATERAL, "y"), ("az", VE
 _TURNS: Final = (("roll_rate", "roll", "x"), ("pitch_rate", "pitch", "y"), ("yaw_rate", "yaw", "z"))
 _BRACKETS: Final = re.compile(r"^(.*?)[\s_,;:/]*[\[({<]([^\])}>]*)[\])}>]\s*$")
 _ANGULAR: Final = re.compile("[Aa][Vv][xyz]")  # angular velocity, as CarSim writes it
-_UNIT_OF_WORD: Final = {"utime": "us", "cts": "ms"}  # clocks whose name is bound to one unit
+_UNIT_OF_WORD: Final = {"utime": "us", "cts": "ms"}  # names of clocks that imply a unit
 
 
 class Told(NamedTuple):
-    """What a name says."""
+    """The meaning of a column's name."""
 
-    key: str  # of `columns.QUANTITIES`
-    unit: str  # as the name states it; empty where it does not
-    letter: bool  # the direction is a mere x, y or z, which may be the axes of the device and not of the car
-    derived: bool  # from satellites or calculated, not measured
-    filtered: bool  # or one of several of the same kind
+    key: str  # quantity, one of `columns.QUANTITIES`
+    unit: str  # unit that the name states; empty where it states none
+    letter: bool  # whether the direction is only x, y or z, which may be an axis of a device, not of the car
+    derived: bool  # whether it comes from satellites or a calculation, not from a sensor
+    filtered: bool  # whether it is filtered, or numbered as one of several
 
 
 def recognise(name: str) -> tuple[str, str] | None:
-    """Quantity and unit (empty where none is stated) of a column by its name; None if it names none.
+    """Return the quantity and the unit (empty if none is stated) that a column's name means; None if unknown.
 
     Examples
     --------
@@ -82,7 +82,12 @@ def recognise(name: str) -> tuple[str, str] | None:
 
 @functools.lru_cache(maxsize=4096)
 def tells(name: str, unit: str = "") -> Told | None:
-    """What a name says, with the `unit` that the file states beside it, in a row of units say."""
+    """Interpret a column's name; None if it has no known meaning.
+
+    Parameters
+    ----------
+    unit : the unit that the file states elsewhere, such as in a row of units.
+    """
     base, stated = parted(name)
     for bare, own in ((base, stated), (name, "")) if stated else ((name, ""),):
         told = _meaning(words(bare), own or unit, stated_in_name=own)
@@ -92,13 +97,13 @@ def tells(name: str, unit: str = "") -> Told | None:
 
 
 def stated_unit(name: str) -> tuple[str, bool]:
-    """The unit in a name, whatever the name means, and whether it can be nothing else than a unit."""
+    """Return the unit in a name, whatever the name means, and whether it can only be a unit."""
     unit = parted(name)[1]
     return unit, bool(unit) and (canonical(unit) not in SHORT or bool(_BRACKETS.match(name)))
 
 
 def parted(name: str) -> tuple[str, str]:
-    """The name without its unit, and the unit; empty where none of the kinds that logs hold is stated."""
+    """Split a name into the name without its unit, and the unit, which is empty if none is recognised."""
     name, _, source = name.partition(" *")  # "Speed (kph) *gps"
     if source:
         base, unit = parted(name)
@@ -120,7 +125,7 @@ def parted(name: str) -> tuple[str, str]:
 
 
 def words(name: str) -> tuple[str, ...]:
-    """The words of a name in small letters, numbers left out."""
+    """Return the words of a name in small letters, without symbols."""
     found: list[str] = []
     for piece in re.findall(r"[A-Za-z]+|\d+|[^\x00-\x7f]+", name):
         for part in [piece] if _ANGULAR.fullmatch(piece) else _capitals(piece):
@@ -134,7 +139,7 @@ def _capitals(word: str) -> list[str]:
 
 
 def _unglued(word: str) -> list[str]:
-    """Words of the vocabulary that were written as one; the word itself where they do not cover it."""
+    """Split words of the vocabulary that are joined; return the word itself if they do not cover it."""
     if word in VOCABULARY or word.isdigit():
         return [word]
     if re.fullmatch("a[xyz]|v[x]|w[xyz]|f[xyz]", word):
@@ -157,7 +162,10 @@ def _meaning(said: tuple[str, ...], unit: str, *, stated_in_name: str) -> Told |
     derived, filtered = bool(bag & DERIVED), bool(bag & FILTERED) or any(word.isdigit() for word in said)
     core = bag - DERIVED - FILTERED
     found = None
-    for reading in (core, core - QUALIFIERS):  # a qualifier may be a word of its own: "sample time", "cog"
+    for reading in (
+        core,
+        core - QUALIFIERS,
+    ):  # a qualifier may itself carry the meaning: "sample time", "cog"
         found = found or _key(frozenset(reading), unit)
     if found is None:
         return None
@@ -166,7 +174,7 @@ def _meaning(said: tuple[str, ...], unit: str, *, stated_in_name: str) -> Told |
 
 
 def _key(bag: frozenset[str], unit: str) -> tuple[str, str, bool] | None:
-    """Quantity, the unit that the words themselves state, and whether a letter gave the direction."""
+    """Return the quantity, the unit that the words imply, and whether a letter gave the direction."""
     if not bag:
         return None
     return _turning(bag, unit) or _acceleration(bag, unit) or _speed(bag, unit) or _other(bag, unit)

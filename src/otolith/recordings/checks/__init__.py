@@ -1,1 +1,1 @@
-"""What physics says of a recorded drive: which way is left, what contradicts what, and what would mend it."""
+"""Physics of a recorded drive: the direction of its axes, its contradictions, and their remedies."""

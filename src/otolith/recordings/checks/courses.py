@@ -1,4 +1,4 @@
-"""Axes that are not what they are read for: places against a heading, a device's axes for the vehicle's."""
+"""Axes that are mistaken: positions against a heading, and a device's axes taken for the vehicle's."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -14,23 +14,23 @@ from otolith.recordings.checks.witnesses import witnesses
 from otolith.recordings.columns import STANDARD_GRAVITY, Column
 from otolith.recordings.words import ACCELERATION, words
 
-SPAN: Final = 2.0  # [s] over which turning is compared
-TURNS: Final = 0.05  # [rad] rms in that time: less proves nothing
-WEAK: Final = 0.5  # correlation below which a_x does not go with the change of speed …
-SURE: Final = 0.9  # … and from which another axis does
+SPAN: Final = 2.0  # [s] interval over which turning is compared
+TURNS: Final = 0.05  # [rad] least RMS turning in that interval that proves something
+WEAK: Final = 0.5  # correlation below which a_x does not follow the change of speed …
+SURE: Final = 0.9  # … and from which another axis follows it
 NEAR_G: Final = (0.75, 1.3)  # slope, in 1 g, at which values without a unit are taken for g
 MOVING: Final = 3.0  # [m/s] from which the speed along a way is compared
-ENOUGH: Final = 20  # values of it
-STRETCHED: Final = 0.08  # error of the way's speed from which its coordinates may be exchanged …
-ALIKE: Final = 0.3  # … if exchanged they leave less than this share of it
-AGAINST: Final = -0.7  # correlation at which they surely turn the other way
+ENOUGH: Final = 20  # least number of such values
+STRETCHED: Final = 0.08  # error of the speed along the path from which its coordinates may be exchanged …
+ALIKE: Final = 0.3  # … if exchanging them leaves less than this share of the error
+AGAINST: Final = -0.7  # correlation below which they surely turn in opposite directions
 
 
 def refuse_contradicting(channels: Mapping[str, Channel], source: str) -> None:
     """Refuse latitude and longitude that turn against a compass heading.
 
-    One of them is written the other way round, such as a longitude that counts west as positive; believing
-    it would mirror the drive.
+    One of them is written the other way round, such as a longitude that counts west as positive. Reading it
+    as usual would mirror the drive.
     """
     sure = [witness for witness in witnesses(channels) if witness.absolute]
     placed = next((witness for witness in sure if witness.keys == ("lat", "lon")), None)
@@ -53,10 +53,11 @@ def refuse_contradicting(channels: Mapping[str, Channel], source: str) -> None:
 
 
 def refuse_exchanged(channels: Mapping[str, Channel], source: str) -> None:
-    """Refuse latitude and longitude whose names are exchanged: the way they draw is a mirror image.
+    """Refuse latitude and longitude whose names are exchanged, so that the path is a mirror image.
 
-    A degree of longitude is shorter than one of latitude, so of the two ways only one has the speed that the
-    file itself tells. Near the equator, where they are as long, and without a speed nothing decides.
+    A degree of longitude is shorter than one of latitude, so only one of the two paths has the speed that the
+    file states. Near the equator, where the degrees are equally long, or without a speed, nothing can be
+    decided.
     """
     if not {"lat", "lon", "vx"} <= set(channels):
         return
@@ -76,7 +77,7 @@ def refuse_exchanged(channels: Mapping[str, Channel], source: str) -> None:
 
 
 def _speed_error(ways: Mapping[str, Channel], speed: Channel) -> float:
-    """Root mean square of the logarithm of the way's speed over `speed`; 0 where they cannot be compared."""
+    """Return the RMS logarithm of the path's speed over `speed`; 0 if the two cannot be compared."""
     seen = next((one.speed for one in witnesses(ways) if one.speed is not None), None)
     if seen is None:
         return 0.0
@@ -90,9 +91,9 @@ def _speed_error(ways: Mapping[str, Channel], speed: Channel) -> float:
 
 
 def refuse_sideways(drive: Kinematics, source: str) -> None:
-    """Refuse a drive whose a_y goes with the change of speed where its a_x does not: x points to a side.
+    """Refuse a drive whose a_y, instead of its a_x, follows the change of speed: its x axis points sideways.
 
-    So it is where a telephone's or a camera's axes are read for the vehicle's.
+    This happens if the axes of a phone or camera are taken for those of the vehicle.
     """
     straight = drive.of("ax", CHANGE)
     if straight is None or not straight.told or abs(straight.correlation) > WEAK or drive.speed is None:
@@ -119,9 +120,9 @@ def refuse_sideways(drive: Kinematics, source: str) -> None:
 
 
 def refuse_turning_in_pitch(drive: Kinematics, source: str) -> None:
-    """Refuse a drive that turns as its pitch rate says and not as its yaw rate does: y points up.
+    """Refuse a drive that turns according to its pitch rate instead of its yaw rate: its y axis points up.
 
-    So games write their rates, also beside forces that words of direction name.
+    Games write their rates in this way, even beside forces that are named by words of direction.
     """
     straight = drive.of("ay", TURNING)
     if straight is None or abs(straight.correlation) > WEAK or drive.speed is None:
@@ -142,7 +143,7 @@ def refuse_turning_in_pitch(drive: Kinematics, source: str) -> None:
 
 
 def lettered(drive: Kinematics) -> list[str]:
-    """A note about accelerations along a mere x and y, where no speed shows which way x points."""
+    """Note accelerations named only x and y, if there is no speed that shows which way x points."""
     pair = [drive.channels[key].column for key in ("ax", "ay") if key in drive.channels]
     spoken = [one for one in pair if one.rank and one.rank[0] and ACCELERATION & set(words(one.name)) - {"a"}]
     if len(spoken) < 2 or drive.speed is not None:
@@ -155,6 +156,6 @@ def lettered(drive: Kinematics) -> list[str]:
 
 
 def _as(column: Column, found: Relation) -> str:
-    """The mapping that reads a column with the sign and, where none is stated, the unit that fits."""
+    """Return the mapping that reads a column with the fitting sign and, unless stated, the fitting unit."""
     unit = "g" if column.assumed and NEAR_G[0] < abs(found.slope) * STANDARD_GRAVITY < NEAR_G[1] else ""
     return spelled(column, -1.0 if found.correlation < 0.0 else 1.0, unit)

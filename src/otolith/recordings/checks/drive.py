@@ -1,4 +1,4 @@
-"""All checks of a recorded drive in their order: events, axes, contradictions, offsets, gravity."""
+"""All checks of a recorded drive, in their order: events, axes, contradictions, offsets, gravity."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,21 +26,21 @@ from otolith.recordings.events.chatter import energy_notes
 
 MAX_ACCELERATION: Final = 50.0  # [m/s²]
 MAX_RATE: Final = 20.0  # [rad/s]
-HOLDS_GRAVITY: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a mean of a_z beyond it holds the standing 1 g
+HOLDS_GRAVITY: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a larger mean of a_z includes gravity
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A drive in x forward, y left, z up without the standing 1 g, and what was found on the way there."""
+    """A drive in x forward, y left, z up without the standing 1 g, and what the checks found."""
 
     recording: Recording
     duration: float  # [s]
     notes: tuple[str, ...]
     events: tuple[Event, ...]
     offsets: tuple[Offset, ...]
-    relations: tuple[Relation, ...]  # of the driving without its events
-    turned: tuple[str, ...]  # quantities whose sign was turned, behind the mapping
-    proof: str  # what proves left and right; empty where nothing does
+    relations: tuple[Relation, ...]  # measured without the events
+    turned: tuple[str, ...]  # quantities whose sign was turned in addition to the mapping
+    proof: str  # what proves left and right; empty if nothing does
 
 
 def checked(
@@ -52,20 +52,20 @@ def checked(
     offsets: str = "keep",
     stated_units: Sequence[str] = (),
 ) -> Checked:
-    """Check a drive, turn its axes where that is proven or stated, and take gravity out of a_z.
+    """Check a drive, turn its axes where that is proven or stated, and remove gravity from a_z.
 
-    Signs and units are judged on the driving alone, without events; then they hold for all of it.
+    Signs and units are judged without the events and then apply to the whole drive.
 
     Parameters
     ----------
     duration : [s] of the drive, from zero.
-    axes, events, offsets : what the user says, see `settings.LogSettings`.
+    axes, events, offsets : the user's statements, see `settings.LogSettings`.
     stated_units : quantities whose unit the user has given.
 
     Raises
     ------
-    InputError : what `courses`, `oriented`, `check`, `events.refuse` and
-        `offsets.refuse_removal` refuse.
+    InputError : `courses`, `oriented`, `check`, `events.refuse` or `offsets.refuse_removal` refuses the
+        drive.
     """
     source, found = recording.source, find_events(recording)
     gone = found if events == "cut" else tuple(event for event in found if event.sure)
@@ -102,7 +102,7 @@ def checked(
 
 
 def _check_magnitudes(recording: Recording) -> None:
-    """Refuse forces and rates that no vehicle shows; single ones are events and not here any more."""
+    """Refuse forces and rates that no vehicle reaches; single outliers are events and already removed."""
     for key, one in recording.channels.items():
         if key not in FELT:
             continue
@@ -120,7 +120,7 @@ def _check_magnitudes(recording: Recording) -> None:
 
 
 def all_relations(drive: Kinematics) -> tuple[Relation, ...]:
-    """All that can be compared in a drive, gravity's shares included."""
+    """Return all relations of a drive, including gravity's share of the forces."""
     shares = (drive.rolling, drive.pitching)
     return (*drive.relations, *(share for share in shares if share is not None))
 
@@ -141,7 +141,7 @@ def _without_offsets(
 
 
 def _without_gravity(recording: Recording) -> tuple[Recording, list[str]]:
-    """Remove the standing 1 g from a_z where its mean shows that it is there."""
+    """Remove the standing 1 g from a_z if its mean shows that it is included."""
     az = recording.channels.get("az")
     if az is None:
         return recording, []

@@ -1,4 +1,4 @@
-"""The relations of one drive: which of its channels can be compared with which, and what comes out."""
+"""The relations of one drive: which of its channels can be compared, and with what result."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,19 +23,19 @@ from otolith.recordings.columns import STANDARD_GRAVITY
 COMPARED: Final = ("ax", "ay", "yaw_rate", "vx")
 CHANGE: Final = "the change of speed"
 TURNING: Final = "speed × yaw rate"
-SHARES: Final = (0.85, 1.2)  # slopes of gravity's share, which knows no suspension and no delay of a speed
-LAG: Final = 2  # windows, one a second, between two angles
-GUESSED_SPEED: Final = 15.0  # [m/s] only to bring a yaw rate to the size of a force
+SHARES: Final = (0.85, 1.2)  # slopes of gravity's share, which suspension and a delayed speed do not affect
+LAG: Final = 2  # windows, one per second, between two angles
+GUESSED_SPEED: Final = 15.0  # [m/s] only scales a yaw rate to the size of a force
 SLOW: Final = 2.0  # [m/s] below which a course proves nothing
-MOVING: Final = 1e-3  # [rad/s] of a gyro's standard deviation: less is a channel that nobody filled
+MOVING: Final = 1e-3  # [rad/s] least standard deviation of a gyro; a channel with less is unused
 
 
 class Kinematics:
-    """Everything that a drive's channels say about each other.
+    """Compares the channels of a drive with each other.
 
     Parameters
     ----------
-    channels : by quantity, those of a recording.
+    channels : the channels of a recording, by quantity.
     """
 
     def __init__(self, channels: Mapping[str, Channel]) -> None:
@@ -57,18 +57,20 @@ class Kinematics:
         }
 
     def of(self, key: str, by: str) -> Relation | None:
-        """The relation of a quantity with `CHANGE`, `TURNING` or what a witness of this name gives."""
+        """Return the relation of a quantity with `CHANGE`, `TURNING` or the witness of this name."""
         return next((r for r in self.relations if r.key == key and r.by == by), None)
 
     def share_of_gravity(self, key: str) -> Relation | None:
-        """How the part of a force that no level road explains goes with the pitch or roll of the gyro."""
+        """Relate the part of a force that no level road explains to the gyro's pitch or roll angle."""
         return {"ax": self.pitching, "ay": self.rolling}.get(key)
 
     def attitude_explains(self, key: str, sign: float = 0.0) -> bool:
-        """True when a force differs from that on a level road by as much as roll or pitch make of gravity.
+        """Return whether gravity, in the gyro's roll or pitch, explains a force that a level road does not.
 
-        With `sign` +1 in x forward, y left, z up, with -1 in SAE J670, where lateral force and pitch are
-        turned and roll is not; with 0 in either.
+        Parameters
+        ----------
+        sign : +1 for x forward, y left, z up; -1 for SAE J670, where lateral force and pitch are turned and
+            roll is not; 0 for either.
         """
         share = self.share_of_gravity(key)
         return share is not None and share.strong and _is_gravity(share, sign)
@@ -80,7 +82,7 @@ class Kinematics:
         return turned and not self.attitude_explains(key)
 
     def attitude_shows(self, key: str) -> bool:
-        """True when a gyro moves that would show the slope or bank with which a turned force would agree."""
+        """Return whether a gyro moves that would show a slope or bank that could explain a turned force."""
         needed = self._opposed[key]
         if needed is None or float(np.std(needed.measured)) < 2.0 * QUIET[key]:
             return False
@@ -88,12 +90,12 @@ class Kinematics:
         return float(np.std(gyro.values)) > MOVING
 
     def side_of_gravity(self, key: str) -> float:
-        """The sign with which a force that `attitude_opposes` goes with the angle of the gyro."""
+        """Return the sign of the correlation of a force that `attitude_opposes` with the gyro's angle."""
         opposed = self._opposed[key]
         return 0.0 if opposed is None else float(np.sign(opposed.correlation))
 
     def crossed(self) -> tuple[Relation, Relation] | None:
-        """The relations of a_x and a_y as if they were exchanged, where all four channels are there."""
+        """Return the relations of a_x and a_y as if exchanged; None unless all four channels exist."""
         if self.speed is None or not {"ax", "ay", "yaw_rate"} <= set(self.channels):
             return None
         ax, ay = (window_means(self.channels[key], self.start) for key in ("ax", "ay"))
@@ -101,7 +103,7 @@ class Kinematics:
         return ahead, relation("ay", TURNING, self.start, ax, self._centripetal(), {})
 
     def forward_in_az(self) -> Relation | None:
-        """The change of speed with a_z in the place of a_x, where a_x is there and does not go with it."""
+        """Relate a_z to the change of speed, if a_x exists and does not follow it."""
         straight = self.of("ax", CHANGE)
         if self.speed is None or "az" not in self.channels or straight is None:
             return None
@@ -110,7 +112,7 @@ class Kinematics:
         return found if straight.told and abs(straight.correlation) < 0.5 else None
 
     def signs(self) -> Relation:
-        """Lateral force against the yaw rate itself, of which only the sign counts without a speed."""
+        """Relate the lateral force to the yaw rate; without a speed only the sign is meaningful."""
         ay, turning = (window_means(self.channels[key], self.start) for key in ("ay", "yaw_rate"))
         return relation("ay", "yaw rate", self.start, ay, GUESSED_SPEED * turning, {})
 
@@ -159,14 +161,15 @@ class Kinematics:
         return found
 
     def _gravity_share(self, key: str, gyro: str, sign: float, *, turned: bool = False) -> Relation | None:
-        """Changes of a force that a level road does not explain, against gravity times the angle turned.
+        """Relate changes of a force that a level road does not explain to gravity times the angle turned.
 
-        With `turned`, what a level road makes of the force is taken with the other sign: either it or the
-        force is then turned.
+        On a bank or slope, and in a vehicle that leans or whose body rolls, f_y = v r + g sin(roll) and f_x =
+        dv/dt - g sin(pitch). Changes over two seconds cancel the gyro's bias and the unknown initial angle.
 
-        On a bank or slope, and in a vehicle that leans or whose body rolls, f_y = v r + g sin(roll) and
-        f_x = dv/dt - g sin(pitch). Changes over two seconds leave the gyro's bias and the unknown first
-        angle out.
+        Parameters
+        ----------
+        turned : whether the contribution of a level road is taken with the opposite sign, as if it or the
+            force were turned.
         """
         level = self.of(key, CHANGE if key == "ax" else TURNING)
         if level is None or gyro not in self.channels or len(level.start) < LEAST + LAG:
@@ -181,20 +184,20 @@ class Kinematics:
         )
 
     def _centripetal(self) -> Vec:
-        """Means of v r over the windows."""
+        """Return the means of v r over the windows."""
         assert self.speed is not None  # noqa: S101 - asked before
         turning = self.channels["yaw_rate"]
         product = replace(turning, values=turning.values * self.speed.on(turning.t))
-        speed = window_means(self.speed, self.start)  # only to know where there is one
+        speed = window_means(self.speed, self.start)  # shows where the speed is known
         return np.where(np.isfinite(speed), window_means(product, self.start), np.nan)
 
 
 def _is_gravity(share: Relation, sign: float = 0.0) -> bool:
-    """Return whether a share has the size of gravity with this sign, or with either where it is 0."""
+    """Return whether a share has the size of gravity with this sign, or with either sign if it is 0."""
     return any(share.fits(one, SHARES) for one in ((1.0, -1.0) if sign == 0.0 else (sign,)))
 
 
 def _integral(channel: Channel) -> Channel:
-    """The angle that a rate turns by since its first sample."""
+    """Return the angle that a rate has turned by since its first sample."""
     area = np.cumsum(0.5 * (channel.values[1:] + channel.values[:-1]) * np.diff(channel.t))
     return replace(channel, values=np.r_[0.0, area])

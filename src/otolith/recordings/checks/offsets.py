@@ -1,8 +1,7 @@
-"""Constants that a sensor out of level, or a long slope or bank, adds to the forces of a recorded drive.
+"""Constants that a tilted sensor, or a long slope or bank, adds to the forces of a recorded drive.
 
-The two look the same: a driver on a slope of 4 % feels what a sensor shows that is tilted by 2.3 deg. So a
-constant is noted and kept, and taken off only at the user's word, and then only if it is what a mounting can
-do.
+The two causes look the same: a driver on a slope of 4 % feels what a sensor tilted by 2.3 deg shows. So a
+constant is noted and kept. It is removed only if the user asks, and only if a mounting can cause it.
 """
 
 from collections.abc import Sequence
@@ -18,21 +17,21 @@ from otolith.recordings.checks.relations import Relation
 from otolith.recordings.columns import STANDARD_GRAVITY
 
 TREATMENTS: Final = ("keep", "remove")
-SHOWN: Final = 0.15  # [m/s²] what 0.9 deg of tilt shows; nobody notices less
-MOUNTING: Final = 0.85  # [m/s²] 5 deg: more is no sensor that somebody mounted level
-STEADY: Final = 0.3  # how much the constant may vary along the drive, as a share of it
-LONG: Final = 20  # windows: fewer say nothing about a constant
-BLOCK: Final = 10  # windows over which it is taken to see whether it varies
+SHOWN: Final = 0.15  # [m/s²] the effect of 0.9 deg of tilt; smaller constants are not noticed
+MOUNTING: Final = 0.85  # [m/s²] the effect of 5 deg: no sensor mounted level shows more
+STEADY: Final = 0.3  # largest relative variation of a constant along the drive
+LONG: Final = 20  # least number of windows that establish a constant
+BLOCK: Final = 10  # number of windows averaged to see whether the constant varies
 
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """What is left of a force where speed and turning explain none."""
+    """The constant part of a force that speed and turning do not explain."""
 
     key: str  # "ax" or "ay"
-    other: str  # what does not explain it
+    other: str  # the explanation that leaves it over, in words
     value: float  # [m/s²]
-    hindrance: str  # why it is not taken off even at the user's word; empty if it can be
+    hindrance: str  # why it cannot be removed even on request; empty if it can
 
     def __str__(self) -> str:
         share = min(abs(self.value) / STANDARD_GRAVITY, 1.0)
@@ -47,14 +46,14 @@ class Offset:
 
 
 def parse_offsets(text: str) -> str:
-    """Check the word of `--offsets`."""
+    """Return the word of `--offsets`, or refuse an unknown one."""
     if text not in TREATMENTS:
         raise InputError("--offsets", repr(text), " or ".join(TREATMENTS))
     return text
 
 
 def find_offsets(drive: Kinematics) -> list[Offset]:
-    """The constants of a_x and a_y that are larger than their uncertainty and than a level sensor's."""
+    """Return the constants of a_x and a_y that exceed their uncertainty and a level sensor's error."""
     first: dict[str, Relation] = {}
     for one in drive.relations:
         if one.key in ("ax", "ay"):
@@ -63,7 +62,7 @@ def find_offsets(drive: Kinematics) -> list[Offset]:
 
 
 def refuse_removal(offsets: Sequence[Offset], source: str) -> None:
-    """Refuse to take off what is no sensor's offset."""
+    """Refuse to remove a constant that no mounting of a sensor causes."""
     for offset in offsets:
         if offset.hindrance:
             found = f"{offset.value:+.2f} m/s², which is to be removed"

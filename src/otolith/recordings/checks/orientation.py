@@ -1,9 +1,9 @@
-"""Which way is left: the axes of a recorded drive, proven by what knows the ground, or stated by the user.
+"""Which way is left: the axes of a recorded drive, proven by the course over ground or stated by the user.
 
-Read as it stands, a log is in x forward, y left, z up (ISO 8855). Most loggers of motor sport write y
-right, z down (SAE J670): lateral force, pitch and yaw rate are turned there. Gravity in the vertical
-channel decides up from down; the course over ground (`witnesses`) left from right; the user's word
-stands in for either.
+Taken literally, a log is in x forward, y left, z up (ISO 8855). Most loggers of motor sport write y right, z
+down (SAE J670), so that lateral force, pitch and yaw rate have the opposite sign. Gravity in the vertical
+channel distinguishes up from down, and the course over ground (`witnesses`) left from right. The user's
+statement can replace either.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -23,23 +23,24 @@ AXES: Final = {
     "iso": "x forward, y left, z up (ISO 8855)",
     "sae": "x forward, y right, z down (SAE J670)",
 }
-TURNED: Final = ("ay", "pitch_rate", "yaw_rate")  # by SAE J670 against ISO 8855; az, too, see `_upright`
-HOLDS_GRAVITY: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a mean of a_z beyond it holds the standing 1 g
+# quantities that differ between SAE J670 and ISO 8855; az does too, see `_upright`
+TURNED: Final = ("ay", "pitch_rate", "yaw_rate")
+HOLDS_GRAVITY: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a larger mean of a_z includes gravity
 
 
 @dataclass(frozen=True, slots=True)
 class Oriented:
-    """A recording in x forward, y left, z up, and how that is known."""
+    """A recording in x forward, y left, z up, and the reasons for this orientation."""
 
     recording: Recording
     drive: Kinematics
-    proof: str  # what proves left and right, in words; empty where nothing does
+    proof: str  # what proves left and right, in words; empty if nothing does
     turned: tuple[str, ...]  # quantities whose sign was turned
     notes: tuple[str, ...]
 
 
 def parse_axes(text: str) -> str:
-    """Check the word of `--axes`."""
+    """Return the word of `--axes`, or refuse an unknown one."""
     if text not in AXES:
         raise InputError("--axes", repr(text), one_of(AXES, text))
     return text
@@ -50,12 +51,12 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
 
     Parameters
     ----------
-    axes : what the user states, "iso" or "sae"; None: only what the file proves is turned.
+    axes : the user's statement, "iso" or "sae"; None to turn only what the file proves.
 
     Raises
     ------
-    InputError : the file's witnesses contradict the mapping or the user, or z points down and nothing decides
-        whether y points right, too; a note where none of that is cued.
+    InputError : the file contradicts the mapping or the user, or z points down and nothing shows whether y
+        points right. If none of the affected quantities is cued, a note is made instead.
     """
     stated = [key for key in TURNED if key in recording.channels] if axes == "sae" else []
     notes = [f"{listed(stated)}: turned, as --axes sae states"] if stated else []
@@ -86,7 +87,7 @@ def oriented(recording: Recording, axes: str | None) -> Oriented:
 
 
 def _turned_along(recording: Recording, up: float) -> list[str]:
-    """What is turned when the ground shows that left is right: all of SAE J670, unless gravity says z up."""
+    """Return what is turned if the file has left and right exchanged: all of SAE J670, unless z points up."""
     keys = {1.0: ("ay", "yaw_rate"), -1.0: TURNED, 0.0: (*TURNED, "az")}[up]
     return [key for key in keys if key in recording.channels]
 
@@ -103,7 +104,7 @@ def _about_turning(keys: Sequence[str], by: str, recording: Recording, up: float
 
 
 def _as_a_compass(recording: Recording) -> list[str]:
-    """What is taken for granted of a heading without positions beside it, and what to do if it is wrong."""
+    """Note the assumption about a heading without positions, and the remedy if it is wrong."""
     if "heading" not in recording.channels or {"lat", "lon"} <= set(recording.channels):
         return []
     name = repr(recording.channels["heading"].column.name)
@@ -114,7 +115,7 @@ def _as_a_compass(recording: Recording) -> list[str]:
 
 
 def negated(recording: Recording, keys: Iterable[str]) -> Recording:
-    """Signs turned, behind the mapping: columns keep their factors, for remedies are written as mappings."""
+    """Turn signs in addition to the mapping; columns keep their factors, which remedies refer to."""
     channels = dict(recording.channels)
     for key in keys:
         channels[key] = replace(channels[key], values=-channels[key].values)
@@ -122,7 +123,7 @@ def negated(recording: Recording, keys: Iterable[str]) -> Recording:
 
 
 def _unless(cued: bool, refuse: Callable[[], None]) -> list[str]:
-    """Let a refusal pass as a note where what it is about is not cued."""
+    """Run a check, and return its refusal as a note if the quantities it concerns are not cued."""
     try:
         refuse()
     except InputError as error:
@@ -158,7 +159,7 @@ def _about_proof(verdict: Verdict, recording: Recording, up: float) -> list[str]
 
 
 def _about_the_rest(verdict: Verdict, recording: Recording, up: float) -> list[str]:
-    """A note about signs that nothing in the file shows, whatever it shows of left and right."""
+    """Note the quantities whose sign nothing in the file shows."""
     keys = [key for key in verdict.unproven(up) if not recording.needs or recording.needed(key)]
     if not keys:
         return []
@@ -167,9 +168,9 @@ def _about_the_rest(verdict: Verdict, recording: Recording, up: float) -> list[s
 
 
 def _upright(recording: Recording, axes: str | None) -> tuple[Recording, float, list[str]]:
-    """Turn a vertical channel over that holds gravity the wrong way; what it says: +1 up, -1 down, 0 nothing.
+    """Turn over a vertical channel with negative gravity, and return how z points: +1 up, -1 down, 0 unknown.
 
-    Gravity decides wherever it is in the channel. Where it is not, the stated axes do.
+    Gravity decides if the channel includes it. Otherwise the stated axes do.
     """
     az = recording.channels.get("az")
     if az is None:

@@ -1,8 +1,8 @@
-"""What contradicts itself in a recorded drive: signs, units, exchanged axes, a sensor that is not level.
+"""Contradictions in a recorded drive: signs, units, exchanged axes, and a sensor that is not level.
 
-A contradiction is refused only with a remedy that was tried on the drive and mends it, or where no attitude
-of a vehicle could explain it: on a bank or slope, or in a vehicle that leans, the felt force differs from
-that of a level car by up to 1 g. What such a vehicle explains stays as it is, and a note says so.
+A contradiction is refused only if a remedy was tried on the drive and resolves it, or if no attitude of a
+vehicle could explain it: on a bank or slope, or in a vehicle that leans, the felt force differs from that of
+a level car by up to 1 g. What such a vehicle explains stays unchanged, with a note.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,35 +28,36 @@ from otolith.recordings.checks.remedies import (
 )
 from otolith.recordings.columns import STANDARD_GRAVITY
 
-ODD: Final = 0.5  # correlation against what belongs together from which on it is noted
-GRAVITY_SHOWS: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a mean along x or y that calls for an explanation
+ODD: Final = 0.5  # negative correlation of related quantities from which it is noted
+GRAVITY_SHOWS: Final = 0.5 * STANDARD_GRAVITY  # [m/s²] a larger mean along x or y needs an explanation
 GRAVITY: Final = (0.9, 1.1)  # of 1 g: a constant of this size is gravity
-GAIN: Final = 90.0  # [m/s] no car gains more speed in a drive
-LONG: Final = 20.0  # [s] that a drive must last for this, or for its largest force to say something
+GAIN: Final = 90.0  # [m/s] largest gain of speed of a car in a drive
+LONG: Final = 20.0  # [s] least duration of a drive for this bound, or for a judgement of its largest force
 TURNING_FAST: Final = 2.5  # [rad/s] over two seconds; a car turns so only in a spin
-SPINNING: Final = 0.1  # share of a drive in which a car may spin
-STEEP: Final = 0.35  # sin of the steepest street there is (Baldwin Street, Dunedin: 35 %)
-BANK: Final = 0.7  # sin(45 deg), the steepest bank
-FAINT: Final = 1.2  # [m/s²] that nearly every drive exceeds, and hardly any in g
-SUSTAINED: Final = 7.0  # [m/s²] of lateral force for seconds, which a level road hardly allows
+SPINNING: Final = 0.1  # largest share of a drive in which a car may spin
+STEEP: Final = 0.35  # sine of the steepest street (Baldwin Street, Dunedin: 35 %)
+BANK: Final = 0.7  # sine of 45 deg, the steepest bank
+# [m/s²] largest force of nearly every drive exceeds this number in m/s², and of hardly any in g
+FAINT: Final = 1.2
+SUSTAINED: Final = 7.0  # [m/s²] lateral force that a level road hardly allows for seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the user has stated, and what is therefore noted rather than refused."""
+    """The user's statements; what they settle is noted instead of refused."""
 
-    axes: bool  # the signs
+    axes: bool  # whether the axes, and so the signs, are stated
     units: Sequence[str]  # quantities whose unit is given in the mapping
 
 
 def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
-    """Sentences about what is odd in a drive.
+    """Check a drive for contradictions, and return notes on what is odd.
 
     Raises
     ------
-    InputError : gravity lies along x or y, a rate turns too fast for too long, the drive gains more speed
-        than there is, or signs, units or the order of the axes contradict speed, yaw rate or positions and a
-        remedy mends that.
+    InputError : gravity lies along x or y, a rate is too large for too long, the drive gains more speed than
+        a car can, or signs, units or the order of the axes contradict speed, yaw rate or positions and a
+        remedy resolves that.
     """
     channels, source = drive.channels, recording.source
     notes: list[str] = []
@@ -81,7 +82,7 @@ def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
 
 
 def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
-    """Refuse relations that a remedy mends, all of them with one if there is one; notes about the others."""
+    """Refuse relations that a remedy resolves, if possible all with one remedy; note the others."""
     notes: list[str] = []
     faults: list[Relation] = []
     for key in ("ax", "ay"):
@@ -89,7 +90,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
             _refuse_opposed(drive, key, recording.source)
     for one in drive.relations:
         if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
-            continue  # a yaw rate against a witness is left to `orientation`
+            continue  # `orientation` handles a yaw rate that contradicts a witness
         if one.key not in {fault.key for fault in faults}:
             if drive.attitude_explains(one.key):
                 notes.append(_gravitys_share(drive, one))
@@ -98,7 +99,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
     notes += _only_on_the_level(drive, told)
     strong = [one for one in faults if one.strong and recording.needed(one.key)]
     together = _tried(drive, strong, told) if len(strong) > 1 else []
-    alone = any(_road_may_explain(one, drive, together) for one in strong)  # then not all need be mended
+    alone = any(_road_may_explain(one, drive, together) for one in strong)  # then not all need a remedy
     for one in faults:
         try:
             notes += _contradiction(
@@ -112,7 +113,7 @@ def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list
 
 
 def _refuse_opposed(drive: Kinematics, key: str, source: str) -> None:
-    """Refuse a sign that only a level road agrees with, while the gyro and gravity show it turned."""
+    """Refuse a sign that only a level road supports, while gyro and gravity show that it is turned."""
     if not drive.attitude_opposes(key):
         return
     turned = "ax" if key == "ax" else "ay" if drive.side_of_gravity(key) < 0.0 else "yaw_rate"
@@ -123,7 +124,7 @@ def _refuse_opposed(drive: Kinematics, key: str, source: str) -> None:
 
 
 def _only_on_the_level(drive: Kinematics, told: Told) -> list[str]:
-    """A note about a_x that goes with the change of speed, as it also does turned on hills."""
+    """Note an a_x that follows the change of speed but would also do so with its sign turned on hills."""
     one = drive.of("ax", CHANGE)
     if one is None or not one.agrees or told.axes or drive.attitude_shows("ax"):
         return []
@@ -138,7 +139,7 @@ def _only_on_the_level(drive: Kinematics, told: Told) -> list[str]:
 
 
 def _tried(drive: Kinematics, faults: Sequence[Relation], told: Told, sure: float = SURE) -> list[Remedy]:
-    """The remedies for faults; none that turns a sign where the user has stated the axes."""
+    """Return the remedies for faults, without those that turn a sign if the user has stated the axes."""
     found = remedies(drive, faults, stated=told.units, sure=sure)
     return [remedy for remedy in found if not (told.axes and remedy.turns)]
 
@@ -160,16 +161,19 @@ def _numbers(one: Relation) -> str:
 def _contradiction(
     drive: Kinematics, one: Relation, source: str, told: Told, joint: tuple[Sequence[Remedy], bool]
 ) -> list[str]:
-    """Refuse a relation that a remedy mends; a note about one that only the vehicle or the road explains.
+    """Refuse a relation that a remedy resolves; note one that only the vehicle or the road explains.
 
-    `joint` is what mends all contradictions together, and whether one that is mended alone may do.
+    Parameters
+    ----------
+    joint : the remedies that resolve all contradictions together, and whether resolving this one alone
+        suffices.
     """
     numbers, (together, alone) = _numbers(one), joint
     found = list(together)
     if abs(one.correlation) > ODD and (not found or alone):
         found += [remedy for remedy in _tried(drive, [one], told) if remedy not in found]
     if one.strong and one.correlation < 0.0 and not found and one.key in FORCE and not told.axes:
-        found = turns(drive, one)  # a leaning vehicle's force has another size, too
+        found = turns(drive, one)  # the lean of a vehicle also changes the size of its force
     if not one.strong and found:
         runs = "runs against" if one.correlation < 0.0 else f"is {one.slope:.2g} times"
         return [f"doubtful: {one.key} {runs} {one.other} ({numbers}; {'; or '.join(map(str, found))})"]
@@ -192,7 +196,7 @@ def _contradiction(
 
 
 def _unexplained(one: Relation, numbers: str) -> list[str]:
-    """A note about forces that hardly go with what a level car's go with."""
+    """Note a force that hardly follows what the force of a level car follows."""
     if one.key not in FORCE or float(np.std(one.expected)) < 0.5:
         return []
     return [f"{one.key} hardly goes with {one.other} ({numbers}): {_explanation(one)}; it is left as it is"]
@@ -207,14 +211,14 @@ def _explanation(one: Relation) -> str:
 
 
 def _beyond_gravity(one: Relation) -> bool:
-    """True when no attitude of a vehicle explains a force: it differs from the level one by more than 1 g."""
+    """Return whether a force differs by more than 1 g from a level car's, which no attitude explains."""
     if one.key not in FORCE:
         return abs(one.slope) > SLOPES[1]
     return float(np.quantile(np.abs(one.measured - one.expected), 0.9)) > STANDARD_GRAVITY
 
 
 def _road_may_explain(one: Relation, drive: Kinematics, found: Sequence[Remedy]) -> str:
-    """How a road or a leaning vehicle could explain a relation, as a further way out; else empty."""
+    """Return how a road or a leaning vehicle could explain a relation, as a further remedy; else empty."""
     share = float(np.quantile(np.abs(one.measured - one.expected), 0.9)) / STANDARD_GRAVITY
     turned = any(remedy.turns for remedy in found)
     if one.key == "ax" and turned and share < STEEP:
@@ -227,7 +231,7 @@ def _road_may_explain(one: Relation, drive: Kinematics, found: Sequence[Remedy])
         doubted = dict.fromkeys(["ay", *(key for remedy in found for key in remedy.mapping)])
         columns = {key: drive.channels[key].column for key in doubted if key in drive.channels}
         stated = (f"{key}={spelled(column, unit=column.unit)}" for key, column in columns.items())
-        way = f"map {' and '.join(stated)}"  # a unit that the user states is not doubted again
+        way = f"map {' and '.join(stated)}"  # a unit that the user states is not questioned again
     angle = f"{np.degrees(np.arcsin(share)):.0f} deg"
     return f"{way} if the road is banked, or the vehicle leans, by {angle}"
 
@@ -240,7 +244,7 @@ def _leave_out(drive: Kinematics) -> str:
 
 
 def _gravity_in_the_plane(drive: Kinematics, source: str) -> list[str]:
-    """Refuse gravity along x or y: a constant about 1 g, or the share of 1 g that a tilted sensor shows."""
+    """Refuse gravity along x or y: a constant of about 1 g, or the part of 1 g that a tilted sensor shows."""
     notes, channels = [], drive.channels
     for key in ("ax", "ay"):
         if key not in channels:
@@ -269,20 +273,20 @@ def _gravity_in_the_plane(drive: Kinematics, source: str) -> list[str]:
 
 
 def _levels(drive: Kinematics, key: str) -> Vec:
-    """Means over windows, or the samples of a drive that is too short for them."""
+    """Return the means over windows, or the samples of a drive that is too short for windows."""
     means = window_means(drive.channels[key], drive.start)
     means = means[np.isfinite(means)]
     return means if len(means) else drive.channels[key].values
 
 
 def _explained(drive: Kinematics, key: str, mean: float) -> bool:
-    """Return whether speed and turning make such a mean expect."""
+    """Return whether speed and turning predict such a mean."""
     others = [r for r in drive.relations if r.key == key and len(r.start)]
     return any(abs(float(np.mean(r.expected)) - mean) < max(0.3 * abs(mean), 1.0) for r in others)
 
 
 def _tilt(channels: Mapping[str, Channel], key: str) -> float:
-    """Angle [deg] by which a sensor is tilted if the means of its axes are together 1 g; zero if not."""
+    """Return the tilt [deg] of a sensor if the means of its axes add up to 1 g; otherwise zero."""
     if "az" not in channels:
         return 0.0
     aside, up = (float(np.mean(channels[k].values)) for k in (key, "az"))
@@ -291,7 +295,7 @@ def _tilt(channels: Mapping[str, Channel], key: str) -> float:
 
 
 def _mad_turning(drive: Kinematics, channel: Channel, source: str, told: Told) -> list[str]:
-    """Refuse rates that are too fast for too long; a note about a spin."""
+    """Refuse rates that are too large for too long; note a spin."""
     means = np.abs(_levels(drive, channel.key))
     most, fast = float(means.max()), float(np.mean(means > TURNING_FAST))
     if most <= TURNING_FAST:
@@ -318,7 +322,7 @@ def _refuse_mad_gain(ax: Channel, source: str) -> None:
 
 
 def _without_speed(drive: Kinematics, source: str, told: Told) -> list[str]:
-    """Lateral force against yaw rate alone, where no speed is known: their signs must agree."""
+    """Compare the signs of lateral force and yaw rate if no speed is known; they must agree."""
     if drive.speed is not None or not {"ay", "yaw_rate"} <= set(drive.channels):
         return []
     one = drive.signs()
@@ -334,7 +338,7 @@ def _without_speed(drive: Kinematics, source: str, told: Told) -> list[str]:
 
 
 def _perhaps_in_g(drive: Kinematics) -> list[str]:
-    """A note about forces of an unstated unit that are small enough to be in g, and that nothing confirms."""
+    """Note forces without a stated unit that are small enough to be in g and that nothing confirms."""
     felt = {key: drive.channels[key] for key in ("ax", "ay") if key in drive.channels}
     open_ = [key for key, one in felt.items() if one.column.assumed]
     most = max((float(np.abs(one.values).max(initial=0.0)) for one in felt.values()), default=0.0)
@@ -350,7 +354,7 @@ def _perhaps_in_g(drive: Kinematics) -> list[str]:
 
 
 def _inertial(drive: Kinematics) -> list[str]:
-    """A note about lateral force that is all v r, and more for longer than a level road allows."""
+    """Note a lateral force that is all v r and larger, for longer, than a level road allows."""
     one = drive.of("ay", TURNING) or next((r for r in drive.relations if r.key == "ay"), None)
     if one is None or not one.agrees or not 0.9 < one.slope < 1.2:
         return []

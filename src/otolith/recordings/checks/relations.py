@@ -1,11 +1,11 @@
 """Relations of physics between the channels of a recorded drive, measured over windows of two seconds.
 
-Over any window the mean of a_x is the change of speed divided by its length, the mean of a_y that of v r,
-and the mean yaw rate the turning of the course over ground; so for a car on a level road. Means over
-windows need no common clock and average vibration out. A relation that does not hold is no fault by itself:
-on banks and slopes, and in vehicles that lean, forces differ by the share of gravity that the driver feels
-(f_y = v r - g sin(bank)). What a deviation means is decided elsewhere (`remedies`, `orientation`,
-`plausible`).
+For a car on a level road, the mean of a_x over any window is the change of speed divided by the window's
+length, the mean of a_y is that of v r, and the mean yaw rate is the turning of the course over ground. Means
+over windows need no common clock, and they average vibration out. A relation that does not hold is not yet a
+fault: on banks and slopes, and in vehicles that lean, forces differ by the share of gravity that the driver
+feels (f_y = v r - g sin(bank)). Other modules decide what a deviation means (`remedies`, `orientation`,
+`plausibility`).
 """
 
 from collections.abc import Mapping
@@ -18,76 +18,78 @@ from otolith.core.arrays import Bools, Vec
 from otolith.recordings.channels import Channel
 
 WINDOW: Final = 2.0  # [s]
-LEAST: Final = 10  # windows: fewer say nothing about signs
-AGREE: Final = 0.7  # correlation of what belongs together; a quiet minute with a telephone showed 0.77 in a_y
-SLOPES: Final = (0.6, 1.6)  # of what agrees: body roll adds a tenth, a delayed or coarse speed takes some off
-# Least spread of what is compared with, below which a drive is too quiet to tell: half a degree of slope …
+LEAST: Final = 10  # least number of windows that shows a sign
+# Least correlation of related quantities; a quiet minute recorded by a phone showed 0.77 in a_y
+AGREE: Final = 0.7
+# Slopes of agreement: body roll adds a tenth, a delayed or coarse speed reduces it
+SLOPES: Final = (0.6, 1.6)
+# Least spread of the expected values; a drive with less is too quiet to decide. It is half a degree of slope.
 QUIET: Final = {"ax": 0.1, "ay": 0.1, "yaw_rate": 0.005, "vx": 0.5}  # [m/s², m/s², rad/s, m/s]
-# … and an offset that a sensor may have; means far beyond it are signal
+# Offsets that a sensor may have; means far beyond them are signal.
 OFFSETS: Final = {"ax": 0.85, "ay": 0.85, "yaw_rate": 0.02, "vx": 0.5}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Relation:
-    """How one quantity goes with what others make of it: measured ≈ slope · expected + constant."""
+    """How one quantity follows what others predict: measured ≈ slope · expected + constant."""
 
     key: str  # the quantity that is compared
-    other: str  # what it is compared with, in words
-    by: str  # name of the witness that gives it, or the words themselves
+    other: str  # the prediction it is compared with, in words
+    by: str  # name of the witness that gives the prediction, or the same words
     start: Vec  # (k,) [s] beginnings of the windows
     measured: Vec  # (k,) means of the quantity
-    expected: Vec  # (k,) what the others make of it
+    expected: Vec  # (k,) what the other quantities predict
     powers: Mapping[str, int]  # quantity -> power with which its factor enters measured/expected
 
     @property
     def told(self) -> bool:
-        """Return whether there are enough windows, and enough motion in them, to compare at all."""
+        """Return whether there are enough windows, with enough motion, for a comparison."""
         if len(self.start) < LEAST:
             return False
         return self._size(self.expected) > QUIET[self.key]
 
     @property
     def correlation(self) -> float:
-        """Of the deviations from the means; of the values themselves in a long steady turn."""
+        """Return the correlation of the deviations from the means; in a long steady turn, of the values."""
         a, b = self._deviations(self.measured), self._deviations(self.expected)
         size = float(np.linalg.norm(a) * np.linalg.norm(b))
         return float(a @ b) / size if size > 0.0 else 0.0
 
     @property
     def slope(self) -> float:
-        """Measured against expected, by least squares: noise in `measured` does not change it."""
+        """Return the slope by least squares; noise in `measured` does not bias it."""
         a, b = self._deviations(self.measured), self._deviations(self.expected)
         return float(a @ b) / float(b @ b) if float(b @ b) > 0.0 else 0.0
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Range of the true slope's size: from all noise in `measured` to all of it in `expected`."""
+        """Return the range of the true slope's size, for noise only in `measured` or only in `expected`."""
         low, share = abs(self.slope), max(self.correlation**2, 1e-12)
         return low, low / share
 
     @property
     def constant(self) -> float:
-        """What is left of the quantity where `expected` is zero (with a slope of one in a weak relation)."""
+        """Return the mean of the quantity at `expected` = 0, with a slope of 1 if the relation is weak."""
         slope = self.slope if self.correlation > AGREE else 1.0
         return float(np.mean(self.measured - slope * self.expected))
 
     @property
     def strong(self) -> bool:
-        """Return whether the two clearly go together, with either sign and any factor."""
+        """Return whether the two are clearly related, with either sign and any factor."""
         return self.told and abs(self.correlation) >= AGREE
 
     @property
     def agrees(self) -> bool:
-        """Return whether sign and size are as a level car's."""
+        """Return whether sign and size are those of a level car."""
         return self.strong and self.fits(1.0, SLOPES)
 
     def fits(self, factor: float, slopes: tuple[float, float]) -> bool:
-        """Return whether the slope would be within `slopes` if `measured` were `factor` times what it is."""
+        """Return whether the slope lies within `slopes` after `measured` is multiplied by `factor`."""
         low, high = (abs(factor) * size for size in self.slopes)
         return factor * self.correlation > 0.0 and low <= slopes[1] and high >= slopes[0]
 
     def factor(self, changes: Mapping[str, float]) -> float:
-        """By how much measured/expected changes when quantities are multiplied by `changes`."""
+        """Return the factor on measured/expected after quantities are multiplied by `changes`."""
         result = 1.0
         for key, power in self.powers.items():
             result *= changes.get(key, 1.0) ** power
@@ -105,19 +107,19 @@ class Relation:
 def relation(
     key: str, other: str, start: Vec, measured: Vec, expected: Vec, powers: Mapping[str, int]
 ) -> Relation:
-    """The relation over those windows in which both sides are known."""
+    """Make the relation over those windows in which both sides are known."""
     both = np.isfinite(measured) & np.isfinite(expected)
     return Relation(key, other, other, start[both], measured[both], expected[both], powers)
 
 
 def windows(begin: float, end: float) -> Vec:
-    """Beginnings (k,) [s] of windows of two seconds, one per second, within a drive."""
+    """Return the starts (k,) [s] of windows of two seconds, one per second, within a drive."""
     count = int(np.floor(end - begin - WINDOW)) + 1
     return begin + np.arange(max(count, 0), dtype=np.float64)
 
 
 def window_means(channel: Channel, start: Vec) -> Vec:
-    """Means (k,) over the windows, exact for straight lines between samples; NaN where nothing is known."""
+    """Return the means (k,) over the windows by the trapezoidal rule; NaN where the channel has a hole."""
     t, x = channel.t, channel.values
     area = np.r_[0.0, np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(t))]
 
@@ -130,13 +132,13 @@ def window_means(channel: Channel, start: Vec) -> Vec:
 
 
 def window_changes(channel: Channel, start: Vec) -> Vec:
-    """Mean rates of change (k,) [1/s] over the windows; NaN where the channel is silent."""
+    """Return the mean rates of change (k,) [1/s] over the windows; NaN where the channel has a hole."""
     changes = (channel.on(start + WINDOW) - channel.on(start)) / WINDOW
     return np.where(_covered(channel, start), changes, np.nan)
 
 
 def _covered(channel: Channel, start: Vec) -> Bools:
-    """Windows without a hole: from the last sample before each to the first one after it none is far away."""
+    """Return which windows contain no hole, including the samples next to both ends."""
     if len(channel.t) < 2:
         return np.zeros(len(start), dtype=np.bool_)
     covered = channel.known(start) & channel.known(start + WINDOW)

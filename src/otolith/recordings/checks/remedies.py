@@ -1,8 +1,9 @@
-"""Remedies for a drive that contradicts itself: tried on the drive before they are named.
+"""Remedies for a drive that contradicts itself, tried on the drive before they are proposed.
 
 A remedy turns signs, reads a quantity in another unit, or exchanges a_x and a_y. It is proposed only if it
-mends the contradiction and leaves every relation that agreed in agreement; of those that do, the ones with
-the fewest changes that mend most. Several may fit, or none: the sentences say so.
+resolves the contradiction and every relation that agreed before still agrees. Of those, the ones with the
+fewest changes that bring most relations into agreement are proposed. There may be several, or none, and the
+messages say so.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,19 +16,19 @@ from otolith.recordings.checks.relations import SLOPES, Relation
 from otolith.recordings.columns import QUANTITIES, Column, unit_in_name
 from otolith.recordings.units import factor
 
-# A unit is believed only if it makes the size right this closely. A stated one is contradicted more rarely,
-# for a leaning vehicle or a banked road can show any factor below one.
+# Another unit is accepted only if the slope is then within these bounds. Bounds are closer for a stated unit,
+# because a leaning vehicle or a banked road can cause any factor below one.
 CLOSE: Final = (0.75, 1.3)
 STATED: Final = (0.85, 1.2)
-SURE: Final = 0.9  # correlation from which a stated unit is contradicted
+SURE: Final = 0.9  # least correlation that can contradict a stated unit
 TRIED: Final = {"acceleration": ("g", "m/s2"), "rate": ("deg/s", "rad/s"), "speed": ("m/s", "km/h", "mph")}
 UNSAID: Final = {
     "acceleration": ("mg", "ft/s2"),
     "rate": (),
     "speed": ("kn",),
-}  # and these where none is stated
+}  # and these too if none is stated
 GROUPS: Final = (("ax", "ay", "az"), ("roll_rate", "pitch_rate", "yaw_rate"), ("vx",))
-MOST: Final = 4  # changes in one remedy
+MOST: Final = 4  # largest number of changes in one remedy
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +36,15 @@ class Change:
     """One change of how columns are read."""
 
     factors: Mapping[str, float]  # quantity -> factor on its values
-    unit: str = ""  # the unit read instead, if it is a change of unit
+    unit: str = ""  # the new unit; empty if only signs change
 
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """Changes that make a drive agree with itself."""
+    """Changes that bring a drive into agreement with itself."""
 
     changes: tuple[Change, ...]
-    mapping: Mapping[str, str]  # quantity -> what to map it to
+    mapping: Mapping[str, str]  # quantity -> its new mapping
 
     @property
     def turns(self) -> bool:
@@ -61,13 +62,13 @@ class Remedy:
 def remedies(
     drive: Kinematics, faults: Sequence[Relation], *, stated: Sequence[str] = (), sure: float = SURE
 ) -> list[Remedy]:
-    """All remedies with the fewest changes that mend all faults of a drive; of these, those that mend most.
+    """Return the remedies with the fewest changes that resolve all faults; of these, the most effective.
 
     Parameters
     ----------
     faults : relations of the drive that do not agree.
-    stated : quantities whose unit the user has stated; these are not doubted.
-    sure : correlation from which a unit that the file states is doubted.
+    stated : quantities whose unit the user has stated; these are not questioned.
+    sure : least correlation from which a unit that the file states is questioned.
     """
     columns = {key: channel.column for key, channel in drive.channels.items()}
     concerned = {key for fault in faults for key in fault.powers}
@@ -86,7 +87,7 @@ def remedies(
 
 
 def _part(chosen: Sequence[Change], others: Sequence[Sequence[Change]]) -> bool:
-    """Return whether another remedy is the same but for reading more columns of one kind in the new unit.
+    """Return whether another remedy is the same but reads more columns of one kind in the new unit.
 
     Columns that are written alike are meant alike, even those that nothing in the drive can judge.
     """
@@ -101,7 +102,7 @@ def _part(chosen: Sequence[Change], others: Sequence[Sequence[Change]]) -> bool:
 
 
 def turns(drive: Kinematics, fault: Relation) -> list[Remedy]:
-    """Turned signs that mend the sign of a relation whose size they leave as it is."""
+    """Return the sign changes that correct the sign of a relation and keep its size."""
     columns = {key: channel.column for key, channel in drive.channels.items()}
     single = [change for change in _changes(columns, set(fault.powers), ()) if not change.unit]
     others = [one for one in drive.relations if one.agrees]
@@ -113,7 +114,7 @@ def turns(drive: Kinematics, fault: Relation) -> list[Remedy]:
 
 
 def exchange(drive: Kinematics) -> Remedy | None:
-    """The remedy that exchanges a_x and a_y, signs included, if only that explains both."""
+    """Return the remedy that exchanges a_x and a_y, signs included, if only that explains both."""
     crossed = drive.crossed()
     if crossed is None or not all(one.strong and one.fits(_sign(one), SLOPES) for one in crossed):
         return None
@@ -130,7 +131,7 @@ def exchange(drive: Kinematics) -> Remedy | None:
 
 
 def forward(drive: Kinematics) -> str:
-    """The mapping of a_x to the column of a_z, as games with y up need it; empty if that explains nothing."""
+    """Return the mapping of a_x to the column of a_z, for games with y up; empty if that explains nothing."""
     found = drive.forward_in_az()
     if found is None or not found.strong or not found.fits(_sign(found), SLOPES):
         return ""
@@ -138,9 +139,9 @@ def forward(drive: Kinematics) -> str:
 
 
 def spelled(column: Column, sign: float = 1.0, unit: str = "") -> str:
-    """What to map a quantity to so that this column is read with another sign or unit."""
+    """Write the mapping that reads this column with another sign or unit."""
     dimension = QUANTITIES[column.key][0]
-    unturned = factor(dimension, column.unit) or 1.0  # negative where the unit itself counts the other way
+    unturned = factor(dimension, column.unit) or 1.0  # negative if the unit itself reverses the sign
     minus = "-" if sign * column.factor * unturned < 0.0 else ""
     known = column.assumed or factor(dimension, unit_in_name(column.key, column.name)) == abs(column.factor)
     told = unit or ("" if known else column.unit)
@@ -148,7 +149,7 @@ def spelled(column: Column, sign: float = 1.0, unit: str = "") -> str:
 
 
 def either(found: Sequence[Remedy], otherwise: Sequence[str] = ()) -> str:
-    """What to do, as the end of a sentence; says when more than one thing fits the drive."""
+    """Write the remedies as the end of a sentence, which says so if several fit the drive."""
     ways = [*map(str, found), *otherwise]
     if len(ways) == 1:
         return f"{ways[0]}, which makes this file agree"
@@ -156,7 +157,7 @@ def either(found: Sequence[Remedy], otherwise: Sequence[str] = ()) -> str:
 
 
 def listed(keys: Sequence[str]) -> str:
-    """Quantities as words of a sentence: "ay, pitch rate and yaw rate"."""
+    """Write quantities as a list in words: "ay, pitch rate and yaw rate"."""
     names = list(keys)
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
@@ -201,7 +202,7 @@ def _mend(
     columns: Mapping[str, Column],
     sure: float,
 ) -> bool:
-    """Return whether these changes make all faults agree, and leave what agrees."""
+    """Return whether these changes make all faults agree and keep every agreement."""
     factors = _factors(chosen)
     for fault in faults:
         resized = [key for change in chosen if change.unit for key in change.factors if key in fault.powers]
@@ -215,7 +216,7 @@ def _mend(
 
 
 def _agreeing(chosen: Sequence[Change], relations: Sequence[Relation]) -> int:
-    """How many relations agree after the changes: of two remedies the one that mends more is meant."""
+    """Count the relations that agree after the changes."""
     factors = _factors(chosen)
     return sum(one.strong and one.fits(one.factor(factors), SLOPES) for one in relations)
 

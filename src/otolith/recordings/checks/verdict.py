@@ -1,4 +1,4 @@
-"""What the ground, a map and gravity say of a drive's left and right, and what would mend a contradiction."""
+"""Evidence of left and right from ground, map and gravity, and remedies for what contradicts it."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
@@ -15,10 +15,10 @@ from otolith.recordings.columns import STANDARD_GRAVITY
 
 ROLLING: Final = "roll rate and gravity"
 PITCHING: Final = "pitch rate and gravity"
-FAINT: Final = 0.15  # of v r: a smaller lateral force does not show its sign
-BANK: Final = 0.7  # sin(45 deg): no oval is banked more …
+FAINT: Final = 0.15  # share of v r below which a lateral force does not show its sign
+BANK: Final = 0.7  # sine of 45 deg: no oval is banked more …
 CANT: Final = 0.15  # … and no road that turns both ways, nor a railway (AASHTO: 12 %; 180 mm on 1,500 mm)
-ONE_WAY: Final = 0.1  # share of the turning that goes the other way on an oval, at most
+ONE_WAY: Final = 0.1  # largest share of the turning on an oval that goes the other way
 ALIVE: Final = {
     "ax": 0.05,
     "ay": 0.2,
@@ -26,14 +26,13 @@ ALIVE: Final = {
     "roll_rate": 0.002,
     "pitch_rate": 0.002,
     "yaw_rate": 0.01,
-}  # [m/s², rad/s] less is as good as zero
+}  # [m/s², rad/s] a smaller standard deviation counts as zero
 
 
 class Verdict:
-    """What the witnesses say of a drive's lateral force and yaw rate: +1 as read, -1 turned, 0 nothing.
+    """Judges lateral force and yaw rate by the witnesses: +1 correct as read, -1 turned, 0 undecided.
 
-    A yaw rate shows the turning whatever the road; a lateral force does so only where no bank explains the
-    contrary.
+    A yaw rate shows the turning on any road. A lateral force shows it only if no bank explains the contrary.
     """
 
     def __init__(self, drive: Kinematics, source: str) -> None:
@@ -54,12 +53,12 @@ class Verdict:
 
     @property
     def by(self) -> str:
-        """The words for what decided."""
+        """Return the deciding witness in words."""
         return self._by_yaw or self._by_lateral or self._map
 
     @property
     def proof(self) -> str:
-        """What proves that left is left, if something does, and what could still deceive it."""
+        """Return what proves left and right, if anything does, and what could still mislead it."""
         if self.yaw > 0:
             return self._by_yaw
         if self.yaw or self.lateral <= 0 or not self._by_lateral:
@@ -72,10 +71,10 @@ class Verdict:
 
     @property
     def bank(self) -> float:
-        """Angle [rad] of the bank that would explain all with only one of lateral force and yaw rate turned.
+        """Return the bank [rad] that explains everything if only lateral force or only yaw rate is turned.
 
-        On an oval that is driven slowly, gravity outweighs v r: there the two have opposite signs, and the
-        same sign in a file may be a fault in one of them. Zero where no bank does so.
+        On an oval that is driven slowly, gravity outweighs v r. There the two have opposite signs, so equal
+        signs in a file may mean that one of them is wrong. The result is zero if no bank explains this.
         """
         one = self.drive.of("ay", TURNING)
         if one is None or not one.agrees or self.drive.attitude_shows("ay"):
@@ -85,7 +84,7 @@ class Verdict:
 
     @property
     def condition(self) -> str:
-        """On which condition what is not absolute proves left and right; empty where nothing agrees."""
+        """Return the condition on which relative evidence proves left and right; empty if it disagrees."""
         if self.relative <= 0:
             return ""
         if self._map == ROLLING:
@@ -97,7 +96,7 @@ class Verdict:
         return f"{self._map}, which proves them only if {how}"
 
     def turned(self, up: float) -> bool:
-        """Return whether lateral force and yaw rate are turned together, for sure."""
+        """Return whether lateral force and yaw rate are certainly both turned."""
         channels = self.drive.channels
         if self.yaw < 0 and self.bank and up >= 0.0:
             return False
@@ -109,9 +108,11 @@ class Verdict:
         return up < 0.0 and not self.yaw and self.relative < 0 and self.together >= 0
 
     def refuse_contradiction(self, up: float) -> None:
-        """Refuse what a witness contradicts and what cannot simply be turned, with what would mend it.
+        """Refuse what contradicts a witness and cannot simply be turned, and name the remedies.
 
-        `up` is +1 where gravity shows that z points up, -1 where it points down.
+        Parameters
+        ----------
+        up : +1 if gravity shows that z points up, -1 if it points down, 0 if unknown.
         """
         channels = self.drive.channels
         banked = f" if the road is banked by {np.degrees(self.bank):.0f} deg" if self.bank else ""
@@ -131,7 +132,7 @@ class Verdict:
             )
 
     def refuse_gyro(self) -> None:
-        """Refuse a roll or pitch rate against gravity where the ground proves the axes of all the rest."""
+        """Refuse a roll or pitch rate that contradicts gravity, if the ground proves all other axes."""
         for key, gyro in (("ay", "roll_rate"), ("ax", "pitch_rate")):
             if (
                 self.proof
@@ -143,7 +144,7 @@ class Verdict:
                 raise InputError(f"{gyro} in {self.source}", found, _same([way]))
 
     def unproven(self, up: float) -> list[str]:
-        """Quantities of which ground and turning say nothing, and gravity does not show the sign either."""
+        """Return the quantities whose sign neither ground, turning nor gravity shows."""
         shown = {"ay": "roll_rate", "ax": "pitch_rate"}
         judged = {gyro for key, gyro in shown.items() if self.drive.attitude_explains(key)}
         others = {"roll_rate", "pitch_rate", *(() if up else ("az",))} - judged
@@ -154,7 +155,7 @@ class Verdict:
 
     @property
     def faint(self) -> bool:
-        """Return whether gravity takes so much of the lateral force that its sign cannot be judged."""
+        """Return whether gravity cancels so much of the lateral force that its sign cannot be judged."""
         one = self.drive.of("ay", TURNING)
         return self.drive.attitude_explains("ay") and one is not None and abs(one.slope) < FAINT
 
@@ -176,7 +177,7 @@ class Verdict:
         return [f"map {_remap(channels, [key])} if it is the map that is drawn with z down" for key in keys]
 
     def refuse_statement(self, axes: str) -> None:
-        """Refuse a statement of the user's that the ground contradicts."""
+        """Refuse axes stated by the user that the ground contradicts."""
         if self.yaw < 0 or self.lateral < 0:
             witness = next(w for w in self.drive.witnesses if w.name == self.by)
             other = " ".join(f"{key}=none" for key in witness.keys)
@@ -200,7 +201,7 @@ class Verdict:
         return 0, ""
 
     def _together(self) -> int:
-        """Return whether lateral force and yaw rate have the same sign, +1, or surely not, -1."""
+        """Return +1 if lateral force and yaw rate have the same sign, -1 if surely not, 0 if undecided."""
         one = self.drive.of("ay", TURNING)
         if self.drive.attitude_explains("ay"):
             return 0 if self.faint else 1
@@ -219,12 +220,12 @@ class Verdict:
         return self._share(one.measured - one.expected) > BANK
 
     def _share(self, difference: Vec) -> float:
-        """What is exceeded in a tenth of the time, as a share of 1 g."""
+        """Return the difference that is exceeded in a tenth of the time, in units of 1 g."""
         return float(np.quantile(np.abs(difference), 0.9)) / STANDARD_GRAVITY if len(difference) else 0.0
 
 
 def alive(channels: Mapping[str, Channel], keys: Iterable[str]) -> bool:
-    """Return whether any of these quantities says anything."""
+    """Return whether any of these quantities varies enough to carry information."""
     return any(key in channels and float(np.std(channels[key].values)) > ALIVE[key] for key in keys)
 
 

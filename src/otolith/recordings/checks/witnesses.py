@@ -1,9 +1,9 @@
-"""Witnesses of left and right: the course over ground from positions or a heading.
+"""Witnesses of left and right: the course over ground, from positions or a heading.
 
-A log whose y and z axes are both turned (SAE J670: y right, z down) agrees with itself, for lateral force
-and yaw rate change sign together. Only what knows the ground can decide. Latitude and longitude do so for
-good, and so does a compass heading in degrees; x and y of a map do if x points right of y, seen from above,
-which only names such as "east" and "north" say.
+A log whose y and z axes are both turned (SAE J670: y right, z down) is consistent with itself, because
+lateral force and yaw rate change sign together. Only a reference to the ground can decide. Latitude and
+longitude decide absolutely, and so does a compass heading in degrees. x and y of a map decide only if it is
+drawn with z up, which only names such as "east" and "north" show.
 """
 
 import re
@@ -16,27 +16,27 @@ import numpy as np
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.recordings.channels import Channel
 
-EARTH: Final = 6_371_008.8  # [m] mean radius (IUGG); a ratio of lengths hardly depends on it
-CHORD: Final = 8.0  # [m] over which a course is taken; beyond a receiver's noise
-GRAINS: Final = 12.0  # … and at least so many steps of the last digit of the positions
-STANDING: Final = 5.0  # [s] for one chord: slower is no course
-FASTEST: Final = 150.0  # [m/s] between two nodes: faster is a jump, not a way
+EARTH: Final = 6_371_008.8  # [m] mean radius of the Earth (IUGG); ratios of lengths hardly depend on it
+CHORD: Final = 8.0  # [m] least length of a chord that gives a course; larger than a receiver's noise …
+GRAINS: Final = 12.0  # … and at least this many steps of the positions' last digit
+STANDING: Final = 5.0  # [s] longest duration of a chord; slower motion gives no course
+FASTEST: Final = 150.0  # [m/s] largest speed between two nodes; faster motion is a jump
 GRID: Final = 0.5  # [s] between the values of a course
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Witness:
-    """Course over ground, and the speed that goes with it where positions give it."""
+    """A course over ground, with its speed if positions give it."""
 
     name: str  # in words, for sentences
     keys: tuple[str, ...]  # quantities it comes from
-    absolute: bool  # proves left and right; otherwise only if the file's map is drawn with z up
+    absolute: bool  # whether it proves left and right; otherwise only if the map is drawn with z up
     course: Channel  # [rad] counter-clockwise seen from above, unwrapped
     speed: Channel | None  # [m/s]
 
 
 def witnesses(channels: Mapping[str, Channel]) -> Iterator[Witness]:
-    """All courses that a drive's channels give, the surest first."""
+    """Yield all courses that a drive's channels give, the most certain first."""
     if {"lat", "lon"} <= set(channels):
         yield from _on_earth(channels["lat"], channels["lon"])
     if "heading" in channels:
@@ -75,7 +75,7 @@ def _compass(heading: Channel) -> Witness:
 
 
 def _along(clock: Channel, place: Mat, keys: tuple[str, ...], absolute: bool) -> Iterator[Witness]:
-    """Course and speed of the chords between nodes of the way, if it has some."""
+    """Yield course and speed of the chords between nodes of the path, if there are enough."""
     nodes = _nodes(place)
     chord, times = np.diff(place[nodes], axis=0), clock.t[nodes]
     length, duration = np.hypot(*chord.T), np.diff(times)
@@ -92,7 +92,7 @@ def _along(clock: Channel, place: Mat, keys: tuple[str, ...], absolute: bool) ->
 
 
 def _nodes(place: Mat) -> Ints:
-    """Indices of points along the way, each a chord's length from the one before."""
+    """Return the indices of points along the path, each a chord's length from the one before."""
     least = max(CHORD, GRAINS * _grain(place))
     nodes, last = [0], place[0]
     for i in np.flatnonzero(np.r_[True, (np.diff(place, axis=0) != 0.0).any(axis=1)]):
@@ -103,13 +103,13 @@ def _nodes(place: Mat) -> Ints:
 
 
 def _grain(place: Mat) -> float:
-    """The step [m] of the last digit of coordinates: the least difference between their values."""
+    """Return the step [m] of the coordinates' last digit: the smallest difference between their values."""
     grains = [np.diff(np.unique(np.round(axis, 4))) for axis in place.T]
     return max((float(grain.min()) for grain in grains if len(grain)), default=0.0)
 
 
 def _gridded(clock: Channel, t: Vec, values: Vec) -> Channel:
-    """Values on an even grid, left out where the nodes are far apart: the vehicle stood there."""
+    """Interpolate on an even grid, leaving out stretches between distant nodes, where the vehicle stood."""
     grid = np.arange(t[0], t[-1], GRID)
     after = np.clip(np.searchsorted(t, grid, side="right"), 1, len(t) - 1)
     grid = grid[t[after] - t[after - 1] < STANDING]

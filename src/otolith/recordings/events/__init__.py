@@ -1,4 +1,4 @@
-"""Events in a recorded drive that are not driving: found, named with time and size, cut out on request."""
+"""Events in a recorded drive that are not driving: found, reported with time and size, cut on request."""
 
 from otolith.recordings.events.event import Event
 from otolith.recordings.events.find import (

@@ -1,4 +1,4 @@
-"""Chatter in a recorded drive: forces that shake faster than a vehicle moves."""
+"""Chatter in a recorded drive: forces that vibrate faster than a vehicle moves."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,18 +10,18 @@ from otolith.core.arrays import Bools, Vec
 from otolith.recordings.channels import FORCE, Channel
 from otolith.recordings.events.event import Event, stretches
 
-FAST: Final = 15.0  # [Hz] above which forces are chatter …
+FAST: Final = 15.0  # [Hz] above which a force counts as chatter …
 CALM: Final = 10.0  # [Hz] … and below which a drive keeps most of its energy
-SMOOTHED: Final = 5.0  # [Hz] of the low-pass that is proposed
-RMS: Final = 0.7  # [m/s²] of chatter that is named
-SHARE: Final = 0.5  # of the energy of its second
-LENGTH: Final = 0.5  # [s] of chatter that is named …
-NEAR: Final = 1.0  # … and of calm in between that does not part it
-TAPER: Final = 0.25  # [s] over which a smoothed stretch joins the rest
+SMOOTHED: Final = 5.0  # [Hz] cut-off of the low-pass that is proposed
+RMS: Final = 0.7  # [m/s²] least RMS of chatter that is reported
+SHARE: Final = 0.5  # least share of chatter in the energy of the second around it
+LENGTH: Final = 0.5  # [s] least duration of chatter that is reported …
+NEAR: Final = 1.0  # … and longest calm within one stretch
+TAPER: Final = 0.25  # [s] over which a smoothed stretch is blended into the rest
 
 
 def find_chatter(felt: Sequence[Channel]) -> list[Event]:
-    """Stretches in which most of a force's energy lies above 15 Hz; they are named, and never refused."""
+    """Find stretches in which most of a force's energy lies above 15 Hz; they are reported, never refused."""
     events = []
     for channel in felt:
         if channel.key in FORCE and channel.step < 0.5 / FAST:
@@ -30,7 +30,7 @@ def find_chatter(felt: Sequence[Channel]) -> list[Event]:
 
 
 def energy_notes(felt: Sequence[Channel]) -> list[str]:
-    """What to report of forces with most of their energy above 10 Hz: what a low-pass would leave."""
+    """Note forces with most of their energy above 10 Hz, and what a low-pass would leave of them."""
     notes = []
     for channel in felt:
         if channel.key not in FORCE or channel.step >= 0.5 / CALM:
@@ -48,7 +48,7 @@ def energy_notes(felt: Sequence[Channel]) -> list[str]:
 
 
 def without_chatter(channel: Channel, events: Sequence[Event]) -> Channel:
-    """The channel with what is faster than 10 Hz taken off in the given stretches."""
+    """Return the channel with the part above 10 Hz removed in the given stretches."""
     if not events or channel.step >= 0.5 / CALM:
         return channel
     fast = np.interp(channel.t, *_above(channel, CALM))
@@ -92,7 +92,7 @@ def _joined(loud: Bools, near: int) -> list[tuple[int, int]]:
 
 
 def _even(channel: Channel) -> tuple[Vec, Vec]:
-    """The channel on an even grid of its usual step; of samples in bursts, twice as many as there are."""
+    """Resample the channel on an even grid of its median step, with at most twice as many samples."""
     duration = float(channel.t[-1] - channel.t[0])
     step = max(channel.step, 0.5 * duration / len(channel.t))
     count = int(np.floor(duration / step)) + 1
@@ -101,7 +101,7 @@ def _even(channel: Channel) -> tuple[Vec, Vec]:
 
 
 def _above(channel: Channel, frequency: float) -> tuple[Vec, Vec]:
-    """What of a channel is faster than a frequency [Hz], on an even grid, mirrored at the ends."""
+    """Return the part of a channel above a frequency [Hz], on an even grid, mirrored at the ends."""
     t, values = _even(channel)
     mirrored = np.r_[values, values[::-1]]
     spectrum = np.fft.rfft(mirrored)
@@ -110,7 +110,7 @@ def _above(channel: Channel, frequency: float) -> tuple[Vec, Vec]:
 
 
 def _spectrum(channel: Channel) -> tuple[Vec, Vec]:
-    """Frequencies [Hz] and the share of each in the mean square about the mean [m²/s⁴]."""
+    """Return frequencies [Hz] and the contribution of each to the variance [m²/s⁴]."""
     t, values = _even(channel)
     mirrored = np.r_[values, values[::-1]]
     amplitude = np.abs(np.fft.rfft(mirrored - np.mean(mirrored))) / len(mirrored)
@@ -119,7 +119,7 @@ def _spectrum(channel: Channel) -> tuple[Vec, Vec]:
 
 
 def _moving(values: Vec, step: float) -> Vec:
-    """Mean over about one second around each value, shorter at the ends."""
+    """Return the mean over about one second around each value, over less at the ends."""
     half = max(1, round(0.5 / step))
     area = np.r_[0.0, np.cumsum(values)]
     index = np.arange(len(values))

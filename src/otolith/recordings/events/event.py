@@ -1,4 +1,4 @@
-"""One event of a recorded drive, and what its finders share."""
+"""One event of a recorded drive, and functions that all finders of events share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,27 +16,29 @@ class Event:
     # "gap", "pause", "held", "frozen sensor", "stray packet", "stray speed", "stray position", "jump",
     # "replay", "chatter"
     kind: str
-    start: float  # [s] last sample before it
-    end: float  # [s] first sample after it
-    size: str  # what happened, in numbers and words
-    sure: bool = True  # otherwise it may well be driving, and is only named
-    bridge: float = 0.0  # [s] what it is cut down to: a straight line from the sample before to that after
+    start: float  # [s] time of the last sample before it
+    end: float  # [s] time of the first sample after it
+    size: str  # what happened, in words and numbers
+    sure: bool = True  # otherwise it may be driving, and is only reported
+    # [s] duration that remains after a cut, as a straight line between the samples before and after
+    bridge: float = 0.0
 
     def __str__(self) -> str:
         return f"{self.kind} from {self.start:.5g} s to {self.end:.5g} s ({self.size})"
 
 
 def apart(events: Sequence[Event], others: Sequence[Event]) -> list[Event]:
-    """The events that share no time with any of the others."""
+    """Return the events that share no time with any of the others."""
     by_start = sorted(others, key=lambda event: event.start)
     starts = [event.start for event in by_start]
-    latest = np.maximum.accumulate([-np.inf, *(event.end for event in by_start)])  # of the first k
-    before = np.searchsorted(starts, [event.end for event in events])  # how many begin before each ends
+    latest = np.maximum.accumulate([-np.inf, *(event.end for event in by_start)])  # latest end of the first k
+    # number of others that begin before each event ends
+    before = np.searchsorted(starts, [event.end for event in events])
     return [event for event, k in zip(events, before, strict=True) if latest[k] <= event.start]
 
 
 def inside(t: Vec, events: Sequence[Event]) -> Bools:
-    """True when each of the times (n,) [s] lies within an event, between its first and its last sample."""
+    """Return which of the times (n,) [s] lie within an event, between its first and its last sample."""
     spans = [(event.start, event.end) for event in events if event.end > event.start]
     starts, ends = np.sort(np.reshape(spans, (-1, 2)), axis=0).T
     begun, over = np.searchsorted(starts, t), np.searchsorted(ends, t, side="right")
@@ -44,7 +46,7 @@ def inside(t: Vec, events: Sequence[Event]) -> Bools:
 
 
 def without(channel: Channel, events: Sequence[Event]) -> Channel:
-    """The channel without its samples inside the events; as it is if less than two would be left."""
+    """Return the channel without its samples inside the events, unchanged if fewer than two would remain."""
     keep = ~inside(channel.t, events)
     if keep.all() or keep.sum() < 2:
         return channel
@@ -52,13 +54,13 @@ def without(channel: Channel, events: Sequence[Event]) -> Channel:
 
 
 def together(felt: Sequence[Channel]) -> tuple[Vec, Mat]:
-    """Channels as a table (n, k) with its clock (n,): the first one, and those that share its clock."""
+    """Return the first channel, and those that share its clock, as a table (n, k), with the clock (n,)."""
     clock = felt[0].t
     shared = [c.values for c in felt if len(c.t) == len(clock) and np.array_equal(c.t, clock)]
     return clock, np.stack(shared, axis=1)
 
 
 def stretches(mask: Bools) -> list[tuple[int, int]]:
-    """Beginning and end (exclusive) of each stretch in which a mask holds."""
+    """Return start and end (exclusive) of each stretch in which a mask is true."""
     edges = np.flatnonzero(np.diff(np.r_[False, mask, False].astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

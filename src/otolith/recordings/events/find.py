@@ -1,9 +1,9 @@
-"""Events in a recorded drive that are not driving: gaps, pauses, stray packets, jumps, replays, chatter.
+"""Finds events in a recorded drive that are not driving, such as gaps, pauses, jumps and replays.
 
-Telemetry of games and interrupted loggers holds stretches that no vehicle drove: the world stands still
-while time runs, packets of zeros come in between, the car is put back on the road. They are found by what
-they break: speed must change as a_x says, positions by as much as the speed, and sensors never stand still
-to the last digit.
+Telemetry of games, and of loggers that were interrupted, holds stretches that no vehicle drove: the world
+stands still while time runs, packets of zeros arrive in between, the car is put back on the road. They are
+found by the rules that they break: speed changes as a_x states, positions change as the speed states, and
+sensors never stand still to the last digit.
 """
 
 from collections.abc import Sequence
@@ -27,20 +27,20 @@ TREATMENTS: Final = {
     "mark": "play them as they are, and name them",
     "cut": "cut them out or bridge them, and name them",
 }
-HOLE: Final = 1.5  # [s] more than `channels.MAX_GAP`, so that no check looks across
-_WEIGHTS: Final = {"gap": 2, "jump": 1}  # whose name and bridge stay where events overlap
-NAMED: Final = 3  # events of one kind that are named one by one
+HOLE: Final = 1.5  # [s] longer than `channels.MAX_GAP`, so that no check compares across it
+_WEIGHTS: Final = {"gap": 2, "jump": 1}  # where events overlap, the larger weight determines name and bridge
+NAMED: Final = 3  # number of events of one kind that are reported individually
 
 
 def parse_events(text: str) -> str:
-    """Check the word of `--events`."""
+    """Return the word of `--events`, or refuse an unknown one."""
     if text not in TREATMENTS:
         raise InputError("--events", repr(text), one_of(TREATMENTS, text))
     return text
 
 
 def find_events(recording: Recording) -> tuple[Event, ...]:
-    """All events of a drive in the order of time; what lies within another is named once."""
+    """Return all events of a drive in order of time; overlapping events are merged."""
     channels = recording.channels
     felt = [channels[key] for key in FELT if key in channels]
     if not felt:
@@ -54,9 +54,9 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
 
 
 def cut(recording: Recording, events: Sequence[Event]) -> Recording:
-    """The drive without its sure events: samples inside are dropped, and time goes on after the bridge.
+    """Return the drive without its sure events: samples inside are replaced by a short bridge.
 
-    Chatter is not cut: what is faster than 10 Hz is taken off there.
+    Chatter is not cut: there the part above 10 Hz is removed.
     """
     shaken = [event for event in events if event.kind == "chatter"]
     gone = [event for event in events if event.sure]
@@ -68,12 +68,12 @@ def cut(recording: Recording, events: Sequence[Event]) -> Recording:
 
 
 def parted(events: Sequence[Event]) -> list[Event]:
-    """Events that leave a hole where they are cut, for checks that must not look across a jump."""
+    """Return the events with longer bridges where a cut leaves a jump; no check compares across them."""
     return [replace(event, bridge=HOLE) if event.kind in ("gap", "jump") else event for event in events]
 
 
 def before_cut(t: Vec, events: Sequence[Event]) -> Vec:
-    """Times (n,) of the uncut drive at times of the cut one."""
+    """Convert times (n,) [s] of the cut drive to times of the whole drive."""
     sure = sorted((event for event in events if event.sure), key=lambda event: event.start)
     gone = _removed(sure)
     starts = np.array([event.start for event in sure]) - gone[:-1]
@@ -81,26 +81,26 @@ def before_cut(t: Vec, events: Sequence[Event]) -> Vec:
 
 
 def after_cut(t: Vec, events: Sequence[Event]) -> Vec:
-    """Times (n,) of the cut drive at times of the whole one."""
+    """Convert times (n,) [s] of the whole drive to times of the cut drive."""
     sure = sorted((event for event in events if event.sure), key=lambda event: event.end)
     over = np.searchsorted([event.end for event in sure], t, side="right")
     return np.asarray(t - _removed(sure)[over], dtype=np.float64)
 
 
 def _removed(events: Sequence[Event]) -> Vec:
-    """How much time [s] the first k of n events take away (n + 1,), for k = 0 to n."""
+    """Return the time [s] that the first k of n events remove (n + 1,), for k = 0 to n."""
     lengths = [event.end - event.start - event.bridge for event in events]
     return np.asarray(np.r_[0.0, np.cumsum(lengths)], dtype=np.float64)
 
 
 def shortened(duration: float, events: Sequence[Event]) -> float:
-    """Length [s] of a drive after `cut`."""
+    """Return the duration [s] of a drive after `cut`."""
     gone = [event for event in events if event.sure]
     return duration - sum(event.end - event.start - event.bridge for event in gone)
 
 
 def told(events: Sequence[Event], treatment: str) -> list[str]:
-    """What happened to each event that is not refused; many of one kind are summed up."""
+    """Report what happened to each event that is not refused; many events of one kind are summarised."""
     notes = []
     for kind in dict.fromkeys(event.kind for event in events):
         alike = [event for event in events if event.kind == kind]
@@ -113,7 +113,7 @@ def told(events: Sequence[Event], treatment: str) -> list[str]:
 
 
 def refuse(events: Sequence[Event], source: str) -> None:
-    """Refuse a drive that holds events which are surely not driving."""
+    """Refuse a drive that holds events which are certainly not driving."""
     sure = [event for event in events if event.sure]
     if not sure:
         return
@@ -142,7 +142,7 @@ def _cut_channel(channel: Channel, events: Sequence[Event]) -> Channel:
 
 
 def _merged(events: Sequence[Event], strays: Sequence[Event]) -> list[Event]:
-    """In the order of time; of two that overlap the surer, then the longer one counts, with both sizes."""
+    """Merge overlapping events in order of time; the surer, then the longer one gives kind and bridge."""
     merged: list[Event] = []
     for event in sorted(events, key=lambda e: (e.start, -e.end)):
         if not merged or event.start >= merged[-1].end:

@@ -1,4 +1,4 @@
-"""Gaps in a recorded drive: the recorder paused, or a sensor dropped out, for longer than can be bridged."""
+"""Gaps in a recorded drive: the recorder paused, or a sensor failed, for too long to interpolate."""
 
 from typing import Final
 
@@ -6,11 +6,11 @@ from otolith.recordings.channels import Recording
 from otolith.recordings.events.event import Event
 from otolith.recordings.events.jumps import BRIDGE
 
-TOUCHING: Final = 0.1  # [s] between two gaps that count as one
+TOUCHING: Final = 0.1  # [s] longest distance of two gaps that count as one
 
 
 def find_gaps(recording: Recording) -> list[Event]:
-    """Stretches of the drive of more than 1 s without a sample of something that is needed."""
+    """Find stretches of more than 1 s without a sample of a needed channel."""
     end = recording.end
     holes = [
         (max(float(a), 0.0), min(float(b), end), key)

@@ -1,4 +1,4 @@
-"""Stretches of a recorded drive in which nothing moves, or what moved comes again: pauses, replays."""
+"""Stretches of a recorded drive in which nothing changes (pauses) or earlier rows repeat (replays)."""
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -12,27 +12,25 @@ from otolith.recordings.channels import FELT, Channel, held
 from otolith.recordings.events.event import Event, apart, inside, stretches, together
 from otolith.recordings.events.jumps import BRIDGE, place_of
 
-FROZEN: Final = 0.5  # [s] of values that do not change in the last digit
-HOLDS: Final = 8.0  # … and so many times as long as values are usually held (60 Hz written in rows of 250 Hz)
-STILL: Final = 0.3  # [m/s², m/s] forces and speeds below it may well stand still
-GAIN: Final = 0.5  # [m/s] by which speed and the integral of a_x must differ in a pause …
-STEADY: Final = 2.0  # [s] of unchanging forces that are named though nothing else speaks of a pause
-JITTER: Final = 5.0  # [s] before and after a halt in which a sensor's noise is looked for
-SENSOR: Final = (
-    1.0  # … and by which the speed must change while a sensor of forces is frozen, for so many seconds
-)
-AROUND: Final = 0.25  # [s] before and after for which positions give the speed where no channel does …
-HARDEST: Final = 10.0  # [m/s²] … and what no braking exceeds, so that a vehicle may stand there
-REPLAY: Final = 1.0  # [s] of rows that were there before, to the last digit
-LEAP: Final = 10.0  # usual steps between rows: a replay begins with a leap of so many
+FROZEN: Final = 0.5  # [s] least duration of values that do not change in the last digit …
+HOLDS: Final = 8.0  # … and as a multiple of how long values usually stay (60 Hz written in rows of 250 Hz)
+STILL: Final = 0.3  # [m/s², m/s] smaller forces and speeds may truly be constant
+GAIN: Final = 0.5  # [m/s] least difference of speed and the integral of a_x in a pause
+STEADY: Final = 2.0  # [s] constant forces of this duration are reported without other evidence of a pause
+JITTER: Final = 5.0  # [s] before and after a halt in which the noise of the sensor is examined
+SENSOR: Final = 1.0  # [m/s, s] least change of speed, and least duration, of a frozen sensor of forces
+AROUND: Final = 0.25  # [s] before and after a halt over which positions give the speed, if no channel does …
+HARDEST: Final = 10.0  # [m/s²] … and the hardest braking, with which a vehicle may have come to rest there
+REPLAY: Final = 1.0  # [s] least duration of rows that repeat earlier ones to the last digit
+LEAP: Final = 10.0  # in median steps between rows: a replay begins with a larger leap
 _MIX: Final = np.random.default_rng(0).integers(1, 2**63, 64, dtype=np.uint64) | np.uint64(1)
 
 
 def find_halts(channels: Mapping[str, Channel], strays: Sequence[Event]) -> list[Event]:
-    """Stretches in which everything stands still to the last digit; stray packets do not interrupt them.
+    """Find stretches in which everything stands still to the last digit; stray packets do not interrupt them.
 
-    Forces that stand still are a pause for sure where speed or positions stand still, too, against what they
-    must do, or where stray packets come in between; alone they may be a steady manoeuvre.
+    Constant forces are certainly a pause if speed or positions stand still too, in contradiction to the
+    forces, or if stray packets arrive in between. Alone they may be a steady manoeuvre.
     """
     t, table = together([channels[key] for key in FELT if key in channels])
     keep = ~inside(t, strays)
@@ -50,7 +48,7 @@ def find_halts(channels: Mapping[str, Channel], strays: Sequence[Event]) -> list
 
 
 def _frozen_sensors(channels: Mapping[str, Channel]) -> list[Event]:
-    """Stretches in which a_x and a_y stand still to the last digit while the speed changes otherwise."""
+    """Find stretches in which a_x and a_y are constant to the last digit although the speed changes."""
     if not {"ax", "ay", "vx"} <= set(channels):
         return []
     t, table = together([channels["ax"], channels["ay"]])
@@ -61,7 +59,7 @@ def _frozen_sensors(channels: Mapping[str, Channel]) -> list[Event]:
 
 
 class _Judge:
-    """Says what stretches of unchanging forces are; what is the same for all of them is found once."""
+    """Classifies stretches of constant forces; what all of them share is computed once."""
 
     def __init__(self, channels: Mapping[str, Channel], t: Vec, table: Mat) -> None:
         self._channels, self._t, self._table = channels, t, table
@@ -71,7 +69,7 @@ class _Judge:
             self._updates = held((np.diff(xy, axis=0) == 0.0).all(axis=1), at)  # of the position [s]
 
     def halt(self, run: tuple[int, int]) -> Event | None:
-        """What a stretch of unchanging forces is: a pause, a frozen sensor, perhaps driving, or standing."""
+        """Classify a stretch of constant forces; None if the vehicle drives steadily or stands."""
         t, ax = self._t, self._channels.get("ax")
         start, end, after = float(t[run[0]]), float(t[run[1]]), float(t[min(run[1] + 1, len(t) - 1)])
         length, row = f"all forces unchanged for {end - start:.3g} s", float(t[run[0] + 1] - t[run[0]])
@@ -85,18 +83,18 @@ class _Judge:
                 size = f"{length} while the speed changes by {change:+.3g} m/s"
                 return Event("frozen sensor", start, after, size, bridge=row)
             if ax is not None and not self._jitters(run):
-                return None  # speed and force go together: a steady manoeuvre
+                return None  # speed and force agree: a steady manoeuvre
         standing = self._standing_at(start, end)
         if standing > 1.0:
             return Event("pause", start, after, f"{length}, positions too, at {standing:.3g} m/s", bridge=row)
         speed = abs(float(self._channels["vx"].on(np.array([start]))[0])) if "vx" in self._channels else None
         if speed is not None and speed < STILL:
-            return None  # it stands
+            return None  # the vehicle stands
         held_still = Event("held", start, after, length, sure=False, bridge=row)
         return self._uncontradicted(held_still, run, moving=speed is not None)
 
     def _uncontradicted(self, event: Event, run: tuple[int, int], *, moving: bool) -> Event | None:
-        """What a stretch is where neither speed nor positions contradict the forces that stand still."""
+        """Classify a stretch of constant forces that neither speed nor positions contradict."""
         calm = float(np.abs(self._table[run[0]]).max()) < STILL
         if self._jitters(run):
             size = f"{event.size}, of a sensor that jitters otherwise"
@@ -106,7 +104,7 @@ class _Judge:
         return None if calm or self._t[run[1]] - event.start < STEADY else event
 
     def _jitters(self, run: tuple[int, int]) -> bool:
-        """True when a force goes up and down from row to row about a stretch, as a real sensor's does."""
+        """Return whether a force goes up and down from row to row about a stretch, like a real sensor's."""
         first = np.searchsorted(self._t, self._t[run[0]] - JITTER)
         last = np.searchsorted(self._t, self._t[run[1]] + JITTER, side="right")
         around = np.r_[self._table[first : run[0]], self._table[run[1] + 1 : last]]
@@ -114,12 +112,12 @@ class _Judge:
         if len(steps) < 20:
             return False
         if (steps == 0.0).all(axis=1).mean() > 0.05:
-            return False  # a coarse sensor, whose values stand still by themselves
+            return False  # a coarse sensor, whose values often repeat
         back = (steps[1:] * steps[:-1] < 0.0).mean(axis=0)
         return bool(back.max() > 0.3)
 
     def _standing_at(self, start: float, end: float) -> float:
-        """Speed [m/s] stated while positions stand still from `start` to `end`; zero if they move."""
+        """Return the stated speed [m/s] while positions stand still; zero if the positions move."""
         if self._place is None or end - start < 2.0 * self._updates:
             return 0.0
         t, xy = self._place
@@ -134,13 +132,13 @@ class _Judge:
 
 
 def _pace(t: Vec, xy: Mat, start: float, end: float) -> float:
-    """Speed [m/s] from the first to the last of the positions (n, 2) between two times; zero without."""
+    """Return the speed [m/s] between the first and last position in an interval; zero if there are none."""
     first, last = int(np.searchsorted(t, start)), int(np.searchsorted(t, end, side="right")) - 1
     return float(np.hypot(*(xy[last] - xy[first])) / (t[last] - t[first])) if last > first else 0.0
 
 
 def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:
-    """A stretch that stray packets, in the order of time, interrupt is a pause, whatever it looks like."""
+    """Classify a halt as a certain pause if stray packets, sorted by time, interrupt it."""
     first, last = (
         bisect_left(strays, time, key=lambda stray: stray.start) for time in (halt.start, halt.end)
     )
@@ -152,22 +150,22 @@ def _with_strays(halt: Event, strays: Sequence[Event]) -> Event:
 
 
 def _change_of_speed(speed: Channel, start: float, end: float) -> tuple[float, bool]:
-    """By how much speed changes in a stretch [m/s], and whether it stands still to the last digit."""
+    """Return the change of speed in a stretch [m/s], and whether it is constant to the last digit."""
     before, after = speed.on(np.array([start, end]))
     values = speed.values[speed.within(start, end)]
     still = len(values) > 1 and float(np.ptp(values)) == 0.0
-    still = still and end - start > 2.0 * speed.held  # a slow speed stands still from one to the next
+    still = still and end - start > 2.0 * speed.held  # a slowly sampled speed is constant between its samples
     return float(after - before), still
 
 
 def find_replays(felt: Sequence[Channel]) -> list[Event]:
-    """Rows that repeat earlier ones to the last digit for a second or more, and begin with a leap.
+    """Find rows that repeat earlier ones to the last digit for at least a second, after a leap.
 
-    Without the leap a periodic signal would be one.
+    Without the condition of a leap, every periodic signal would be a replay.
     """
     t, table = together(felt)
     if len(t) < 4 or np.count_nonzero(np.ptp(table, axis=0)) < 2:
-        return []  # one signal alone repeats itself as soon as it is periodic
+        return []  # a single periodic signal repeats itself
     lag = _lags(table)
     steps = np.abs(np.diff(table, axis=0)).max(axis=1)
     far = max(LEAP * float(np.median(steps)), STILL)
@@ -177,7 +175,7 @@ def find_replays(felt: Sequence[Channel]) -> list[Event]:
             continue
         usual = int(np.median(lag[first:last]))
         if float(np.mean(lag[first:last] == usual)) > 0.9:
-            end = min(last + 2, len(t) - 1)  # each lag is that of three rows
+            end = min(last + 2, len(t) - 1)  # each lag belongs to three rows
             size = f"rows of {t[first - usual]:.5g} s on come again"
             events.append(
                 Event("replay", float(t[first - 1]), float(t[end]), size, sure=False, bridge=BRIDGE)
@@ -186,11 +184,12 @@ def find_replays(felt: Sequence[Channel]) -> list[Event]:
 
 
 def _lags(table: Mat) -> Ints:
-    """By how many rows earlier each three rows (n-2,) were there before; zero where they are new.
+    """Return how many rows earlier each three rows (n-2,) occurred before; zero where they are new.
 
-    Three changing rows: one alone repeats by chance, and values that are held repeat themselves.
+    Three changing rows are compared, because one row alone repeats by chance and held values repeat
+    themselves.
     """
-    bits = np.ascontiguousarray(table + 0.0).view(np.uint64)  # adding zero makes -0.0 and 0.0 one
+    bits = np.ascontiguousarray(table + 0.0).view(np.uint64)  # adding zero makes -0.0 and 0.0 equal
     row = (bits * _MIX[: bits.shape[1]]).sum(axis=1, dtype=np.uint64)
     three = row[:-2] * _MIX[61] + row[1:-1] * _MIX[62] + row[2:] * _MIX[63]
     _, first, which = np.unique(three, return_index=True, return_inverse=True)

@@ -1,4 +1,4 @@
-"""Jumps in a recorded drive: respawns, teleports, crashes, which nothing can drive."""
+"""Jumps in a recorded drive, such as respawns, teleports and crashes, which no vehicle can drive."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final
@@ -10,34 +10,34 @@ from otolith.recordings.channels import Channel
 from otolith.recordings.checks.witnesses import EARTH
 from otolith.recordings.events.event import Event, without
 
-STILL: Final = 0.3  # [m/s] as good as standing
-SPIKE: Final = 20.0  # [m/s²] at the edge of a jump: part of it
-EDGE: Final = 0.3  # [s] for which forces are looked at about a jump
+STILL: Final = 0.3  # [m/s] a slower vehicle stands
+SPIKE: Final = 20.0  # [m/s²] larger forces at the edge of a jump belong to it
+EDGE: Final = 0.3  # [s] before and after a jump in which forces are examined
 LEAP: Final = 1.5  # [m/s²] from one row to the next, at least …
-USUAL: Final = 8.0  # … and so many times the usual step: the forces leap, too
+USUAL: Final = 8.0  # … and as a multiple of the median step: the forces leap too
 SPEED_JUMP: Final = 2.0  # [m/s] between two samples …
 SPEED_RATE: Final = 30.0  # [m/s²] … and faster than any braking …
-UNEXPLAINED: Final = 0.5  # … and not explained by a_x to this share
+UNEXPLAINED: Final = 0.5  # … and least share that a_x does not explain
 PLACE_JUMP: Final = 10.0  # [m] beyond what the speed explains …
-PLACE_NOISE: Final = 20.0  # … and so many times the usual disagreement
-BACK: Final = 2.0  # [s] within which a value that is astray comes back
-RESTING: Final = 1.0  # [s] for which a vehicle stands after a respawn …
-AT_REST: Final = 0.1  # [m/s²] … and its forces hardly vary
+PLACE_NOISE: Final = 20.0  # … and as a multiple of the median difference
+BACK: Final = 2.0  # [s] within which a stray value returns
+RESTING: Final = 1.0  # [s] least time that a vehicle stands after a respawn …
+AT_REST: Final = 0.1  # [m/s²] … and largest standard deviation of its forces
 BRIDGE: Final = 1.0  # [s] of straight line in place of a jump
 
 
 def find_jumps(channels: Mapping[str, Channel], strays: Sequence[Event] = ()) -> list[Event]:
-    """Jumps of speed and of place, besides stray packets.
+    """Find jumps of speed and of position, apart from stray packets.
 
-    They are no driving for sure where the forces leap at the same time or come to rest with the speed; else a
-    sensor of speed or position may have gone astray, of which the driver felt nothing.
+    They are certainly not driving if the forces leap at the same time or come to rest with the speed.
+    Otherwise a sensor of speed or position may have failed, of which the driver felt nothing.
     """
     calm = {key: without(channel, strays) for key, channel in channels.items()}
     return [*_speed_jumps(calm), *_place_jumps(calm)]
 
 
 def place_of(channels: Mapping[str, Channel]) -> tuple[Vec, Mat] | None:
-    """Times (n,) [s] and positions (n, 2) [m], of x and y or of latitude and longitude, if they are there."""
+    """Return times (n,) [s] and positions (n, 2) [m], from x and y or latitude and longitude, if present."""
     if {"x", "y"} <= set(channels):
         x = channels["x"]
         return x.t, np.stack([x.values, channels["y"].on(x.t)], axis=1)
@@ -54,7 +54,7 @@ def place_of(channels: Mapping[str, Channel]) -> tuple[Vec, Mat] | None:
 
 
 def _speed_jumps(channels: Mapping[str, Channel]) -> list[Event]:
-    """Speed that changes from one sample to the next as nothing could, and not as a_x says."""
+    """Find changes of speed between two samples that no vehicle reaches and that a_x does not explain."""
     if "vx" not in channels or len(channels["vx"].t) < 3:
         return []
     speed = channels["vx"]
@@ -73,7 +73,7 @@ def _speed_jumps(channels: Mapping[str, Channel]) -> list[Event]:
 
 
 def _speed_jump(channels: Mapping[str, Channel], i: int, size: str) -> Event:
-    """The jump after the i-th sample of the speed, as long as it lasts."""
+    """Return the jump after the i-th sample of the speed, with its full duration."""
     speed = channels["vx"]
     start, end = float(speed.t[i]), float(speed.t[i + 1])
     soon = speed.values[i + 2 : speed.within(end, start + BACK).stop]
@@ -88,11 +88,11 @@ def _speed_jump(channels: Mapping[str, Channel], i: int, size: str) -> Event:
 
 
 def _until_it_moves(speed: Channel, i: int) -> int:
-    """Index of the first sample after a jump at which the vehicle no longer stands as it was put down."""
+    """Return the index of the first sample after a jump at which the vehicle moves again."""
     if abs(float(speed.values[i])) > STILL:
         return i
     first, length = i, 64
-    while first < len(speed.values):  # a little at a time: many jumps may lie before a long rest
+    while first < len(speed.values):  # in growing steps: many jumps may precede one long rest
         moved = np.abs(speed.values[first : first + length] - speed.values[i]) > 0.1
         if moved.any():
             return first + int(np.argmax(moved))
@@ -101,14 +101,15 @@ def _until_it_moves(speed: Channel, i: int) -> int:
 
 
 def _around(channels: Mapping[str, Channel], start: float, end: float) -> tuple[float, float]:
-    """The last calm sample of the forces before a jump and the first one after it."""
+    """Return the times of the last calm force before a jump and the first calm one after it."""
     force = channels.get("ax", channels.get("ay"))
     if force is None:
         return start, end
     near, far = force.within(start - EDGE, start), force.within(end, end + EDGE)
     before = np.flatnonzero(np.abs(force.values[near]) < SPIKE)
     after = np.flatnonzero(np.abs(force.values[far]) < SPIKE)
-    last = near.start + int(before[-1]) if len(before) else near.start - 1  # farther away all count as calm
+    # samples farther away count as calm
+    last = near.start + int(before[-1]) if len(before) else near.start - 1
     first = far.start + int(after[0]) if len(after) else far.stop
     return (
         float(force.t[last]) if last >= 0 else start,
@@ -130,7 +131,7 @@ def _leaps(channels: Mapping[str, Channel], start: float, end: float) -> bool:
 
 
 def _rests(channels: Mapping[str, Channel], start: float, end: float) -> bool:
-    """Return whether a vehicle that was put down stands there with all that it means: no force varies."""
+    """Return whether a vehicle stands after a respawn with constant forces."""
     if end - start < RESTING or "vx" not in channels:
         return False
     forces = [channels[key] for key in ("ax", "ay") if key in channels]
@@ -139,12 +140,13 @@ def _rests(channels: Mapping[str, Channel], start: float, end: float) -> bool:
 
 
 def _place_jumps(channels: Mapping[str, Channel]) -> list[Event]:
-    """Positions that move farther from one to the next than the speed explains, and do not come back."""
+    """Find positions that move farther between two samples than the speed explains."""
     place = place_of(channels)
     if place is None:
         return []
     t, xy = place
-    at = np.r_[0, np.flatnonzero(np.diff(xy, axis=0).any(axis=1)) + 1]  # held positions catch up with a step
+    # repeated positions are dropped: they catch up in one step
+    at = np.r_[0, np.flatnonzero(np.diff(xy, axis=0).any(axis=1)) + 1]
     t, xy = t[at], xy[at]
     way, duration = np.hypot(*np.diff(xy, axis=0).T), np.diff(t)
     if len(way) < 5:
@@ -164,14 +166,14 @@ def _place_jumps(channels: Mapping[str, Channel]) -> list[Event]:
 
 
 def _usual(way: Vec, duration: Vec) -> Vec:
-    """The way that its neighbours make expect where no speed is recorded: a median of five speeds."""
+    """Predict the distance from neighbouring samples, by a median of five speeds, if no speed is recorded."""
     padded = np.pad(way / duration, 2, mode="edge")
     middle = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
     return np.asarray(middle * duration, dtype=np.float64)
 
 
 def _gain(ax: Channel | None, t: Vec) -> Vec:
-    """Speed (n-1,) [m/s] that a_x gives between times (n,)."""
+    """Return the change of speed (n-1,) [m/s] that a_x gives between times (n,)."""
     if ax is None:
         return np.zeros(len(t) - 1)
     area = np.r_[0.0, np.cumsum(0.5 * (ax.values[1:] + ax.values[:-1]) * np.diff(ax.t))]

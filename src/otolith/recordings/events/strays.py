@@ -1,4 +1,4 @@
-"""Stray packets in a recorded drive: a few rows of zeros, or one that leaps far out and comes back."""
+"""Stray packets in a recorded drive: a few rows of zeros, or a row that leaps far off and returns."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -10,16 +10,16 @@ from otolith.core.arrays import Bools, Mat, Vec
 from otolith.recordings.channels import Channel
 from otolith.recordings.events.event import Event, stretches, together
 
-STRAY: Final = 0.3  # [s] for which a stray packet lasts at most
-BREAK: Final = 0.5  # [m/s²] that it breaks out by, at least …
-SHARE: Final = 4.0  # … and so many times as much as the drive goes on by from before to after
-SPIKE: Final = 20.0  # [m/s²] there and back again within so many rows is no motion of a vehicle
+STRAY: Final = 0.3  # [s] longest duration of a stray packet
+BREAK: Final = 0.5  # [m/s²] least deviation of its rows …
+SHARE: Final = 4.0  # … also as a multiple of the change from the row before to the row after
+SPIKE: Final = 20.0  # [m/s²] a leap that returns within SPIKE_ROWS rows is not motion of a vehicle
 SPIKE_ROWS: Final = 3
-AROUND: Final = 10  # rows on either side that show how the drive goes on; none of zeros about zeros
+AROUND: Final = 10  # rows on either side that show how the drive continues
 
 
 def find_strays(felt: Sequence[Channel]) -> list[Event]:
-    """Few rows in which all forces and rates drop to zero, or a_x or a_y leaps out and comes back."""
+    """Find a few rows in which all forces and rates are zero, or in which a_x or a_y leaps and returns."""
     t, table = together(felt)
     if len(t) < 3:
         return []
@@ -34,14 +34,14 @@ def find_strays(felt: Sequence[Channel]) -> list[Event]:
 
 
 def _alone(zero: Bools, run: tuple[int, int]) -> bool:
-    """Return whether zeros are the exception about these rows: enough rows before and after hold others."""
+    """Return whether zeros are the exception around these rows: enough rows before and after hold others."""
     first, last = run
     around = zero[max(first - AROUND, 0) : first], zero[last : last + AROUND]
     return all(len(side) == AROUND and not side.any() for side in around)
 
 
 def _spikes(values: Vec) -> list[tuple[int, int]]:
-    """First row and end of leaps that come back within a few rows."""
+    """Return first row and end of leaps that return within a few rows."""
     step = np.diff(values)
     out = np.flatnonzero(np.abs(step) > SPIKE)
     return [
@@ -50,7 +50,7 @@ def _spikes(values: Vec) -> list[tuple[int, int]]:
 
 
 def _stray(t: Vec, table: Mat, run: tuple[int, int], what: str) -> Event | None:
-    """The rows [first, last) as a stray packet, if the drive goes on after them as before."""
+    """Return the rows [first, last) as a stray packet if the drive continues after them as before."""
     first, last = run
     if first < 1 or last >= len(t) or t[last] - t[first - 1] > STRAY + 1e-9:
         return None
