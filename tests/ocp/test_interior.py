@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize
 
 from otolith.core.arrays import Mat
-from otolith.ocp import Answer, Disc, Dynamics, Expansion, certify, solve
+from otolith.ocp import Answer, Breakdown, Disc, Dynamics, Expansion, certify, solve
 
 A1, B1 = np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]])  # a double integrator, 0.1 s
 
@@ -131,3 +131,57 @@ def test_a_start_outside_is_refused() -> None:
         solve(dynamics, cost, np.array([0.0, 1.0]), 10)
     with pytest.raises(ValueError, match="zero strictly inside"):
         Dynamics(A=A1, B=B1, lower=np.zeros(3), upper=np.ones(3))
+
+
+@pytest.mark.parametrize("part", ["value", "gradient", "hessian"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_no_number_ends_the_iteration(part: str, bad: float) -> None:
+    """It went on for ever once: no shift makes a Hessian positive that holds no number."""
+    dynamics, cost = problem(1, 10)
+
+    class Broken(Following):
+        def expand(self, X: Mat, U: Mat) -> Expansion:
+            found = super().expand(X, U)
+            spoilt = np.array(getattr(found, part))
+            spoilt.flat[-1] = bad
+            return Expansion(**{**found._asdict(), part: spoilt})
+
+    with pytest.raises(Breakdown, match="no number"):
+        solve(dynamics, Broken(cost.wanted), np.zeros(2), 10)
+
+
+def test_a_cost_without_a_lower_end_ends_the_iteration() -> None:
+    dynamics, cost = problem(1, 10)
+
+    class Downwards(Following):
+        def expand(self, X: Mat, U: Mat) -> Expansion:
+            found = super().expand(X, U)
+            return found._replace(hessian=found.hessian - 1e30 * np.eye(3))
+
+    with pytest.raises(Breakdown, match="makes the Hessian positive"):
+        solve(dynamics, Downwards(cost.wanted), np.zeros(2), 10)
+
+
+def test_without_limits_the_answer_is_that_of_least_squares() -> None:
+    N, nothing = 12, np.full(3, np.inf)
+    _, cost = problem(1, N)
+    free = Dynamics(A=A1, B=B1, lower=-nothing, upper=nothing)
+    answer = solve(free, cost, np.zeros(2), N)
+    places = np.zeros((N, N))  # of x_k by u_j
+    for k in range(N):
+        for j in range(k):
+            places[k, j] = (np.linalg.matrix_power(A1, k - 1 - j) @ B1)[0, 0]
+    expected = np.linalg.solve(places.T @ places + cost.effort * np.eye(N), places.T @ cost.wanted)
+    assert answer.converged
+    assert_allclose(answer.U, expected, atol=1e-9)
+    assert certify(free, cost.costs, answer).worst < 1e-9
+
+
+def test_a_drive_that_wants_nothing_is_certified() -> None:
+    """Its gradient is zero, and so is its cost: measured by what counts as nothing."""
+    dynamics, cost = problem(1, 40)
+    still = Following(np.zeros_like(cost.wanted))
+    answer = solve(dynamics, still, np.zeros(2), 40)
+    assert certify(dynamics, still.costs, answer, nothing=1e-8).worst < 1e-7
+    moved = replace(answer, U=answer.U + 1e-3)
+    assert certify(dynamics, still.costs, moved, nothing=1e-8).worst > 1e-2

@@ -4,7 +4,7 @@ It knows nothing of motion cueing: linear dynamics, bounds, discs, and a smooth 
 """
 
 from otolith.ocp.certificate import Certificate, certify
-from otolith.ocp.interior import solve
+from otolith.ocp.interior import Breakdown, solve
 from otolith.ocp.problem import Answer, Cost, Disc, Dynamics, Expansion
 
-__all__ = ["Answer", "Certificate", "Cost", "Disc", "Dynamics", "Expansion", "certify", "solve"]
+__all__ = ["Answer", "Breakdown", "Certificate", "Cost", "Disc", "Dynamics", "Expansion", "certify", "solve"]

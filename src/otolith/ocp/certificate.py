@@ -12,11 +12,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from otolith.core.arrays import Mat
+from otolith.core.arrays import Mat, Vec
 from otolith.ocp.problem import Answer, Dynamics
 
 MARKED: Final = 1e-6  # part of the cost of standing still that an optimum near zero is measured by
-_NOTHING: Final = 1e-12  # a cost that counts as none
 _STEP: Final = 1e-30  # of the complex step; its square is no number any more
 
 # Stage costs (N,) of states (N, nx) before and inputs (N, nu) of every step, also for complex arguments.
@@ -25,13 +24,19 @@ StageCosts = Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
-    """How far an answer is from optimal; each figure is relative, and zero at an optimum."""
+    """How far an answer is from optimal; each figure is relative, and zero at an optimum.
+
+    Parts of the cost are those of the answer's, with MARKED of what standing still costs and what counts as
+    nothing added: an optimum near zero, or a drive that wants nothing, is measured by these.
+    """
 
     dynamics: float  # largest error of a state, in parts of the largest state
     outside: float  # largest excess over a limit, in parts of the limit; not positive inside
     sign: float  # most negative multiplier, in parts of the largest
-    stationarity: float  # largest gradient by an input, in parts of the largest at the start, standing still
-    gap: float  # Σ λ d, in parts of the cost (at least MARKED of that of standing still): what is left to win
+    stationarity: (
+        float  # Σ |gradient| · range of every input, in parts of the cost: what they could still win
+    )
+    gap: float  # Σ λ d, in parts of the cost: what is left to win by going nearer to the limits
 
     @property
     def worst(self) -> float:
@@ -39,17 +44,17 @@ class Certificate:
         return max(self.dynamics, self.outside, self.sign, self.stationarity, self.gap)
 
 
-def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer) -> Certificate:
-    """Judge an answer. The gap is what is left to win where the cost is convex.
+def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer, *, nothing: float = 1e-12) -> Certificate:
+    """Judge an answer. Where the cost is convex no motion costs less by more than stationarity and gap say.
 
     Parameters
     ----------
     costs : of every step, see `StageCosts`; their sum is the cost.
+    nothing : a cost that counts as none.
     """
     X, U = answer.X, answer.U
-    still_x, still_u = np.zeros_like(X[:-1]), np.zeros_like(U)
-    value = float(costs(X[:-1], U).sum() + MARKED * costs(still_x, still_u).sum())
-    start = _by_inputs(dynamics, *_gradient(costs, still_x, still_u), np.zeros_like(X[1:]))
+    value = float(costs(X[:-1], U).sum() + nothing)
+    value += MARKED * float(costs(np.zeros_like(X[:-1]), np.zeros_like(U)).sum())
     of_x, of_u = _gradient(costs, X[:-1], U)
     after, of_u_limits = _of_limits(dynamics, answer)
     total = _by_inputs(dynamics, of_x, of_u + of_u_limits, after)
@@ -58,11 +63,18 @@ def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer) -> Certificat
     error = np.abs(X[1:] - X[:-1] @ dynamics.A.T - U @ dynamics.B.T).max()
     return Certificate(
         dynamics=float(error / (np.abs(X).max() + 1e-12)),
-        outside=float(max((-distance / reach).max(), 0.0)),
-        sign=float(max(-y.min(), 0.0) / (np.abs(y).max() + 1e-300)),
-        stationarity=float(np.abs(total).max() / (np.abs(start).max() + 1e-300)),
-        gap=float((y * np.maximum(distance, 0.0)).sum() / (value + _NOTHING)),
+        outside=float((-distance / reach).max(initial=0.0)),
+        sign=float((-y).max(initial=0.0) / (np.abs(y).max(initial=0.0) + 1e-300)),
+        stationarity=float((np.abs(total) * _ranges(dynamics, U)).sum() / value),
+        gap=float((y * np.maximum(distance, 0.0)).sum() / value),
     )
+
+
+def _ranges(dynamics: Dynamics, U: Mat) -> Vec:
+    """How far apart two values of each input can be (nu,); of one without limits, twice the largest used."""
+    ranges = dynamics.upper[dynamics.states :] - dynamics.lower[dynamics.states :]
+    used: Vec = np.where(np.isfinite(ranges), ranges, 2.0 * np.abs(U).max(axis=0))
+    return used
 
 
 def _gradient(costs: StageCosts, X: Mat, U: Mat) -> tuple[Mat, Mat]:

@@ -7,7 +7,7 @@ of λ eliminated, a side adds λ/d to the diagonal of the Hessian and −∇d m/
 
 The dynamics are linear and every step obeys them, so each iterate is a motion inside all bounds. A disc
 curves away from a step along it, so its d is a variable of its own, which meets the distance in the end.
-Predictor and corrector share the factors (Mehrotra, 1992).
+Predictor and corrector share the factors (Mehrotra, 1992). Without limits the steps are Newton's own.
 """
 
 import math
@@ -17,10 +17,17 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import OtolithError
 from otolith.ocp import kernels
-from otolith.ocp.problem import Answer, Cost, Disc, Dynamics
+from otolith.ocp.problem import Answer, Cost, Disc, Dynamics, Expansion
 
 _TO_BOUNDARY: Final = 0.995  # of the way to the nearest limit
+_LEAST_SHIFT, _LARGEST_SHIFT = 1e-10, 1e15  # added to the Hessian's inputs until its factors exist
+_SETTLED: Final = 1e-7  # of the largest input, by which any may still move in the last step
+
+
+class Breakdown(OtolithError):
+    """The iteration cannot go on: a derivative is no number, or nothing makes the Hessian positive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +53,7 @@ def solve(dynamics: Dynamics, cost: Cost, x0: Vec, N: int, settings: Settings | 
     Raises
     ------
     ValueError : the motion without inputs does not stay inside.
+    Breakdown : a cost or a derivative is no number.
     """
     return _Iteration(dynamics, cost, x0, N, settings or Settings()).run()
 
@@ -66,20 +74,20 @@ class _Iteration:
             raise ValueError("the motion without inputs must stay strictly inside the limits")
         self.missed = np.zeros_like(self.d)  # distances less d: zero but for discs
         self.gains, self.factors = np.empty((N, nu, nx)), np.empty((N, nu, nu))
-        self.value, self.gradient, self.hessian = cost.expand(self.X, self.U)
-        self.mu = max(self.value, 1e-6) / self.d.size
+        self.value, self.gradient, self.hessian = self._expanded(self.X, self.U)
+        self.mu = max(self.value, 1e-6) / max(1, self.d.size)
         self.y = self.mu / self.d
 
     def run(self) -> Answer:
         """Iterate until μ is small or the limit is reached."""
         converged, iterations = False, 0
-        floor = self.settings.accuracy * max(self.value, 1e-6) / self.d.size
+        floor = self.settings.accuracy * self.mu
         while iterations < self.settings.iteration_limit:
             iterations += 1
             moved = self._step(floor)
-            gap = float(np.mean(self.y * self.d))
-            missed = float(np.abs(self.missed).max())
-            if gap <= 2.0 * floor and moved < 1e-5 and missed < self.settings.slack:
+            gap = _mean(self.y * self.d)
+            missed = float(np.abs(self.missed).max(initial=0.0))
+            if gap <= 2.0 * floor and moved < _SETTLED and missed < self.settings.slack:
                 converged = True
                 break
         m = len(self.sides.bound)
@@ -96,9 +104,9 @@ class _Iteration:
         """Move once; return the largest relative change of the cost or of an input."""
         affine = self._direction(np.zeros_like(self.d), fresh=True)
         reach_p, reach_d = self._reach(affine)
-        after = np.mean((self.d + reach_p * affine.d) * (self.y + reach_d * affine.y))
-        now = float(np.mean(self.d * self.y))
-        self.mu = max(floor, now * min(1.0, max(float(after) / now, 0.0) ** 3))
+        after = _mean((self.d + reach_p * affine.d) * (self.y + reach_d * affine.y))
+        now = _mean(self.d * self.y)
+        self.mu = max(floor, now * min(1.0, max(after / now, 0.0) ** 3) if now > 0.0 else 0.0)
         target = self.mu - affine.d * affine.y if reach_p > 0.1 else np.full_like(self.d, self.mu)
         step = self._direction(np.clip(target, -10.0 * now, 10.0 * now), fresh=False)
         return self._move(step)
@@ -117,17 +125,22 @@ class _Iteration:
         last_h = np.zeros(nx)
         self._add_gradient(h, last_h, pull)
         if fresh:
-            H = self.hessian.copy()
-            last = np.zeros((nx, nx))
-            self._add_hessian(H, last, weight)
-            scale = 0.0
-            while not kernels.factorise(self.A, self.B, H, last, self.gains, self.factors):
-                scale = max(10.0 * scale, 1e-10)
-                H[:, range(nx, H.shape[1]), range(nx, H.shape[1])] += scale
+            self._factorise(weight)
         dX, dU = np.empty_like(self.X), np.empty_like(self.U)
         kernels.solve(self.A, self.B, self.gains, self.factors, h, last_h, dX, dU)
         dd = self._change(dX, dU) + self.missed
         return _Direction(dX, dU, dd, (target - self.y * self.d - self.y * dd) / self.d)
+
+    def _factorise(self, weight: Mat) -> None:
+        """Make the factors anew; where some are not real, with more and more effort until they are."""
+        nx, inputs = self.X.shape[1], range(self.X.shape[1], self.hessian.shape[1])
+        H, last, shift = self.hessian.copy(), np.zeros((nx, nx)), 0.0
+        self._add_hessian(H, last, weight)
+        while not kernels.factorise(self.A, self.B, H, last, self.gains, self.factors):
+            if shift >= _LARGEST_SHIFT:
+                raise Breakdown(f"no effort of up to {shift:.0e} makes the Hessian positive")
+            shift = max(10.0 * shift, _LEAST_SHIFT)
+            H[:, inputs, inputs] += shift
 
     def _add_hessian(self, H: Mat, last: Mat, weight: Mat) -> None:
         """Add the limits' part; the state of row k of `weight` is x_{k+1}, the input u_k."""
@@ -193,8 +206,14 @@ class _Iteration:
         changed = reach_p * np.abs(step.U).max() / (1.0 + np.abs(U).max())
         self.X, self.U, self.d = X, U, d
         self.y = self.y + reach_d * step.y
-        self.value, self.gradient, self.hessian = self.cost.expand(X, U)
+        self.value, self.gradient, self.hessian = self._expanded(X, U)
         return float(changed)
+
+    def _expanded(self, X: Mat, U: Mat) -> Expansion:
+        found = self.cost.expand(X, U)
+        if not all(np.isfinite(part).all() for part in found):
+            raise Breakdown("the cost of a motion, or a derivative of it, is no number")
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +230,10 @@ def _of_disc(disc: Disc, X: Mat) -> Mat:
     return distance
 
 
+def _mean(products: Mat) -> float:
+    return float(products.sum()) / max(1, products.size)
+
+
 def _longest(values: Mat, change: Mat) -> float:
-    fastest = float(np.max(-change / values))
+    fastest = float(np.max(-change / values, initial=0.0))
     return 1.0 / fastest if fastest > 0.0 else math.inf

@@ -14,10 +14,10 @@ import math
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.jit import kernel
+from otolith.core.jit import jit_allocating, jit_entry
 
 
-@kernel
+@jit_entry
 def factorise(A: Mat, B: Mat, H: Mat, last: Mat, gains: Mat, factors: Mat) -> bool:
     """Write the gains F⁻¹G (N, nu, nx) and factors L (N, nu, nu); False where some F is not positive.
 
@@ -81,7 +81,7 @@ def factorise(A: Mat, B: Mat, H: Mat, last: Mat, gains: Mat, factors: Mat) -> bo
     return True
 
 
-@kernel
+@jit_entry
 def solve(A: Mat, B: Mat, gains: Mat, factors: Mat, h: Mat, last: Vec, dX: Mat, dU: Mat) -> None:
     """Write the step dX (N + 1, nx), dU (N, nu) for gradients h (N, nx + nu) and `last` (nx,) in x_N."""
     nx, nu = B.shape
@@ -119,7 +119,7 @@ def solve(A: Mat, B: Mat, gains: Mat, factors: Mat, h: Mat, last: Vec, dX: Mat, 
         move(A, B, dX[k], dU[k], dX[k + 1])
 
 
-@kernel
+@jit_allocating
 def move(A: Mat, B: Mat, x: Vec, u: Vec, after: Vec) -> None:
     """Write A x + B u."""
     for i in range(len(A)):
@@ -131,7 +131,7 @@ def move(A: Mat, B: Mat, x: Vec, u: Vec, after: Vec) -> None:
         after[i] = total
 
 
-@kernel
+@jit_entry
 def roll(A: Mat, B: Mat, U: Mat, X: Mat) -> None:
     """Write the states X (N + 1, nx) that follow from X[0] under the inputs U (N, nu)."""
     for k in range(len(U)):

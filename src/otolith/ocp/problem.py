@@ -28,9 +28,6 @@ class Expansion(NamedTuple):
 class Cost(Protocol):
     """φ of a motion; X (N + 1, nx) from x_0 on, U (N, nu)."""
 
-    def value(self, X: Mat, U: Mat) -> float:
-        """φ(X, U)."""
-
     def expand(self, X: Mat, U: Mat) -> Expansion:
         """φ with its derivatives at (X, U); the arrays may be written over by the next call."""
 

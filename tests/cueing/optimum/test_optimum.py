@@ -10,6 +10,7 @@ from otolith import metrics, registry
 from otolith.cli.optimum import distance
 from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
+from otolith.core.rotation import felt_along
 from otolith.cueing.design import Design
 from otolith.cueing.optimum import Optimum, optimum
 from otolith.loop import simulate
@@ -85,9 +86,70 @@ def test_what_it_cannot_do_is_refused_in_one_sentence() -> None:
         optimum(load("thesis"), (SURGE_PITCH,), endless)
 
 
-def test_where_nothing_is_wanted_nothing_moves() -> None:
-    still = best("step:amplitude=0,duration=2,end=2")
+@pytest.mark.parametrize(
+    ("platform", "dofs"),
+    [
+        ("thesis", (SURGE_PITCH, SWAY_ROLL)),
+        ("benchmark", (SURGE_PITCH,)),
+        ("davsi-4dof", (SURGE_PITCH, SWAY_ROLL)),
+        ("davsi", (SURGE_PITCH,)),
+        ("davsi", (SURGE_PITCH, YAW)),
+        ("davsi", (SURGE_PITCH, SWAY_ROLL, YAW)),
+        ("davsi", (HEAVE,)),
+    ],
+    ids=lambda value: value if isinstance(value, str) else ",".join(dof.name for dof in value),
+)
+def test_where_nothing_is_wanted_nothing_moves(platform: str, dofs: tuple[Dof, ...]) -> None:
+    """Limits that lie unequally far push the first iterates aside, and there is no gradient to measure by."""
+    still = best("step:amplitude=0,duration=2,end=2", platform, *dofs)
     assert np.abs(still.run.pose).max() < 1e-9
+    assert still.certificate.worst < 1e-9
+
+
+def test_the_force_at_the_head_is_what_counts() -> None:
+    """A lever arm of a metre: commands that are best without it are far from the best with it."""
+    thesis = load("thesis")
+    assert thesis.hexapod is not None
+    table = thesis.hexapod.model_copy(update={"head_m": (0.3, 0.0, 1.0)})
+    headed = thesis.model_copy(update={"hexapod": table})
+    found = optimum(headed, (SURGE_PITCH,), scenario("step-1"))
+    error = metrics.tracking_rmse(found.run)[0]
+    assert error == pytest.approx(0.0156, abs=1e-4)
+    assert found.certificate.worst < 1e-4
+    sensed = np.empty_like(found.run.felt_force)
+    felt_along(np.array(headed.head), found.run.pose, found.run.twist, found.run.acceleration, sensed)
+    assert_allclose(found.run.felt_force, sensed, atol=1e-12)
+    without = best("step-1").run
+    felt_along(np.array(headed.head), without.pose, without.twist, without.acceleration, sensed)
+    assert np.sqrt(np.mean((sensed - without.reference_force)[:, 0] ** 2)) > 5 * error
+
+
+def test_the_error_through_the_lag_is_that_of_the_jumps() -> None:
+    """By brute force: of all accelerations at the jump and one period after it, those that miss it least."""
+    lag, t = 0.01, np.arange(1, 11) * 1e-3
+    through = (1.0 - np.exp(-t / lag)) / (1.0 - np.exp(-1.0))  # from one node's acceleration to the next's
+
+    def missed(at_jump: float, after: float) -> float:
+        courses = at_jump * through, at_jump + (after - at_jump) * through, after + (1.0 - after) * through
+        return sum(float(np.sum((a - w) ** 2)) for a, w in zip(courses, (0.0, 1.0, 1.0), strict=True))
+
+    least = min(missed(a, b) for a in np.linspace(0.0, 1.0, 101) for b in np.linspace(0.9, 1.3, 101))
+    found = best("step:amplitude=2,start=1,end=5,duration=6").through_lag["surge-pitch"]
+    assert found == pytest.approx(np.sqrt(2 * 2.0**2 * least / 6000), rel=0.03)  # two jumps of 2 m/s²
+
+
+def test_a_platform_without_lag_follows_jumps() -> None:
+    quick = optimum(load("thesis"), (SURGE_PITCH,), scenario("step-1"), lag=0.0)
+    assert quick.through_lag["surge-pitch"] < 1e-4
+    assert metrics.tracking_rmse(quick.run)[0] < 1e-3
+
+
+def test_a_reference_that_is_no_number_is_refused() -> None:
+    broken = Scenario(
+        name="b", duration=2.0, specific_force=lambda t: np.where(t > 1.0, np.nan, 0.0)[:, None].repeat(3, 1)
+    )
+    with pytest.raises(InputError, match=r"the reference is no number at 1.00. s"):
+        optimum(load("thesis"), (SURGE_PITCH,), broken)
 
 
 def test_distances_in_words() -> None:

@@ -2,28 +2,29 @@
 
 The whole reference is known, there is no washout and nothing is held back for what may come, so no causal
 algorithm can do better: its error is the measure of theirs. What is minimised is the mean square of the error
-of the felt force that `metrics` reports, at every sample of the plant; yaw adds that of its rate, with the
-weight of the MPCs, and heave is a problem of its own. A trace of effort makes the answer unique. The limits
-are the platform's own at the nodes of control (place, speed, acceleration, command, the circle), without
-braking rows, and the motion model is that of the MPCs, with the exact gravity of every tilt.
+of the felt force that `metrics` reports, at every sample of the plant and at the driver's head where the
+platform's file says where that is; yaw adds that of its rate, with the weight of the MPCs, and heave is a
+problem of its own. A trace of effort makes the answer unique. The limits are the platform's own at the nodes
+of control (place, speed, acceleration, command, the circle), without braking rows, and the motion model is
+that of the MPCs, with the exact gravity of every tilt.
 
 Source: M. Katliar, Optimal control of motion simulators (University of Freiburg, 2020).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from otolith.core.arrays import Ints, Mat
 from otolith.core.errors import InputError, OtolithError
-from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, Dof, specific_force
+from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import zero_order_hold
 from otolith.cueing.mpc.objective import FORCE_WEIGHT, RATE_WEIGHT
 from otolith.cueing.optimum import kernels
+from otolith.cueing.optimum.definition import Numbers, felt
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.loop import EDGE, Run, simulate
 from otolith.ocp import Answer, Certificate, Disc, Dynamics, Expansion, certify, solve
@@ -35,6 +36,7 @@ NAME: Final = "optimum"  # of the run
 PERIOD: Final = 0.01  # [s]
 EFFORT: Final = 1e-5  # weight of u² next to the squared errors of all samples of a period
 ACCEPTED: Final = 1e-4  # largest certificate of an answer
+NOTICED: Final = 1e-4  # [m/s², rad/s] an error whose cost counts as none, in every sample
 _LEAST_LAG: Final = 1e-4  # [s]
 _LONGEST: Final = 3600.0  # [s] that fit in memory
 
@@ -50,22 +52,60 @@ class Optimum:
     run: Run
     certificate: Certificate
     iterations: int
+    through_lag: Mapping[str, float]  # error [m/s² or rad/s, RMS] by degree of freedom, see `_through_lag`
 
 
 def optimum(
-    platform: Platform, dofs: tuple[Dof, ...], scenario: Scenario, *, plant_period: float = 1e-3
+    platform: Platform,
+    dofs: tuple[Dof, ...],
+    scenario: Scenario,
+    *,
+    lag: float | None = None,
+    plant_period: float = 1e-3,
+    settings: Mapping[str, Any] | None = None,
 ) -> Optimum:
     """Solve the offline problem of a scenario and close the loop with its answer on the ideal platform.
 
     Parameters
     ----------
+    lag : [s] of the ideal platform's accelerations behind their commands; None: that of the platform's file.
     plant_period : [s] between two samples, a whole fraction of 10 ms.
+    settings : what the user chose, for the record of the run.
 
     Raises
     ------
-    InputError : the platform lacks an axis, heave is cued with others, or the scenario lasts over an hour.
+    InputError : the platform lacks an axis, heave is cued with others, or the scenario lasts over an hour or
+        wants what is no number.
     NoOptimum : the certificate of the answer is not accepted.
     """
+    check(dofs, scenario)
+    lag = max(platform.actuators.lag_s if lag is None else lag, _LEAST_LAG)
+    dynamics = _dynamics(platform, dofs, lag)
+    cost = _Felt.of(scenario, dofs, lag=lag, head=platform.head, plant_period=plant_period)
+    answer = solve(dynamics, cost, np.zeros(dynamics.states), len(cost.tracked.wanted))
+    certificate = certify(dynamics, cost.costs, answer, nothing=cost.nothing)
+    if not certificate.worst <= ACCEPTED:  # so that a NaN is refused, too
+        raise NoOptimum(f"the optimum of {scenario.name} is not certified: {certificate}")
+    run = simulate(
+        _Replay(cost.tracked.axes, answer, certificate.worst),
+        Ideal(lag, head=platform.head),
+        scenario,
+        platform=platform,
+        dofs=tuple(dof.name for dof in dofs),
+        names=(NAME, "ideal"),
+        settings=settings,
+        plant_period=plant_period,
+    )
+    return Optimum(
+        run=run,
+        certificate=certificate,
+        iterations=answer.iterations,
+        through_lag={dof.name: _through_lag(cost, c, dof, lag) for c, dof in enumerate(dofs)},
+    )
+
+
+def check(dofs: tuple[Dof, ...], scenario: Scenario) -> None:
+    """Refuse what has no optimum here, before any time is spent; errors as `optimum`."""
     if scenario.duration > _LONGEST:
         raise InputError("duration of the scenario", f"{scenario.duration:g} s", f"at most {_LONGEST:g} s")
     if HEAVE in dofs and len(dofs) > 1:
@@ -73,60 +113,50 @@ def optimum(
         raise InputError(
             "--dofs of the optimum", ",".join(dof.name for dof in dofs), f"without heave, or heave {bound}"
         )
-    task = _Task(platform, dofs, scenario, plant_period)
-    answer = solve(task.dynamics, task, np.zeros(task.dynamics.states), len(task.wanted))
-    certificate = certify(task.dynamics, task.costs, answer)
-    if not certificate.worst <= ACCEPTED:  # so that a NaN is refused, too
-        raise NoOptimum(f"the optimum of {scenario.name} is not certified: {certificate}")
-    run = simulate(
-        _Replay(task, answer, certificate.worst),
-        Ideal(task.lag),
-        scenario,
-        platform=platform,
-        dofs=tuple(dof.name for dof in dofs),
-        names=(NAME, "ideal"),
-        plant_period=plant_period,
-    )
-    return Optimum(run=run, certificate=certificate, iterations=answer.iterations)
 
 
-class _Task:
-    """The problem of one scenario; it is the cost of `otolith.ocp` itself."""
+@dataclass(frozen=True)
+class _Felt:
+    """The error of what is felt: the cost of `otolith.ocp`, and again by definition, for the certificate."""
 
-    def __init__(
-        self, platform: Platform, dofs: tuple[Dof, ...], scenario: Scenario, plant_period: float
-    ) -> None:
-        self.dofs, self.lag = dofs, max(platform.actuators.lag_s, _LEAST_LAG)
-        self.axes = [axis for dof in dofs for axis in dof.axes]
-        self._samples = round(PERIOD / plant_period)
-        self.dynamics = self._dynamics(platform)
-        N = round(scenario.duration / PERIOD)
-        time = np.arange(1, N * self._samples + 1, dtype=np.float64) * plant_period - EDGE
-        force, rate = scenario.specific_force(time), scenario.angular_rate(time)
-        both = np.hstack([force, rate[:, 2:]]).reshape(N, self._samples, 4)
-        self.channel: Ints = np.array([3 if dof.feels_rate else dof.felt for dof in dofs], dtype=np.int64)
-        self.wanted = np.ascontiguousarray(both[:, :, self.channel])
-        self.weight = np.where(self.channel == 3, RATE_WEIGHT, FORCE_WEIGHT)
+    tracked: kernels.Tracked
 
-    @cached_property
-    def within(self) -> Mat:
-        """(S, 3, 4) motion of one axis at the samples of a period, by place, speed, acceleration, command."""
-        A, B = _axis(self.lag)
-        step = PERIOD / self._samples
-        held = [zero_order_hold(A, B, step * j) for j in range(1, self._samples + 1)]
-        return np.stack([np.hstack(pair) for pair in held])
-
-    @cached_property
-    def tracked(self) -> kernels.Tracked:
-        """The constants of the cost, as the kernels take them."""
-        where = [self.axes.index(axis) if axis in self.axes else -1 for axis in range(6)]
-        return kernels.Tracked(
-            self.within, np.array(where, dtype=np.int64), self.channel, self.weight, self.wanted, EFFORT
+    @classmethod
+    def of(
+        cls,
+        scenario: Scenario,
+        dofs: tuple[Dof, ...],
+        *,
+        lag: float,
+        head: tuple[float, float, float] | None,
+        plant_period: float,
+    ) -> "_Felt":
+        """The cost of a scenario along degrees of freedom; the head as `Platform.head`."""
+        samples, N = round(PERIOD / plant_period), round(scenario.duration / PERIOD)
+        time = np.arange(1, N * samples + 1, dtype=np.float64) * plant_period - EDGE
+        both = np.hstack([scenario.specific_force(time), scenario.angular_rate(time)[:, 2:]])
+        channel: Ints = np.array([3 if dof.feels_rate else dof.felt for dof in dofs], dtype=np.int64)
+        wanted = np.ascontiguousarray(both[:, channel])
+        if not np.isfinite(wanted).all():
+            when = time[np.flatnonzero(~np.isfinite(wanted).all(axis=1))[0]]
+            raise InputError("the reference", f"no number at {when:.3f} s", "one at all times")
+        return cls(
+            kernels.Tracked(
+                within=_within(lag, samples),
+                axes=np.array([axis for dof in dofs for axis in dof.axes], dtype=np.int64),
+                head=np.array([] if head is None else head, dtype=np.float64),
+                channel=channel,
+                weight=np.where(channel == 3, RATE_WEIGHT, FORCE_WEIGHT),
+                wanted=wanted.reshape(N, samples, len(dofs)),
+                effort=EFFORT,
+            )
         )
 
-    def value(self, X: Mat, U: Mat) -> float:
-        """The cost of a motion."""
-        return kernels.value(self.tracked, X, U)
+    @property
+    def nothing(self) -> float:
+        """The cost of an error of `NOTICED` in every sample."""
+        N, samples, _ = self.tracked.wanted.shape
+        return float(0.5 * N * samples * NOTICED**2)
 
     def expand(self, X: Mat, U: Mat) -> Expansion:
         """The cost of a motion, with its derivatives."""
@@ -134,44 +164,69 @@ class _Task:
         gradient, hessian = np.empty((len(U), nz)), np.empty((len(U), nz, nz))
         return Expansion(kernels.expand(self.tracked, X, U, gradient, hessian), gradient, hessian)
 
-    def costs(self, X: NDArray[Any], U: NDArray[Any]) -> NDArray[Any]:
+    def costs(self, X: Numbers, U: Numbers) -> Numbers:
         """The cost of every step (N,), by the definitions of the frames: for the certificate alone."""
-        place, speed, acceleration = (np.zeros((len(U), self._samples, 6), X.dtype) for _ in range(3))
-        for i, axis in enumerate(self.axes):
-            z = np.hstack([X[:, 3 * i : 3 * i + 3], U[:, i : i + 1]])
-            moved = np.einsum("jom,km->okj", self.within, z)
-            place[:, :, axis], speed[:, :, axis], acceleration[:, :, axis] = moved
-        force = specific_force(acceleration[:, :, :3], place[:, :, 3:])
-        roll, pitch = place[:, :, 3], place[:, :, 4]
-        yawing = speed[:, :, 5] * np.cos(pitch) * np.cos(roll) - speed[:, :, 4] * np.sin(roll)
-        felt = np.concatenate([force, yawing[:, :, None]], axis=2)[:, :, self.channel]
-        errors = np.sum(self.weight * (felt - self.wanted) ** 2, axis=(1, 2))
-        total: NDArray[Any] = 0.5 * (errors + EFFORT * np.sum(U**2, axis=1))
+        squares = np.sum(self.tracked.weight * self.errors(X, U) ** 2, axis=(1, 2))
+        total: Numbers = 0.5 * (squares + EFFORT * np.sum(U**2, axis=1))
         return total
 
-    def _dynamics(self, platform: Platform) -> Dynamics:
-        A, B = zero_order_hold(*_axis(self.lag), PERIOD)
-        count = len(self.axes)
-        lower, upper, of_u = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
-        signs = [sign for dof in self.dofs for sign in dof.signs]
-        limits = [one for dof in self.dofs for one in platform.limits(dof)]
-        for i, (sign, one) in enumerate(zip(signs, limits, strict=True)):
-            low, high = one.position if sign > 0.0 else (-one.position[1], -one.position[0])
-            lower[i], upper[i] = (
-                (low, -one.velocity, -one.acceleration),
-                (high, one.velocity, one.acceleration),
-            )
-            of_u[i] = one.command
-        discs: tuple[Disc, ...] = ()
-        if platform.circle is not None and {SURGE_PITCH, SWAY_ROLL} <= set(self.dofs):
-            discs = (Disc((3 * self.axes.index(0), 3 * self.axes.index(1)), platform.circle),)
-        return Dynamics(
-            A=block_diag(*[A] * count),
-            B=block_diag(*[B] * count),
-            lower=np.concatenate([lower.ravel(), -of_u]),
-            upper=np.concatenate([upper.ravel(), of_u]),
-            discs=discs,
+    def errors(self, X: Numbers, U: Numbers) -> Numbers:
+        """Felt minus wanted (N, S, C) of the states X (N, nx) before and the inputs of every step."""
+        t = self.tracked
+        motion = np.zeros((3, len(U), len(t.within), 6), X.dtype)
+        for i, axis in enumerate(t.axes):
+            z = np.hstack([X[:, 3 * i : 3 * i + 3], U[:, i : i + 1]])
+            motion[..., axis] = np.einsum("jom,km->okj", t.within, z)
+        felt_there = felt(motion[0], motion[1], motion[2], t.head if len(t.head) else None)
+        difference: Numbers = felt_there[..., t.channel] - t.wanted
+        return difference
+
+
+def _through_lag(cost: _Felt, c: int, dof: Dof, lag: float) -> float:
+    """RMS error that no platform with this lag and these periods can avoid along one degree of freedom.
+
+    That of an axis without limits, straight along what is felt: what remains are jumps, which commands that
+    last a period and reach the accelerations through the lag cannot follow.
+    """
+    t = cost.tracked
+    alone = _Felt(
+        t._replace(
+            axes=np.array(dof.axes[:1], dtype=np.int64),
+            head=np.zeros(0),
+            channel=t.channel[c : c + 1],
+            weight=t.weight[c : c + 1],
+            wanted=np.ascontiguousarray(t.wanted[:, :, c : c + 1]),
         )
+    )
+    A, B = zero_order_hold(*_axis(lag), PERIOD)
+    endless = np.full(4, np.inf)
+    answer = solve(
+        Dynamics(A=A, B=B, lower=-endless, upper=endless), alone, np.zeros(3), len(alone.tracked.wanted)
+    )
+    return float(np.sqrt(np.mean(alone.errors(answer.X[:-1], answer.U) ** 2)))
+
+
+def _dynamics(platform: Platform, dofs: tuple[Dof, ...], lag: float) -> Dynamics:
+    axes = [axis for dof in dofs for axis in dof.axes]
+    A, B = zero_order_hold(*_axis(lag), PERIOD)
+    lower, upper, of_u = np.empty((len(axes), 3)), np.empty((len(axes), 3)), np.empty(len(axes))
+    signs = [sign for dof in dofs for sign in dof.signs]
+    limits = [one for dof in dofs for one in platform.limits(dof)]
+    for i, (sign, one) in enumerate(zip(signs, limits, strict=True)):
+        low, high = one.position if sign > 0.0 else (-one.position[1], -one.position[0])
+        lower[i] = low, -one.velocity, -one.acceleration
+        upper[i] = high, one.velocity, one.acceleration
+        of_u[i] = one.command
+    discs: tuple[Disc, ...] = ()
+    if platform.circle is not None and {SURGE_PITCH, SWAY_ROLL} <= set(dofs):
+        discs = (Disc((3 * axes.index(0), 3 * axes.index(1)), platform.circle),)
+    return Dynamics(
+        A=block_diag(*[A] * len(axes)),
+        B=block_diag(*[B] * len(axes)),
+        lower=np.concatenate([lower.ravel(), -of_u]),
+        upper=np.concatenate([upper.ravel(), of_u]),
+        discs=discs,
+    )
 
 
 def _axis(lag: float) -> tuple[Mat, Mat]:
@@ -182,16 +237,23 @@ def _axis(lag: float) -> tuple[Mat, Mat]:
     )
 
 
+def _within(lag: float, samples: int) -> Mat:
+    """(S, 3, 4) motion of one axis at the samples of a period, by place, speed, acceleration, command."""
+    A, B = _axis(lag)
+    step = PERIOD / samples
+    return np.stack([np.hstack(zero_order_hold(A, B, step * j)) for j in range(1, samples + 1)])
+
+
 class _Replay:
     """Commands that were found beforehand, as a cueing algorithm."""
 
     period = PERIOD
 
-    def __init__(self, task: _Task, answer: Answer, residual: float) -> None:
+    def __init__(self, axes: Ints, answer: Answer, residual: float) -> None:
         self._outcome = Outcome(status=Status.DECIDED, residual=residual)
         self._commands, self._poses, self._twists = (np.zeros((len(answer.U), 6)) for _ in range(3))
-        self._commands[:, task.axes] = answer.U
-        self._poses[:, task.axes], self._twists[:, task.axes] = answer.X[1:, ::3], answer.X[1:, 1::3]
+        self._commands[:, axes] = answer.U
+        self._poses[:, axes], self._twists[:, axes] = answer.X[1:, ::3], answer.X[1:, 1::3]
         self._k = 0
 
     def reset(self, state: PlatformState) -> None:  # noqa: ARG002 (the role has it; a replay starts at rest)

@@ -1,0 +1,46 @@
+"""What is felt and its derivatives, against the definition in world and against the plant's own sensing."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from otolith.core.frames import DOFS
+from otolith.core.rotation import felt_along, rate_along
+from otolith.cueing.optimum.definition import felt
+from otolith.cueing.optimum.optimum import _Felt
+from otolith.scenarios import Scenario
+
+STEP = 1e-30  # of a complex step
+HEADS = pytest.mark.parametrize("head", [None, (0.0, 0.0, 0.0), (0.3, -0.2, 1.0)], ids=["none", "zero", "up"])
+
+
+def moving(n: int) -> np.ndarray:
+    """Large motions (3, n, 6), so that no term is too small to be seen."""
+    return np.random.default_rng(7).normal(size=(3, n, 6)) * np.array([0.6, 1.0, 2.0])[:, None, None]
+
+
+def test_the_definition_is_what_the_plants_sense() -> None:
+    place, speed, acceleration = moving(40)
+    head, force, rate = np.array([0.3, -0.2, 1.0]), np.empty((40, 3)), np.empty((40, 3))
+    felt_along(head, place, speed, acceleration, force)
+    rate_along(place, speed, rate)
+    assert_allclose(felt(place, speed, acceleration, head), np.hstack([force, rate[:, 2:]]), atol=1e-12)
+
+
+@HEADS
+def test_the_gradient_is_that_of_the_definition(head: tuple[float, float, float] | None) -> None:
+    """Of all four channels by all states and inputs of all six axes, by complex steps."""
+    wanted = Scenario(name="none", duration=0.03, specific_force=lambda t: np.ones((len(t), 3)))
+    cost = _Felt.of(wanted, tuple(DOFS.values()), lag=0.01, head=head, plant_period=5e-3)
+    rng = np.random.default_rng(3)
+    X, U = rng.normal(size=(4, 18)), rng.normal(size=(3, 6))
+    value, gradient, hessian = cost.expand(X, U)
+    assert value == pytest.approx(cost.costs(X[:-1], U).sum(), rel=1e-12)
+    for column in range(24):
+        x, u = X[:-1].astype(complex), U.astype(complex)
+        (x if column < 18 else u)[:, column % 18] += 1j * STEP
+        assert_allclose(gradient[:, column], cost.costs(x, u).imag / STEP, rtol=1e-9, atol=1e-9)
+        errors = cost.errors(x, u)  # half the second derivative of a square is the square of the first
+        slopes = errors.imag / STEP
+        squares = np.sum(cost.tracked.weight * slopes**2, axis=(1, 2)) + (column >= 18) * cost.tracked.effort
+        assert_allclose(hessian[:, column, column], squares, rtol=1e-9, atol=1e-9)
