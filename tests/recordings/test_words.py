@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from otolith.recordings.words import tells, words
+from otolith.recordings.words import interpret, words
 
 SPELLED = {
     "t": "TIME SINCE START (ms)|Time since start in ms|ts_ms|Time|timestamp|stamp_ms|utc (ms)|"
@@ -51,22 +51,22 @@ NOTHING = (
     ("key", "name"), [(key, name) for key, all_ in SPELLED.items() for name in all_.split("|")]
 )
 def test_names_of_many_tools_are_told(key: str, name: str) -> None:
-    told = tells(name)
-    assert told is not None
-    assert told.key == key
+    meaning = interpret(name)
+    assert meaning is not None
+    assert meaning.key == key
 
 
 @pytest.mark.parametrize("name", NOTHING.split("|"))
 def test_names_of_other_things_say_nothing(name: str) -> None:
-    assert tells(name) is None
+    assert interpret(name) is None
 
 
 @pytest.mark.parametrize("name", ["Lat", "Long", "lon", "GPS Lat", "LAT"])
 @pytest.mark.parametrize("unit", ["", "deg", "°"])
 def test_a_geographic_name_is_never_an_acceleration(name: str, unit: str) -> None:
-    told = tells(name, unit)
-    assert told is not None
-    assert told.key in ("lat", "lon")
+    meaning = interpret(name, unit)
+    assert meaning is not None
+    assert meaning.key in ("lat", "lon")
 
 
 @pytest.mark.parametrize(
@@ -87,8 +87,8 @@ def test_names_are_parted_into_words(name: str, said: tuple[str, ...]) -> None:
 
 @given(st.text(max_size=40), st.text(max_size=8))
 def test_any_name_and_unit_are_read_without_failing(name: str, unit: str) -> None:
-    tells(name, unit)
+    interpret(name, unit)
 
 
 def test_units_may_be_parted_by_bars() -> None:
-    assert tells("a_x [m|s^2]") == tells("a_x [m/s^2]")._replace(unit="m|s^2")  # type: ignore[union-attr]
+    assert interpret("a_x [m|s^2]") == interpret("a_x [m/s^2]")._replace(unit="m|s^2")  # type: ignore[union-attr]

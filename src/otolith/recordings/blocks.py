@@ -16,7 +16,7 @@ from otolith.recordings.cells import numbers
 from otolith.recordings.channels import Layout
 from otolith.recordings.recorded import Columns, Signal, with_own_clocks
 from otolith.recordings.units import factor
-from otolith.recordings.words import parted, tells
+from otolith.recordings.words import interpret, split_unit
 
 MARK: Final = "{ChannelBlock}"
 
@@ -49,9 +49,9 @@ def _block(lines: Sequence[str], start: int, source: str) -> list[Signal]:
         if len(row) != len(names):
             where = f"number of values in line {line} of {source}"
             raise InputError(where, len(row), f"{len(names)}, as many as names in line {start + 1}")
-    clock, unit = parted(names[0].strip())
-    scale, told = factor("time", unit or "s"), tells(clock, unit)
-    if scale is None or told is None or told.key != "t":
+    clock, unit = split_unit(names[0].strip())
+    scale, meaning = factor("time", unit or "s"), interpret(clock, unit)
+    if scale is None or meaning is None or meaning.key != "t":
         raise InputError(
             f"first column in line {start + 1} of {source}", repr(names[0]), "time, in s or the like"
         )
@@ -61,7 +61,7 @@ def _block(lines: Sequence[str], start: int, source: str) -> list[Signal]:
     ]
     timed = np.isfinite(columns[0])
     return [
-        Signal(*parted(name.strip()), scale * columns[0][timed], values[timed])
+        Signal(*split_unit(name.strip()), scale * columns[0][timed], values[timed])
         for name, values in zip(names[1:], columns[1:], strict=True)
     ]
 

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from otolith.core.errors import InputError, one_of
 from otolith.recordings.units import READABLE, SI, STANDARD_GRAVITY, UNITS, canonical, factor
-from otolith.recordings.words import Told, recognise, stated_unit, tells
+from otolith.recordings.words import NameMeaning, interpret, recognise, stated_unit
 
 __all__ = [
     "QUANTITIES",
@@ -107,13 +107,15 @@ def candidates(header: Header, mapping: Mapping[str, str]) -> dict[str, list[Col
     ranked: dict[str, list[Column]] = {}
     for index, name in enumerate(header.names):
         unit = header.units[index]
-        told = tells(name, unit)
-        if told is None or told.key in mapping:
+        meaning = interpret(name, unit)
+        if meaning is None or meaning.key in mapping:
             continue
-        if factor(QUANTITIES[told.key][0], told.unit or unit) is None and (told.unit or unit).strip(" -"):
+        if factor(QUANTITIES[meaning.key][0], meaning.unit or unit) is None and (meaning.unit or unit).strip(
+            " -"
+        ):
             continue  # another kind of quantity, such as a voltage
-        column = _column(told.key, index, header, told.unit)
-        ranked.setdefault(told.key, []).append(replace(column, rank=_rank(told, column, header)))
+        column = _column(meaning.key, index, header, meaning.unit)
+        ranked.setdefault(meaning.key, []).append(replace(column, rank=_rank(meaning, column, header)))
     _leave_lone_letters(ranked, header)
     return found | {key: sorted(some, key=lambda column: column.rank) for key, some in ranked.items()}
 
@@ -128,8 +130,8 @@ def _leave_lone_letters(ranked: dict[str, list[Column]], header: Header) -> None
     if "yaw_rate" in ranked or not worded:
         return
     for key in ("roll_rate", "pitch_rate"):
-        told = ((one, tells(one.name, header.units[one.index])) for one in ranked.get(key, []))
-        kept = [one for one, said in told if said is not None and not said.letter]
+        meaning = ((one, interpret(one.name, header.units[one.index])) for one in ranked.get(key, []))
+        kept = [one for one, said in meaning if said is not None and not said.letter]
         if kept:
             ranked[key] = kept
         else:
@@ -143,11 +145,11 @@ def missing(key: str, header: Header) -> InputError:
     alien = [
         f"{name!r} in {unit!r}"
         for name, unit in zip(header.names, header.units, strict=True)
-        if (told := tells(name, unit)) is not None
-        and told.key == key
-        and (told.unit or unit).strip(" -")
-        and factor(dimension, told.unit or unit) is None
-        for unit in [told.unit or unit]
+        if (meaning := interpret(name, unit)) is not None
+        and meaning.key == key
+        and (meaning.unit or unit).strip(" -")
+        and factor(dimension, meaning.unit or unit) is None
+        for unit in [meaning.unit or unit]
     ]
     derived = f", or derived with {key}={DERIVATIONS[key]}" if key in DERIVATIONS else ""
     even = ", or t=every:0.05s if the rows are evenly spaced" if key == "t" else ""
@@ -159,12 +161,12 @@ def missing(key: str, header: Header) -> InputError:
     )
 
 
-def _rank(told: Told, column: Column, header: Header) -> tuple[int, ...]:
+def _rank(meaning: NameMeaning, column: Column, header: Header) -> tuple[int, ...]:
     origin = (header.origins[column.index] if header.origins else "").lower()
-    derived = told.derived or "gps" in origin or "calc" in origin
-    direction = told.letter and told.key in ("ax", "ay", "az", "vx")
-    late = told.key == "t" and not _is_plain_time(column.name)
-    return (int(direction), int(derived), int(told.filtered), int(late), int(column.assumed), column.index)
+    derived = meaning.derived or "gps" in origin or "calc" in origin
+    direction = meaning.letter and meaning.key in ("ax", "ay", "az", "vx")
+    late = meaning.key == "t" and not _is_plain_time(column.name)
+    return (int(direction), int(derived), int(meaning.filtered), int(late), int(column.assumed), column.index)
 
 
 def _is_plain_time(name: str) -> bool:
@@ -177,8 +179,8 @@ def _mapped(key: str, text: str, header: Header) -> Column | None:
     word = text.strip().lower()
     if word == OMITTED or word == DERIVATIONS.get(key) or (key == "t" and word.startswith(f"{EVERY}:")):
         return None
-    whole, parted = (text, ""), text.rpartition(":")[::2]
-    for name, unit in (whole, parted) if ":" in text else (whole,):
+    whole, with_unit = (text, ""), text.rpartition(":")[::2]
+    for name, unit in (whole, with_unit) if ":" in text else (whole,):
         for sign, candidate in ((1.0, name.strip()), (-1.0, name.strip().removeprefix("-"))):
             index = _addressed(candidate, header.names, f"{key}={text}")
             if index is not None:
@@ -207,9 +209,9 @@ def _addressed(name: str, names: Sequence[str], option: str) -> int | None:
 
 def unit_in_name(key: str, name: str) -> str:
     """Return the unit of this quantity that a mapped column's name states, whatever else the name means."""
-    told, dimension = tells(name), QUANTITIES[key][0]
-    if told is not None and told.unit and QUANTITIES[told.key][0] == dimension:
-        return told.unit
+    meaning, dimension = interpret(name), QUANTITIES[key][0]
+    if meaning is not None and meaning.unit and QUANTITIES[meaning.key][0] == dimension:
+        return meaning.unit
     unit, certain = stated_unit(name)
     return unit if certain or factor(dimension, unit) is not None else ""
 

@@ -15,7 +15,7 @@ from typing import Final
 from otolith.core.errors import InputError
 from otolith.recordings.inscribed import measured
 from otolith.recordings.units import canonical, is_unit
-from otolith.recordings.words import parted, tells
+from otolith.recordings.words import interpret, split_unit
 
 DELIMITERS: Final = (";", "\t", ",", "|", None)  # None stands for white space
 WINDOW: Final = 1000  # number of lines searched for the beginning of the table
@@ -87,7 +87,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
         if len(names) != width:
             field = f"number of names in line {header} of {source}"
             raise InputError(field, len(names), f"{width}, as many as in the rows from line {start + 1} on")
-    unit_row, rows, first = _beside(lines, at, delimiter, width)
+    unit_row, rows, first = _below_names(lines, at, delimiter, width)
     if units is None and unit_row < 0:
         _refuse_torn_units(lines[at + 1 : first + 1], at + 2, delimiter, width, source)
     if units is not None:
@@ -110,7 +110,7 @@ def find(lines: Sequence[str], source: str, header: int | None = None, units: in
 
 def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, int, int]:
     """Return delimiter, width and first line of the longest run of rows that hold numbers."""
-    window = [(i, lines[i]) for i in range(after, min(len(lines), after + WINDOW)) if _holds(lines[i])]
+    window = [(i, lines[i]) for i in range(after, min(len(lines), after + WINDOW)) if _may_be_row(lines[i])]
     best: tuple[tuple[float, ...], str | None, int, int] | None = None
     for order, delimiter in enumerate(DELIMITERS):
         run = _longest_run([(i, cells(line, delimiter)) for i, line in window], comma=delimiter != ",")
@@ -122,7 +122,7 @@ def _rows(lines: Sequence[str], after: int, source: str) -> tuple[str | None, in
             best = score, delimiter, width, start
     if best is not None:
         return best[1:]
-    if any(_holds(line) for line in lines):
+    if any(_may_be_row(line) for line in lines):
         raise InputError(f"number of rows in {source}", 0, "at least 2")
     raise InputError(source, "empty", "a table with one line of column names and one row per time")
 
@@ -137,7 +137,7 @@ def _ended(lines: Sequence[str], start: int, delimiter: str | None, width: int) 
     return [*head, *lines[start:]]
 
 
-def _holds(line: str) -> bool:
+def _may_be_row(line: str) -> bool:
     """Return whether a line may be a row: not blank, not a comment, not the heading of a section."""
     return bool(line.strip()) and line.lstrip()[0] not in MARKS and not _SECTION.fullmatch(line)
 
@@ -185,7 +185,7 @@ def _names(
         numeric = sum(is_value(cell) for cell in row)
         if len(row) == width and 2 * numeric <= width and any(row) and not _is_unit_row(row):
             own = 0.5 * (len(cells(text.lstrip(MARKS + " "), delimiter)) == width)
-            found.append(((_says(row) + own, line), line, row))
+            found.append(((_informativeness(row) + own, line), line, row))
     if found:
         _, at, names = max(found)
         return _first_of_repeated(
@@ -194,7 +194,7 @@ def _names(
     texts = [i for i in range(start) if preamble[i].strip() and not _SECTION.fullmatch(preamble[i])]
     if not texts:
         raise InputError(f"line {start + 1} of {source}", "numbers", "the names of the columns")
-    nearest = max(texts, key=lambda i: (_says(_split(preamble[i], delimiter, width)), i))
+    nearest = max(texts, key=lambda i: (_informativeness(_split(preamble[i], delimiter, width)), i))
     names = _with_rows_named(_split(preamble[nearest], delimiter, width), lines[start:], width, delimiter)
     if len(names) == width:
         return nearest, names
@@ -209,7 +209,7 @@ def _with_rows_named(names: list[str], rows: Sequence[str], width: int, delimite
     """Add a name for the row numbers if only they have none; R writes tables in this way."""
     if len(names) != width - 1:
         return names
-    counts = [cells(row, delimiter)[0] for row in rows[:WINDOW] if _holds(row)]
+    counts = [cells(row, delimiter)[0] for row in rows[:WINDOW] if _may_be_row(row)]
     numbered = all(count.isdecimal() for count in counts)
     steps = {int(b) - int(a) for a, b in pairwise(counts)} if numbered else set[int]()
     return ["row", *names] if steps == {1} else names
@@ -218,15 +218,15 @@ def _with_rows_named(names: list[str], rows: Sequence[str], width: int, delimite
 def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], delimiter: str | None) -> int:
     """Return the first of several equal lines of names if rows of data lie between it and the last one."""
     width = len(_split(preamble[at], delimiter, 0))
-    between = [cells(line, delimiter) for line in preamble[same[0] + 1 : at] if _holds(line)]
+    between = [cells(line, delimiter) for line in preamble[same[0] + 1 : at] if _may_be_row(line)]
     numeric = [row for row in between if len(row) == width and any(map(is_value, row))]
     return same[0] if numeric and 2 * len(numeric) > len(between) else at
 
 
-def _says(row: Sequence[str]) -> float:
+def _informativeness(row: Sequence[str]) -> float:
     """Score how informative a line of names is: 1 for each quantity, less for units and other words."""
-    said = sum(1.0 for name in row if (u := _unwrapped(name))[0] and tells(u[0], u[1]) is not None)
-    return said + sum(0.1 for name in row if parted(name)[1]) + 0.01 * len({name for name in row if name})
+    said = sum(1.0 for name in row if (u := _unwrapped(name))[0] and interpret(u[0], u[1]) is not None)
+    return said + sum(0.1 for name in row if split_unit(name)[1]) + 0.01 * len({name for name in row if name})
 
 
 def _split(text: str, delimiter: str | None, width: int) -> list[str]:
@@ -239,7 +239,7 @@ def _split(text: str, delimiter: str | None, width: int) -> list[str]:
     return next((row for row in others if len(row) == width), own)
 
 
-def _beside(
+def _below_names(
     lines: Sequence[str], header: int, delimiter: str | None, width: int
 ) -> tuple[int, dict[int, list[str]], int]:
     """Return the line of the units, the rows of text below the names, and the first line of data."""
@@ -248,7 +248,7 @@ def _beside(
     while line < len(lines):
         text = lines[line]
         row = _split(text, delimiter, width)
-        passive = len(row) != width and (not _holds(text) or not any(map(str.isalnum, text)))
+        passive = len(row) != width and (not _may_be_row(text) or not any(map(str.isalnum, text)))
         numeric = [cell for cell in row if is_value(cell, comma=delimiter != ",") or _CLOCK.fullmatch(cell)]
         if not passive and (len(row) != width or (numeric and not _is_unit_row(row))):
             break
@@ -285,7 +285,7 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     known = [cell for cell in filled if is_unit(cell)]
     numbers = [cell for cell in filled if is_value(cell) and canonical(cell) != "1"]
     words = [cell for cell in known if not is_number(cell)]
-    names = sum(tells(cell) is not None for cell in filled)
+    names = sum(interpret(cell) is not None for cell in filled)
     return bool(words) and not numbers and 2 * len(known) >= len(filled) and names < len(known)
 
 
@@ -299,7 +299,7 @@ def _numbered(named: list[tuple[str, str]]) -> list[tuple[str, str]]:
     out: list[tuple[str, str]] = []
     for name, unit in named:
         follows = bool(out) and name.isdigit() and (name == "1" or out[-1][0] == str(int(name) - 1))
-        out.append((name, unit or (out[-1][1] or parted(out[-1][0])[1] if follows else "")))
+        out.append((name, unit or (out[-1][1] or split_unit(out[-1][0])[1] if follows else "")))
     return out
 
 

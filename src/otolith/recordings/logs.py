@@ -136,18 +136,18 @@ def log_from(
     InputError : `reading.recording` or `played` refuses the drive.
     """
     mapping = {**settings.columns, **columns}
-    told = recording(recorded, columns=mapping, needs=[*settings.needs, *needs])
-    return played(told, replace(settings, columns=mapping))
+    stated = recording(recorded, columns=mapping, needs=[*settings.needs, *needs])
+    return played(stated, replace(settings, columns=mapping))
 
 
-def played(told: Recording, settings: LogSettings = PLAIN) -> Log:
+def played(stated: Recording, settings: LogSettings = PLAIN) -> Log:
     """Check a drive whose columns are already chosen, as `log_from` describes.
 
     Raises
     ------
     InputError : `span.settled` or `checks.drive.checked` refuses the drive.
     """
-    read, duration = settled(told, events=settings.events)
+    read, duration = settled(stated, events=settings.events)
     felt = [one for key, one in read.channels.items() if key in FELT]
     notes = [*read.file_notes, _summary(felt, duration, read.source)]
     notes += [*read.notes, *(str(one.column) for one in felt)]

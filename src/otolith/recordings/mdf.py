@@ -69,5 +69,5 @@ def _signal(file: MDF, name: str, group: int, index: int) -> tuple[Signal, int]:
 
 def _is_clock(name: str) -> bool:
     """Return whether a channel is a clock, which every other channel carries already."""
-    told = recognise(name)
-    return told is not None and told[0] == "t"
+    meaning = recognise(name)
+    return meaning is not None and meaning[0] == "t"

@@ -9,7 +9,7 @@ from otolith.recordings.checks.drive import all_relations
 from otolith.recordings.checks.kinematics import Kinematics
 from otolith.recordings.checks.relations import Relation
 from otolith.recordings.checks.remedies import spelled
-from otolith.recordings.events import Event, cut, find_events, parted
+from otolith.recordings.events import Event, cut, find_events, with_holes
 from otolith.recordings.logs import Log, played
 from otolith.recordings.reading import recording
 from otolith.recordings.recorded import Recorded
@@ -20,7 +20,7 @@ from otolith.recordings.settings import LogSettings
 class Understanding:
     """A recorded drive as its file states it and, if it is accepted, as it will be played."""
 
-    told: Recording  # as the file and the mapping state it, before any check
+    stated: Recording  # as the file and the mapping state it, before any check
     log: Log | None  # as it will be played; None if the drive is refused
     refusal: str  # why it is refused, with the remedies; empty if it is accepted
     settings: LogSettings
@@ -30,7 +30,7 @@ class Understanding:
     @property
     def played(self) -> Recording:
         """Return the drive as it will be played or, if it is refused, as the file states it."""
-        return self.told if self.log is None else replace(self.told, channels=self.log.channels)
+        return self.stated if self.log is None else replace(self.stated, channels=self.log.channels)
 
     @property
     def turned(self) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ class Understanding:
     def mapping(self) -> LogSettings:
         """Return settings that read this file, and files like it, without further options."""
         columns = {
-            key: spelled(one.column) for key, one in self.told.channels.items() if one.column.index >= 0
+            key: spelled(one.column) for key, one in self.stated.channels.items() if one.column.index >= 0
         }
         columns = {**self._clock(), **columns, **self.settings.columns}
         sides = {"ay", "yaw_rate"} & set(self.turned)
@@ -49,7 +49,7 @@ class Understanding:
         )
 
     def _clock(self) -> Mapping[str, str]:
-        name = self.told.layout.clock_name
+        name = self.stated.layout.clock_name
         return {"t": name} if name else {}
 
 
@@ -60,14 +60,14 @@ def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
     ------
     InputError : the file has no columns that can be read as a drive.
     """
-    told = recording(recorded, columns=settings.columns, needs=settings.needs)
+    stated = recording(recorded, columns=settings.columns, needs=settings.needs)
     try:
-        log = played(told, settings)
+        log = played(stated, settings)
     except InputError as error:
-        events = find_events(told)
-        driving = Kinematics(cut(told, parted([event for event in events if event.sure])).channels)
+        events = find_events(stated)
+        driving = Kinematics(cut(stated, with_holes([event for event in events if event.sure])).channels)
         return Understanding(
-            told=told,
+            stated=stated,
             log=None,
             refusal=str(error),
             settings=settings,
@@ -76,7 +76,7 @@ def understand(recorded: Recorded, settings: LogSettings) -> Understanding:
         )
     found = log.found
     return Understanding(
-        told=told,
+        stated=stated,
         log=log,
         refusal="",
         settings=settings,

@@ -10,7 +10,7 @@ heading are not read.
 from collections.abc import Sequence
 from typing import Final
 
-from otolith.recordings.words import parted
+from otolith.recordings.words import split_unit
 
 COORDINATES: Final = {
     "lat": "arcmin",
@@ -37,7 +37,7 @@ def stated_units(names: Sequence[str], units: Sequence[str], preamble: Sequence[
         titles = [""] * len(names)
     places = COORDINATES if compass else dict.fromkeys(COORDINATES, UNREAD)
     return [
-        unit or places.get(name.lower(), "") or parted(title)[1]
+        unit or places.get(name.lower(), "") or split_unit(title)[1]
         for name, unit, title in zip(names, units, titles, strict=True)
     ]
 

@@ -58,7 +58,7 @@ _ANGULAR: Final = re.compile("[Aa][Vv][xyz]")  # angular velocity, as CarSim wri
 _UNIT_OF_WORD: Final = {"utime": "us", "cts": "ms"}  # names of clocks that imply a unit
 
 
-class Told(NamedTuple):
+class NameMeaning(NamedTuple):
     """The meaning of a column's name."""
 
     key: str  # quantity, one of `columns.QUANTITIES`
@@ -76,37 +76,37 @@ def recognise(name: str) -> tuple[str, str] | None:
     >>> recognise("Accel X [m/s^2]"), recognise("yaw_rate_degps"), recognise("throttle")
     (('ax', 'm/s^2'), ('yaw_rate', 'degps'), None)
     """
-    told = tells(name)
-    return None if told is None else (told.key, told.unit)
+    meaning = interpret(name)
+    return None if meaning is None else (meaning.key, meaning.unit)
 
 
 @functools.lru_cache(maxsize=4096)
-def tells(name: str, unit: str = "") -> Told | None:
+def interpret(name: str, unit: str = "") -> NameMeaning | None:
     """Interpret a column's name; None if it has no known meaning.
 
     Parameters
     ----------
     unit : the unit that the file states elsewhere, such as in a row of units.
     """
-    base, stated = parted(name)
+    base, stated = split_unit(name)
     for bare, own in ((base, stated), (name, "")) if stated else ((name, ""),):
-        told = _meaning(words(bare), own or unit, stated_in_name=own)
-        if told is not None:
-            return told
+        meaning = _meaning(words(bare), own or unit, stated_in_name=own)
+        if meaning is not None:
+            return meaning
     return None
 
 
 def stated_unit(name: str) -> tuple[str, bool]:
     """Return the unit in a name, whatever the name means, and whether it can only be a unit."""
-    unit = parted(name)[1]
+    unit = split_unit(name)[1]
     return unit, bool(unit) and (canonical(unit) not in SHORT or bool(_BRACKETS.match(name)))
 
 
-def parted(name: str) -> tuple[str, str]:
+def split_unit(name: str) -> tuple[str, str]:
     """Split a name into the name without its unit, and the unit, which is empty if none is recognised."""
     name, _, source = name.partition(" *")  # "Speed (kph) *gps"
     if source:
-        base, unit = parted(name)
+        base, unit = split_unit(name)
         return f"{base} {source}", unit
     bracketed = _BRACKETS.match(name)
     if bracketed and (is_unit(bracketed.group(2)) or not bracketed.group(2).strip(" -")):
@@ -157,7 +157,7 @@ def _unglued(word: str) -> list[str]:
     return [word]
 
 
-def _meaning(said: tuple[str, ...], unit: str, *, stated_in_name: str) -> Told | None:
+def _meaning(said: tuple[str, ...], unit: str, *, stated_in_name: str) -> NameMeaning | None:
     bag = {word for word in said if not word.isdigit()}
     derived, filtered = bool(bag & DERIVED), bool(bag & FILTERED) or any(word.isdigit() for word in said)
     core = bag - DERIVED - FILTERED
@@ -170,7 +170,7 @@ def _meaning(said: tuple[str, ...], unit: str, *, stated_in_name: str) -> Told |
     if found is None:
         return None
     key, own_unit, letter = found
-    return Told(key, stated_in_name or own_unit, letter, derived, filtered)
+    return NameMeaning(key, stated_in_name or own_unit, letter, derived, filtered)
 
 
 def _key(bag: frozenset[str], unit: str) -> tuple[str, str, bool] | None:

@@ -11,7 +11,7 @@ from otolith.core.arrays import Mat
 from otolith.recordings.channels import Channel
 from otolith.recordings.checks.relations import WINDOW, Relation
 from otolith.recordings.columns import QUANTITIES, SI
-from otolith.recordings.events import after_cut, before_cut, parted
+from otolith.recordings.events import after_cut, before_cut, with_holes
 from otolith.recordings.events.jumps import place_of
 from otolith.recordings.span import rate
 from otolith.recordings.understanding import Understanding
@@ -48,7 +48,7 @@ COLORS: Final = {"roll_rate": GREEN, "pitch_rate": ORANGE}
 
 def verdict(one: Relation) -> str:
     """What a relation says, in a word or two."""
-    if not one.told:
+    if not one.informative:
         return "too quiet or short to tell"
     if one.agrees:
         return "agrees"
@@ -59,11 +59,11 @@ def verdict(one: Relation) -> str:
 
 def log_summary(understood: Understanding) -> dict[str, Any]:
     """All of it as plain JSON values."""
-    told, log, layout = understood.told, understood.log, understood.told.layout
+    stated, log, layout = understood.stated, understood.log, understood.stated.layout
     notes = [] if log is None else list(log.notes)
     found = None if log is None else log.found
     return {
-        "file": told.source,
+        "file": stated.source,
         "accepted": log is not None,
         "refusal": understood.refusal or None,
         "layout": {
@@ -143,7 +143,7 @@ def log_figure(understood: Understanding) -> Figure:
     if place is not None:
         _map(rows[-1], place[1])
     accepted = "accepted" if understood.log is not None else "refused as it stands"
-    figure.suptitle(f"{understood.told.source}: {accepted}", fontsize=FONT + 1)
+    figure.suptitle(f"{understood.stated.source}: {accepted}", fontsize=FONT + 1)
     return figure
 
 
@@ -179,7 +179,7 @@ def _expected(
     """
     middle, expected = one.start + 0.5 * WINDOW, scale * one.expected
     cut = understood.log is not None and understood.settings.events == "cut"
-    middle = before_cut(middle, parted(understood.events))
+    middle = before_cut(middle, with_holes(understood.events))
     if cut:
         middle = after_cut(middle, understood.events)
     apart = np.flatnonzero(np.diff(middle) > 1.5) + 1

@@ -82,11 +82,11 @@ def _speed_error(ways: Mapping[str, Channel], speed: Channel) -> float:
     if seen is None:
         return 0.0
     both = speed.known(seen.t)
-    way, told = seen.values[both], np.abs(speed.on(seen.t[both]))
-    fast = (told > MOVING) & (way > MOVING)
+    way, stated = seen.values[both], np.abs(speed.on(seen.t[both]))
+    fast = (stated > MOVING) & (way > MOVING)
     if fast.sum() < ENOUGH:
         return 0.0
-    ratio = np.log(way[fast] / told[fast])
+    ratio = np.log(way[fast] / stated[fast])
     return float(np.sqrt(np.mean(ratio**2)))
 
 
@@ -96,7 +96,12 @@ def refuse_sideways(drive: Kinematics, source: str) -> None:
     This happens if the axes of a phone or camera are taken for those of the vehicle.
     """
     straight = drive.of("ax", CHANGE)
-    if straight is None or not straight.told or abs(straight.correlation) > WEAK or drive.speed is None:
+    if (
+        straight is None
+        or not straight.informative
+        or abs(straight.correlation) > WEAK
+        or drive.speed is None
+    ):
         return
     if "ay" not in drive.channels:
         return
@@ -131,7 +136,7 @@ def refuse_turning_in_pitch(drive: Kinematics, source: str) -> None:
         return
     pitch, speed = (window_means(one, straight.start) for one in (drive.channels["pitch_rate"], drive.speed))
     found = relation("ay", TURNING, straight.start, straight.measured, speed * pitch, {})
-    if not found.told or abs(found.correlation) < SURE:
+    if not found.informative or abs(found.correlation) < SURE:
         return
     as_read, turned = (spelled(drive.channels["pitch_rate"].column, sign) for sign in (1.0, -1.0))
     raise InputError(

@@ -18,10 +18,10 @@ from otolith.recordings.checks.courses import (
 from otolith.recordings.checks.kinematics import Kinematics
 from otolith.recordings.checks.offsets import Offset, find_offsets, refuse_removal
 from otolith.recordings.checks.orientation import negated, oriented
-from otolith.recordings.checks.plausibility import Told, check
+from otolith.recordings.checks.plausibility import Statements, check
 from otolith.recordings.checks.relations import Relation
 from otolith.recordings.columns import STANDARD_GRAVITY
-from otolith.recordings.events import Event, cut, find_events, parted, refuse, shortened, told
+from otolith.recordings.events import Event, cut, event_notes, find_events, refuse, shortened, with_holes
 from otolith.recordings.events.chatter import energy_notes
 
 MAX_ACCELERATION: Final = 50.0  # [m/s²]
@@ -69,19 +69,22 @@ def checked(
     """
     source, found = recording.source, find_events(recording)
     gone = found if events == "cut" else tuple(event for event in found if event.sure)
-    calm = cut(recording, parted(gone))
+    calm = cut(recording, with_holes(gone))
     if axes is None:
         refuse_exchanged(calm.channels, source)
         refuse_contradicting(calm.channels, source)
     driving = oriented(calm, axes)
-    notes = [*driving.notes, *check(driving.drive, driving.recording, Told(axes is not None, stated_units))]
+    notes = [
+        *driving.notes,
+        *check(driving.drive, driving.recording, Statements(axes is not None, stated_units)),
+    ]
     if axes is None:
         refuse_sideways(driving.drive, source)
         refuse_turning_in_pitch(driving.drive, source)
     _check_magnitudes(cut(recording, found))
     if events == "refuse":
         refuse(found, source)
-    notes += told(found, events)
+    notes += event_notes(found, events)
     constants = find_offsets(driving.drive)
     if offsets == "remove":
         refuse_removal(constants, source)

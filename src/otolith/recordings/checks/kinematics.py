@@ -109,7 +109,7 @@ class Kinematics:
             return None
         az = window_means(self.channels["az"], self.start)
         found = relation("ax", CHANGE, self.start, az, window_changes(self.speed, self.start), {})
-        return found if straight.told and abs(straight.correlation) < 0.5 else None
+        return found if straight.informative and abs(straight.correlation) < 0.5 else None
 
     def signs(self) -> Relation:
         """Relate the lateral force to the yaw rate; without a speed only the sign is meaningful."""
@@ -138,7 +138,7 @@ class Kinematics:
         if speed is not None:
             turning = np.where(np.abs(speed) > SLOW, turning, np.nan)
         if "yaw_rate" in means:
-            told = relation(
+            seen = relation(
                 "yaw_rate",
                 f"the turning of {witness.name}",
                 self.start,
@@ -146,10 +146,10 @@ class Kinematics:
                 turning,
                 {"yaw_rate": 1},
             )
-            found.append(replace(told, by=witness.name))
+            found.append(replace(seen, by=witness.name))
         if "ay" in means and speed is not None:
             powers = {"ay": 1, **self._speed_power}
-            told = relation(
+            seen = relation(
                 "ay",
                 f"speed × the turning of {witness.name}",
                 self.start,
@@ -157,7 +157,7 @@ class Kinematics:
                 speed * turning,
                 powers,
             )
-            found.append(replace(told, by=witness.name))
+            found.append(replace(seen, by=witness.name))
         return found
 
     def _gravity_share(self, key: str, gyro: str, sign: float, *, turned: bool = False) -> Relation | None:

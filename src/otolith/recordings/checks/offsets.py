@@ -84,7 +84,7 @@ def _offset(one: Relation) -> Offset | None:
 def _hindrance(one: Relation, left: Vec, value: float) -> str:
     if abs(value) > MOUNTING:
         return f"a sensor that is mounted level shows at most {MOUNTING:g} m/s² (5 deg)"
-    if not one.agrees and one.told:
+    if not one.agrees and one.informative:
         return f"{one.key} goes too little with {one.other} to say (correlation {one.correlation:.2f})"
     whole = len(left) // BLOCK * BLOCK
     blocks = np.mean(left[:whole].reshape(-1, BLOCK), axis=1)

@@ -43,14 +43,14 @@ SUSTAINED: Final = 7.0  # [m/s²] lateral force that a level road hardly allows 
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Statements:
     """The user's statements; what they settle is noted instead of refused."""
 
     axes: bool  # whether the axes, and so the signs, are stated
     units: Sequence[str]  # quantities whose unit is given in the mapping
 
 
-def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
+def check(drive: Kinematics, recording: Recording, stated: Statements) -> list[str]:
     """Check a drive for contradictions, and return notes on what is odd.
 
     Raises
@@ -70,40 +70,40 @@ def check(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
         value = "that along which the speed changes"
         bound = f"the vertical one (axes of a game, y up? map {mapping}, and ay, az and the rates alike)"
         raise InputError(f"the axis of az in {source}", value, bound)
-    notes += _contradictions(drive, recording, told)
+    notes += _contradictions(drive, recording, stated)
     notes += _gravity_in_the_plane(drive, source)
     for key in RATE:
         if key in channels:
-            notes += _mad_turning(drive, channels[key], source, told)
+            notes += _implausible_turning(drive, channels[key], source, stated)
     if drive.speed is None and "ax" in channels:
-        _refuse_mad_gain(channels["ax"], source)
-    notes += _without_speed(drive, source, told)
+        _refuse_implausible_gain(channels["ax"], source)
+    notes += _without_speed(drive, source, stated)
     return [*notes, *_perhaps_in_g(drive), *_inertial(drive)]
 
 
-def _contradictions(drive: Kinematics, recording: Recording, told: Told) -> list[str]:
+def _contradictions(drive: Kinematics, recording: Recording, stated: Statements) -> list[str]:
     """Refuse relations that a remedy resolves, if possible all with one remedy; note the others."""
     notes: list[str] = []
     faults: list[Relation] = []
     for key in ("ax", "ay"):
-        if recording.needed(key) and not told.axes:
+        if recording.needed(key) and not stated.axes:
             _refuse_opposed(drive, key, recording.source)
     for one in drive.relations:
-        if not one.told or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
+        if not one.informative or one.agrees or (one.key == "yaw_rate" and one.correlation < 0.0):
             continue  # `orientation` handles a yaw rate that contradicts a witness
         if one.key not in {fault.key for fault in faults}:
             if drive.attitude_explains(one.key):
                 notes.append(_gravitys_share(drive, one))
             else:
                 faults.append(one)
-    notes += _only_on_the_level(drive, told)
+    notes += _only_on_the_level(drive, stated)
     strong = [one for one in faults if one.strong and recording.needed(one.key)]
-    together = _tried(drive, strong, told) if len(strong) > 1 else []
+    together = _tried(drive, strong, stated) if len(strong) > 1 else []
     alone = any(_road_may_explain(one, drive, together) for one in strong)  # then not all need a remedy
     for one in faults:
         try:
             notes += _contradiction(
-                drive, one, recording.source, told, (together if one in strong else [], alone)
+                drive, one, recording.source, stated, (together if one in strong else [], alone)
             )
         except InputError as error:
             if recording.needed(one.key):
@@ -123,10 +123,10 @@ def _refuse_opposed(drive: Kinematics, key: str, source: str) -> None:
     raise InputError(f"{turned} in {source}", value, f"of the same sign ({way})")
 
 
-def _only_on_the_level(drive: Kinematics, told: Told) -> list[str]:
+def _only_on_the_level(drive: Kinematics, stated: Statements) -> list[str]:
     """Note an a_x that follows the change of speed but would also do so with its sign turned on hills."""
     one = drive.of("ax", CHANGE)
-    if one is None or not one.agrees or told.axes or drive.attitude_shows("ax"):
+    if one is None or not one.agrees or stated.axes or drive.attitude_shows("ax"):
         return []
     share = float(np.quantile(np.abs(one.measured + one.expected), 0.9)) / STANDARD_GRAVITY
     if share > STEEP:
@@ -138,10 +138,12 @@ def _only_on_the_level(drive: Kinematics, told: Told) -> list[str]:
     ]
 
 
-def _tried(drive: Kinematics, faults: Sequence[Relation], told: Told, sure: float = SURE) -> list[Remedy]:
+def _tried(
+    drive: Kinematics, faults: Sequence[Relation], stated: Statements, sure: float = SURE
+) -> list[Remedy]:
     """Return the remedies for faults, without those that turn a sign if the user has stated the axes."""
-    found = remedies(drive, faults, stated=told.units, sure=sure)
-    return [remedy for remedy in found if not (told.axes and remedy.turns)]
+    found = remedies(drive, faults, stated=stated.units, sure=sure)
+    return [remedy for remedy in found if not (stated.axes and remedy.turns)]
 
 
 def _gravitys_share(drive: Kinematics, one: Relation) -> str:
@@ -159,7 +161,7 @@ def _numbers(one: Relation) -> str:
 
 
 def _contradiction(
-    drive: Kinematics, one: Relation, source: str, told: Told, joint: tuple[Sequence[Remedy], bool]
+    drive: Kinematics, one: Relation, source: str, stated: Statements, joint: tuple[Sequence[Remedy], bool]
 ) -> list[str]:
     """Refuse a relation that a remedy resolves; note one that only the vehicle or the road explains.
 
@@ -171,8 +173,8 @@ def _contradiction(
     numbers, (together, alone) = _numbers(one), joint
     found = list(together)
     if abs(one.correlation) > ODD and (not found or alone):
-        found += [remedy for remedy in _tried(drive, [one], told) if remedy not in found]
-    if one.strong and one.correlation < 0.0 and not found and one.key in FORCE and not told.axes:
+        found += [remedy for remedy in _tried(drive, [one], stated) if remedy not in found]
+    if one.strong and one.correlation < 0.0 and not found and one.key in FORCE and not stated.axes:
         found = turns(drive, one)  # the lean of a vehicle also changes the size of its force
     if not one.strong and found:
         runs = "runs against" if one.correlation < 0.0 else f"is {one.slope:.2g} times"
@@ -187,7 +189,7 @@ def _contradiction(
         bound = "about 1 times, or within 1 g of it; no other sign, unit or order of axes makes it fit"
         raise InputError(f"{one.key} in {source}", value, f"{bound} ({_leave_out(drive)})")
     if not found:
-        perhaps = "; or ".join(map(str, _tried(drive, [one], told, ODD)))
+        perhaps = "; or ".join(map(str, _tried(drive, [one], stated, ODD)))
         why = _explanation(one) + (f", or {perhaps}" if perhaps else "")
         return [f"doubtful: {one.key} is {value}: {why}; it is left as it is"]
     otherwise = [way] if (way := _road_may_explain(one, drive, found)) else []
@@ -294,14 +296,14 @@ def _tilt(channels: Mapping[str, Channel], key: str) -> float:
     return float(np.degrees(np.arctan2(abs(aside), up))) if GRAVITY[0] < whole < GRAVITY[1] else 0.0
 
 
-def _mad_turning(drive: Kinematics, channel: Channel, source: str, told: Told) -> list[str]:
+def _implausible_turning(drive: Kinematics, channel: Channel, source: str, stated: Statements) -> list[str]:
     """Refuse rates that are too large for too long; note a spin."""
     means = np.abs(_levels(drive, channel.key))
     most, fast = float(means.max()), float(np.mean(means > TURNING_FAST))
     if most <= TURNING_FAST:
         return []
     where = f"{channel.key} in {source}"
-    if fast <= SPINNING or channel.key in told.units:
+    if fast <= SPINNING or channel.key in stated.units:
         return [f"{channel.key} reaches {most:.3g} rad/s over two seconds: a spin?"]
     bound = f"within ±{TURNING_FAST:g} rad/s for most of the drive"
     if most < np.degrees(TURNING_FAST):
@@ -313,7 +315,7 @@ def _mad_turning(drive: Kinematics, channel: Channel, source: str, told: Told) -
     raise InputError(where, f"{most:.4g} rad/s over two seconds", bound)
 
 
-def _refuse_mad_gain(ax: Channel, source: str) -> None:
+def _refuse_implausible_gain(ax: Channel, source: str) -> None:
     gain = float(np.trapezoid(ax.values, ax.t))
     if abs(gain) > GAIN and ax.t[-1] - ax.t[0] > LONG:
         hint = f"a sensor that is not level, or {ax.column.name!r} in a wrong unit or sign?"
@@ -321,14 +323,14 @@ def _refuse_mad_gain(ax: Channel, source: str) -> None:
         raise InputError(f"speed gained by ax in {source}", f"{gain:.4g} m/s", bound)
 
 
-def _without_speed(drive: Kinematics, source: str, told: Told) -> list[str]:
+def _without_speed(drive: Kinematics, source: str, stated: Statements) -> list[str]:
     """Compare the signs of lateral force and yaw rate if no speed is known; they must agree."""
     if drive.speed is not None or not {"ay", "yaw_rate"} <= set(drive.channels):
         return []
     one = drive.signs()
-    if not one.told or one.correlation > -ODD:
+    if not one.informative or one.correlation > -ODD:
         return []
-    if one.correlation > -AGREE or told.axes:
+    if one.correlation > -AGREE or stated.axes:
         return [f"doubtful: ay runs against yaw rate (correlation {one.correlation:.2f}); is a sign turned?"]
     ways = [f"map {key}={spelled(drive.channels[key].column, -1.0)}" for key in ("ay", "yaw_rate")]
     bound = (

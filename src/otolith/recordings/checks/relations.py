@@ -42,7 +42,7 @@ class Relation:
     powers: Mapping[str, int]  # quantity -> power with which its factor enters measured/expected
 
     @property
-    def told(self) -> bool:
+    def informative(self) -> bool:
         """Return whether there are enough windows, with enough motion, for a comparison."""
         if len(self.start) < LEAST:
             return False
@@ -76,7 +76,7 @@ class Relation:
     @property
     def strong(self) -> bool:
         """Return whether the two are clearly related, with either sign and any factor."""
-        return self.told and abs(self.correlation) >= AGREE
+        return self.informative and abs(self.correlation) >= AGREE
 
     @property
     def agrees(self) -> bool:

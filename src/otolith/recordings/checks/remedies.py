@@ -144,8 +144,8 @@ def spelled(column: Column, sign: float = 1.0, unit: str = "") -> str:
     unturned = factor(dimension, column.unit) or 1.0  # negative if the unit itself reverses the sign
     minus = "-" if sign * column.factor * unturned < 0.0 else ""
     known = column.assumed or factor(dimension, unit_in_name(column.key, column.name)) == abs(column.factor)
-    told = unit or ("" if known else column.unit)
-    return f"{minus}{column.address or column.name}{':' if told else ''}{told}"
+    written = unit or ("" if known else column.unit)
+    return f"{minus}{column.address or column.name}{':' if written else ''}{written}"
 
 
 def either(found: Sequence[Remedy], otherwise: Sequence[str] = ()) -> str:
@@ -206,10 +206,10 @@ def _mend(
     factors = _factors(chosen)
     for fault in faults:
         resized = [key for change in chosen if change.unit for key in change.factors if key in fault.powers]
-        told = any(not columns[key].assumed for key in resized)
-        if told and abs(fault.correlation) < sure:
+        stated = any(not columns[key].assumed for key in resized)
+        if stated and abs(fault.correlation) < sure:
             return False
-        slopes = SLOPES if not resized else STATED if told else CLOSE
+        slopes = SLOPES if not resized else STATED if stated else CLOSE
         if not fault.fits(fault.factor(factors), slopes):
             return False
     return all(one.fits(one.factor(factors), SLOPES) for one in relations if one.agrees)

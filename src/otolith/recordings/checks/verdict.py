@@ -149,7 +149,7 @@ class Verdict:
         judged = {gyro for key, gyro in shown.items() if self.drive.attitude_explains(key)}
         others = {"roll_rate", "pitch_rate", *(() if up else ("az",))} - judged
         ahead = self.drive.of("ax", CHANGE)
-        if (ahead is None or not ahead.told) and not self.drive.attitude_explains("ax"):
+        if (ahead is None or not ahead.informative) and not self.drive.attitude_explains("ax"):
             others.add("ax")
         return [key for key in self.drive.channels if key in others and alive(self.drive.channels, [key])]
 

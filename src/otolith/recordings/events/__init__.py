@@ -6,12 +6,12 @@ from otolith.recordings.events.find import (
     after_cut,
     before_cut,
     cut,
+    event_notes,
     find_events,
     parse_events,
-    parted,
     refuse,
     shortened,
-    told,
+    with_holes,
 )
 
 __all__ = [
@@ -20,10 +20,10 @@ __all__ = [
     "after_cut",
     "before_cut",
     "cut",
+    "event_notes",
     "find_events",
     "parse_events",
-    "parted",
     "refuse",
     "shortened",
-    "told",
+    "with_holes",
 ]

@@ -67,7 +67,7 @@ def cut(recording: Recording, events: Sequence[Event]) -> Recording:
     return replace(recording, channels=channels)
 
 
-def parted(events: Sequence[Event]) -> list[Event]:
+def with_holes(events: Sequence[Event]) -> list[Event]:
     """Return the events with longer bridges where a cut leaves a jump; no check compares across them."""
     return [replace(event, bridge=HOLE) if event.kind in ("gap", "jump") else event for event in events]
 
@@ -99,7 +99,7 @@ def shortened(duration: float, events: Sequence[Event]) -> float:
     return duration - sum(event.end - event.start - event.bridge for event in gone)
 
 
-def told(events: Sequence[Event], treatment: str) -> list[str]:
+def event_notes(events: Sequence[Event], treatment: str) -> list[str]:
     """Report what happened to each event that is not refused; many events of one kind are summarised."""
     notes = []
     for kind in dict.fromkeys(event.kind for event in events):
