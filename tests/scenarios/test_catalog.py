@@ -50,6 +50,10 @@ def test_every_named_scenario_rests_for_one_second_then_moves_along_one_axis(nam
         ("step-sine-1", 20, 17.5, -1.0),
         ("step-0.1", 10, 1.0, 0.1),
         ("sine-1-0.01hz", 60, 26.0, 1.0),
+        ("bend", 26, 2.5, 1.25),
+        ("bend", 26, 12.9, 2.5),
+        ("stop", 15, 4.9, -8.5),
+        ("stop", 15, 5.05, -4.25),
         ("combined-emulator", 20, 4.9, 0.0),  # the larger rest of section 6.2
         (
             "combined-fast",
@@ -59,7 +63,7 @@ def test_every_named_scenario_rests_for_one_second_then_moves_along_one_axis(nam
         ),
     ],
 )
-def test_named_scenarios_are_those_of_the_thesis(
+def test_named_scenarios_have_the_numbers_that_they_are_described_by(
     name: str, duration: float, time: float, value: float
 ) -> None:
     made = scenario(name)
@@ -77,7 +81,7 @@ def test_steps_end_at_five_seconds_and_literally_at_four(name: str) -> None:
 
 
 def test_literal_leaves_sines_alone_and_an_explicit_end_too() -> None:
-    for name in ("sine-1", "step:end=6"):
+    for name in ("sine-1", "step:end=6", "bend"):
         expected = scenario(name).specific_force(T)
         assert_allclose(scenario(name, literal=True).specific_force(T), expected)
 

@@ -32,6 +32,21 @@ def test_a_step_is_right_continuous() -> None:
     assert along(signals.step(2.0), t).tolist() == [0.0, 2.0, 2.0, 0.0, 0.0]
 
 
+@given(rise=st.floats(0, 4), fall=st.floats(0, 4), amplitude=st.floats(-30, 30))
+def test_a_step_may_grow_and_fade_along_straight_lines(rise: float, fall: float, amplitude: float) -> None:
+    made = along(signals.step(amplitude, start=1.0, end=5.0, rise=rise, fall=fall))
+    grown = np.clip((T - 1.0) / max(rise, 1e-12), 0.0, 1.0)
+    left = np.clip((5.0 + fall - T) / max(fall, 1e-12), 0.0, 1.0)
+    ramps = [np.abs(T - corner) > 1e-6 for corner in (1.0, 1.0 + rise, 5.0, 5.0 + fall)]
+    sure = np.all(ramps, axis=0)  # at a jump itself rounding decides
+    assert_allclose(made[sure], (amplitude * np.minimum(grown, left))[sure], atol=1e-6)
+
+
+def test_a_step_can_grow_no_longer_than_it_lasts() -> None:
+    with pytest.raises(InputError, match=r"rise is 5 s, must be from 0 s to .* from start to end, 2 s"):
+        signals.step(1.0, start=1.0, end=3.0, rise=5.0)
+
+
 def test_step_sine_is_a_step_and_later_a_sine() -> None:
     late = signals.sine(0.5, 0.1, start=10.0, duration=20.0)
     expected = along(signals.step(0.5)) + along(late)

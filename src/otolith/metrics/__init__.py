@@ -11,6 +11,7 @@ from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_we
 from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
 from otolith.metrics.summary import compare, summarise
 from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
+from otolith.metrics.unwanted import neutral_crossings, turns_against, unwanted_cues
 from otolith.metrics.verdict import between_nodes, breaches, failures, held_back
 from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
@@ -38,6 +39,7 @@ __all__ = [
     "illness_percent",
     "mean_absolute_difference",
     "mismatch_rating",
+    "neutral_crossings",
     "perceived_error",
     "perceived_rate_rmse",
     "perceived_rmse",
@@ -48,5 +50,7 @@ __all__ = [
     "summarise",
     "tracking_rmse",
     "travel_rms",
+    "turns_against",
+    "unwanted_cues",
     "workspace_use",
 ]

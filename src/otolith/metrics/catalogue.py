@@ -5,9 +5,10 @@ are made from these entries or tested against them, so a new key figure is one m
 """
 
 import math
+from functools import partial
 from typing import Final
 
-from otolith.metrics import effort, scales, similarity, values
+from otolith.metrics import effort, scales, similarity, unwanted, values
 from otolith.metrics.axes import by_axis, by_force, by_rate
 from otolith.metrics.false_cues import misleading_time
 from otolith.metrics.measure import FORCES, RATES, Better, Column, Measure, Topic, root_sum_square
@@ -175,6 +176,37 @@ _FELT: Final = (
         section="False cues",
     ),
     Measure(
+        name="unwanted_cues",
+        words="Unwanted cues: lag and rebound",
+        unit="",
+        of=unwanted.unwanted_totals,
+        better=Better.LOWER,
+        needs=FORCES,
+        columns=(
+            Column(
+                "Lag", partial(unwanted.seconds, "lag"), words="Time with lagging cues", unit="s", by="lag"
+            ),
+            Column(
+                "Rebound",
+                partial(unwanted.seconds, "rebound"),
+                words="Time with cues that rebound",
+                unit="s",
+                by="rebound",
+            ),
+        ),
+        parts={"duration_s": ("duration", "s"), "peak": ("peak", "m/s²"), "mean": ("mean", "m/s²")},
+        section="Lag and rebound",
+    ),
+    Measure(
+        name="turns_against",
+        words="Felt force turns against what is wanted",
+        unit="",
+        of=unwanted.turns_against,
+        better=Better.LOWER,
+        needs=FORCES,
+        section="Lag and rebound",
+    ),
+    Measure(
         name="mismatch_rating",
         words="Predicted mismatch rating",
         unit="m/s²",
@@ -214,6 +246,14 @@ _DONE: Final = (
         scale=scales.REACH_USED,
         parts={"largest": ("largest", ""), "rms": ("RMS", ""), "near_limit": ("time beyond 90 %", "")},
         section="Use of the reach",
+    ),
+    Measure(
+        name="neutral_crossings",
+        words="Crossings of the platform's neutral position",
+        unit="",
+        of=unwanted.neutral_crossings,
+        topic=Topic.PLATFORM,
+        section="Lag and rebound",
     ),
     Measure(
         name="changes",

@@ -12,10 +12,11 @@ threshold τ, and every noticeable mismatch |felt − wanted| ≥ τ has exactly
 | scaled    | at least τ               | at least τ, of the same sign      |
 
 Two forces below τ are no cue, even if they differ by τ. A delayed cue shows as missing, then unwanted;
-`otolith.metrics.similarity.delay` measures it.
+`otolith.metrics.similarity.delay` measures it, and `otolith.metrics.unwanted` tells it from a cue that
+swings back.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -30,17 +31,20 @@ MISLEADING: Final = KINDS[:3]  # a scaled cue does not mislead
 THRESHOLD: Final = 0.17  # [m/s²] of horizontal force in common use, as by Reid & Nahon (UTIAS 296, 1985)
 SHORTEST: Final = 0.05  # [s] our choice: what is shorter is no cue
 
+# wanted (n,), felt (n,), τ [m/s²] -> index of the kind (n,) or −1, size of the mismatch (n,) [m/s²]
+Judge = Callable[[Vec, Vec, float], tuple[Ints, Vec]]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FalseCue:
     """One stretch of time with one kind of mismatch."""
 
     dof: str  # e.g. "surge-pitch"
-    kind: str  # of KINDS
+    kind: str  # one of those that it was classified by
     start: float  # [s]
     end: float  # [s]
-    peak: float  # largest |felt − wanted| [m/s²]
-    integral: float  # ∫ |felt − wanted| dt [m/s]
+    peak: float  # largest mismatch, here |felt − wanted| [m/s²]
+    integral: float  # of the mismatch over time [m/s]
 
     @property
     def duration(self) -> float:
@@ -56,27 +60,40 @@ def false_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHOR
     threshold : τ [m/s²] of the module's table.
     shortest : stretches shorter than this [s] are left out.
     """
+    return classified(run, _judge, KINDS, threshold=threshold, shortest=shortest)
+
+
+def classified(
+    run: Run, judge: Judge, kinds: Sequence[str], *, threshold: float, shortest: float
+) -> list[FalseCue]:
+    """Stretches of one kind along every cued force axis, in the order of their start.
+
+    Parameters
+    ----------
+    judge : gives for every sample an index into `kinds`, −1 where there is no mismatch, and its size.
+    threshold : [m/s²], handed to `judge`.
+    shortest : stretches shorter than this [s] are left out.
+    """
     cues = []
     for dof, axis in force_axes(run).items():
-        wanted, felt = run.reference_force[:, axis], run.felt_force[:, axis]
-        error = np.abs(felt - wanted)
-        for code, first, stop in _stretches(_classify(wanted, felt, threshold)):
+        codes, size = judge(run.reference_force[:, axis], run.felt_force[:, axis], threshold)
+        for code, first, stop in _stretches(codes, len(kinds)):
             cue = FalseCue(
                 dof=dof,
-                kind=KINDS[code],
+                kind=kinds[code],
                 start=float(run.time[first] - run.plant_period),  # a sample stands for the step before it
                 end=float(run.time[stop - 1]),
-                peak=float(np.max(error[first:stop])),
-                integral=float(np.sum(error[first:stop]) * run.plant_period),
+                peak=float(np.max(size[first:stop])),
+                integral=float(np.sum(size[first:stop]) * run.plant_period),
             )
             if cue.duration >= shortest:
                 cues.append(cue)
     return sorted(cues, key=lambda cue: cue.start)
 
 
-def totals(cues: Sequence[FalseCue]) -> dict[str, dict[str, Any]]:
+def totals(cues: Sequence[FalseCue], kinds: Sequence[str] = KINDS) -> dict[str, dict[str, Any]]:
     """Count, duration [s], peak [m/s²] and integral [m/s] of all cues of each kind, as plain JSON values."""
-    return {kind: _total([cue for cue in cues if cue.kind == kind]) for kind in KINDS}
+    return {kind: _total([cue for cue in cues if cue.kind == kind]) for kind in kinds}
 
 
 def misleading_time(cues: Mapping[str, Mapping[str, Mapping[str, float]]]) -> float:
@@ -90,22 +107,23 @@ def spans(condition: Bools) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def _classify(wanted: Vec, felt: Vec, threshold: float) -> Ints:
+def _judge(wanted: Vec, felt: Vec, threshold: float) -> tuple[Ints, Vec]:
     """Index into KINDS for every sample, −1 where there is none; what is not a number counts as felt."""
+    error = np.abs(felt - wanted)
     called, given = np.abs(wanted) >= threshold, ~(np.abs(felt) < threshold)
-    noticed = ~(np.abs(felt - wanted) < threshold)
+    noticed = ~(error < threshold)
     conditions = [
         noticed & called & given & (wanted * felt < 0.0),
         noticed & ~called & given,
         noticed & called & ~given,
         noticed & called & given,
     ]
-    return np.select(conditions, range(len(KINDS)), default=-1).astype(np.int64)
+    return np.select(conditions, range(len(KINDS)), default=-1).astype(np.int64), error
 
 
-def _stretches(codes: Ints) -> list[tuple[int, int, int]]:
+def _stretches(codes: Ints, kinds: int) -> list[tuple[int, int, int]]:
     """Code, first index and one past the last of every stretch of one kind."""
-    return [(k, *span) for k in range(len(KINDS)) for span in spans(codes == k)]
+    return [(k, *span) for k in range(kinds) for span in spans(codes == k)]
 
 
 def _total(cues: Sequence[FalseCue]) -> dict[str, Any]:

@@ -68,6 +68,16 @@ SCENARIOS: Final[Mapping[str, Entry]] = MappingProxyType(
             "four sines, 0.1 to 1 Hz, scaled by 0.3, 20 s",
             "thesis section 6.1, eq. 6.1",
         ),
+        "bend": Entry(
+            partial(signals.step, 2.5, start=2.0, end=13.0, rise=1.0, fall=1.0, duration=26.0),
+            "long bend, 2.5 m/s² for 10 s, 26 s",
+            "the oval of SimHub issue 1883: washout through the centre",
+        ),
+        "stop": Entry(
+            partial(signals.step, -8.5, start=2.0, end=5.0, rise=0.5, fall=0.1, duration=15.0),
+            "braking from 86 km/h, -8.5 m/s² that end within 0.1 s at standstill, 15 s",
+            "our choice",
+        ),
     }
 )
 
@@ -113,7 +123,8 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
 def has_literal(name: str) -> bool:
     """Return whether `literal` makes a difference to this scenario: it has a step whose end is left open."""
     entry, given = _found(name)
-    return "end" in inspect.signature(entry.build).parameters and "end" not in given
+    chosen = {*given, *getattr(entry.build, "keywords", {})}
+    return "end" in inspect.signature(entry.build).parameters and "end" not in chosen
 
 
 def _found(name: str) -> tuple[Entry, dict[str, Any]]:

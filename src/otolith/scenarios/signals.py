@@ -57,10 +57,17 @@ def step(
     *,
     start: float = 1.0,
     end: float = STEP_END,
+    rise: float = 0.0,
+    fall: float = 0.0,
     duration: float = 10.0,
     axis: str = "longitudinal",
 ) -> Scenario:
     """A pulse of `amplitude` [m/s²] in [start, end) [s].
+
+    Parameters
+    ----------
+    rise : [s] within which it grows along a straight line, from `start` on; at most until `end`.
+    fall : [s] within which it fades along a straight line, from `end` on.
 
     Raises
     ------
@@ -68,7 +75,12 @@ def step(
     """
     _pulse(duration, start, end)
     _amplitude(amplitude)
-    return _scenario(Pulse(amplitude, start, end), duration, axis, f"step of {amplitude:g} m/s²")
+    _within(
+        "rise", rise, (0.0, end - start), "s", f"from 0 s to what lies from start to end, {end - start:g} s"
+    )
+    _within("fall", fall, (0.0, DURATIONS[1]), "s")
+    wave = Pulse(amplitude, start, end, rise, fall)
+    return _scenario(wave, duration, axis, f"step of {amplitude:g} m/s²")
 
 
 def step_sine(

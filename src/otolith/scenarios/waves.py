@@ -32,15 +32,24 @@ class Sine:
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """The amplitude in [start, end), zero elsewhere."""
+    """The amplitude in [start, end), zero elsewhere; it may grow and fade along straight lines.
+
+    With a rise it grows within it, from `start` on; with a fall it fades within it, from `end` on.
+    """
 
     amplitude: float  # [m/s²]
     start: float  # [s]
     end: float  # [s]
+    rise: float = 0.0  # [s]
+    fall: float = 0.0  # [s]
 
     def __call__(self, t: Vec) -> Vec:
         """Value [m/s²] at times [s]."""
-        return np.where((t >= self.start) & (t < self.end), self.amplitude, 0.0)
+        corners = self.start, self.start + self.rise, self.end, self.end + self.fall
+        ramps = np.interp(t, corners, (0.0, self.amplitude, self.amplitude, 0.0))
+        held = (t >= corners[1]) & (t < corners[2])
+        outside = (t < corners[0]) | (t >= corners[3])
+        return np.where(held, self.amplitude, np.where(outside, 0.0, ramps))
 
 
 @dataclass(frozen=True, slots=True)
