@@ -6,7 +6,7 @@ __all__ = ["main"]
 def main(arguments: list[str] | None = None) -> None:
     """Run the program; see `otolith.cli.app.run_program`.
 
-    Signals are taken over before anything else is imported: Ctrl-C is answered at any moment.
+    Signals are handled before anything else is imported, so that Ctrl-C works at any moment.
     """
     from otolith.cli.stop import signals_stop
 

@@ -1,4 +1,4 @@
-"""The program `otolith`: its commands, and how it fails."""
+"""The program `otolith`: its commands, and how it reports errors."""
 
 import os
 import signal
@@ -6,7 +6,7 @@ import sys
 from importlib import import_module
 from typing import Annotated, Any, Final, NoReturn
 
-# Small matrices: more BLAS threads only wait for each other. Read when numpy is first imported.
+# Matrices are small, so more BLAS threads only wait for each other. numpy reads this on its first import.
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
@@ -19,8 +19,8 @@ from otolith.cli.given import refuse_lost  # noqa: E402
 from otolith.core.errors import OtolithError  # noqa: E402
 from otolith.core.plugins import doubtful  # noqa: E402
 
-# Where a command or a group of them is, and its line of help. A module is imported when its command is
-# called: none waits for what another needs.
+# Module and line of help of each command or group. A module is imported only when its command is called, so
+# no command waits for what another needs.
 COMMANDS: Final = {
     "list": (
         "catalog:list_",
@@ -75,9 +75,9 @@ COMMANDS: Final = {
 
 
 def program(called: str) -> typer.Typer:
-    """The command line, of which one command is imported and the others are names with a line of help.
+    """Return the command line, with the called command imported and the others as names with a line of help.
 
-    What other distributions add is looked for only where the command that is called is not our own.
+    Commands of other distributions are looked up only if the called command is not one of our own.
     """
     own = called in COMMANDS
     others = {} if own else plugins.commands()
@@ -89,7 +89,7 @@ def program(called: str) -> typer.Typer:
         "on files: nothing here moves a real platform yet.",
         no_args_is_help=True,
         pretty_exceptions_enable=False,
-        rich_markup_mode=None,  # texts are shown as they are: to rich, [km/h] would be markup
+        rich_markup_mode=None,  # texts are shown literally: rich would interpret [km/h] as markup
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback(epilog=None if own else plugins.not_offered(COMMANDS))(_options)
@@ -116,12 +116,12 @@ def _options(
         bool, typer.Option("--debug", help="Show where an error comes from; anywhere on the line.")
     ] = False,
 ) -> None:
-    """Options of the program itself. Both are dealt with in `run_program`, and stand here to be shown."""
+    """Declare the options of the program itself for its help; `run_program` handles both."""
     del version, debug
 
 
 def imported(target: str) -> Any:
-    """A command, or group of commands, of this package by "module:attribute"."""
+    """Import a command, or a group of commands, of this package, given as "module:attribute"."""
     module, attribute = target.split(":")
     return getattr(import_module(f"otolith.cli.{module}"), attribute)
 
@@ -131,9 +131,9 @@ def _uncalled() -> None:
 
 
 def run_program(arguments: list[str] | None = None) -> None:
-    """Run the program; an error of the user's is one sentence on standard error and exit code 2.
+    """Run the program; a user's error is reported as one sentence on standard error with exit code 2.
 
-    `--debug` anywhere on the line shows the traceback as well.
+    `--debug` anywhere on the line also shows the traceback.
     """
     line = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in line
@@ -147,7 +147,7 @@ def run_program(arguments: list[str] | None = None) -> None:
         command(line, prog_name="otolith")
     except OtolithError as error:
         _refuse(str(error), debug)
-    except BrokenPipeError:  # the reader of our output, say `head`, has seen enough
+    except BrokenPipeError:  # the reader of our output, such as `head`, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(128 + signal.SIGPIPE)
     except OSError as error:
@@ -155,7 +155,7 @@ def run_program(arguments: list[str] | None = None) -> None:
 
 
 def _called(line: list[str]) -> str:
-    """The command that is called, or that the shell wants completed."""
+    """Return the command that is called, or that the shell wants to complete."""
     if "_OTOLITH_COMPLETE" in os.environ:
         words = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or ""
         line = words.split()[1:]

@@ -1,4 +1,4 @@
-"""`otolith bench` and `otolith warmup`: how fast it is here, and compiling before it matters."""
+"""`otolith bench` and `otolith warmup`: measure step times on this machine, and compile in advance."""
 
 import platform as machine
 import time

@@ -1,4 +1,4 @@
-"""`otolith list`: what there is by name."""
+"""`otolith list`: show what is available by name."""
 
 from collections.abc import Mapping
 from typing import Annotated
@@ -18,7 +18,7 @@ from otolith.vehicle import ROADS
 
 
 def _shadowed(kind: str) -> dict[str, str]:
-    """Names that other distributions declare in vain."""
+    """Return names that other distributions declare but that are already taken."""
     table = {"cueing": registry.CUEING, "plants": registry.PLANTS}.get(kind)
     return {} if table is None else table.shadowed()
 

@@ -1,4 +1,4 @@
-"""`otolith drive`: drive a road with a virtual car, and write what the driver felt."""
+"""`otolith drive`: drive a road with a virtual car, and write what its driver felt."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -92,7 +92,7 @@ def drive_(
 
 
 def _sentence(summary: dict[str, Any]) -> str:
-    """A drive's key figures in one line."""
+    """Return the key figures of a drive in one line."""
     ax, ay = summary["ax_mps2"], summary["ay_mps2"]
     excess = max(summary["limit_excess_percent"].values())
     return (

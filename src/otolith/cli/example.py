@@ -1,4 +1,4 @@
-"""`otolith example`: files to start from, so that every command of the README has something to work on."""
+"""`otolith example`: write files to start from, on which every command of the README works."""
 
 from importlib.resources import files as package_files
 from pathlib import Path
@@ -17,7 +17,7 @@ _SAMPLES: Final = package_files("otolith.cli") / "samples"
 _HEADER: Final = "t_s,speed_mps,ax_mps2,ay_mps2,yaw_rate_radps"
 _RATE: Final = 50.0  # [Hz]
 _START_SPEED: Final = 15.0  # [m/s]
-# Manoeuvres of the drive: when they begin and end [s], and their peak.
+# Manoeuvres of the drive: start [s], end [s], and peak.
 _PEDALS: Final = ((2.0, 8.0, 1.5), (16.0, 20.0, -3.0), (30.0, 36.0, -1.8))  # [m/s²]
 _TURNS: Final = ((9.0, 15.0, 0.12), (21.0, 24.0, 0.15), (24.0, 27.0, -0.15))  # [rad/s]
 
@@ -46,9 +46,9 @@ def example_(
 
 
 def drive() -> Mat:
-    """Forty seconds of a car on level ground: the columns of drive.csv (n, 5), free of contradictions.
+    """Return forty seconds of a car on level ground: the columns of drive.csv (n, 5), without contradictions.
 
-    Its speed is the integral of a_x, and a_y = speed times yaw rate, as of any car that does not slide.
+    The speed is the integral of a_x, and a_y is speed times yaw rate, as of a car that does not slide.
     """
     t = np.arange(0.0, 40.0, 1.0 / _RATE)
     ax, yaw_rate = _bumps(t, _PEDALS), _bumps(t, _TURNS)
@@ -58,7 +58,7 @@ def drive() -> Mat:
 
 
 def _bumps(t: Vec, manoeuvres: tuple[tuple[float, float, float], ...]) -> Vec:
-    """A raised cosine for each manoeuvre: it comes and goes without a jump."""
+    """Sum raised cosines, one per manoeuvre, which begin and end without a jump."""
     total = np.zeros(len(t))
     for begin, end, peak in manoeuvres:
         phase = np.clip((t - begin) / (end - begin), 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""`otolith explicit`: enumerate explicit laws, prove them, show them, write them as C."""
+"""`otolith explicit`: enumerate explicit laws, verify them, show them, and export them as C."""
 
 import sys
 from dataclasses import asdict
@@ -24,7 +24,7 @@ Json = Annotated[
 ]
 LawFile = Annotated[Path, typer.Argument(metavar="LAW", help="A law written by 'otolith explicit build'.")]
 
-# What must be zero, and what is the worst over all parts, in the account of a verification.
+# Figures of a verification that are summed over all parts, and those of which the worst counts.
 _COUNTS = (
     "samples",
     "feasible",
@@ -140,7 +140,7 @@ def _verdict(one: Verification) -> str:
 
 @app.command()
 def show(law: LawFile, json: Json = False) -> None:
-    """Tell what a stored law holds."""
+    """Show what a stored law contains."""
     parts = [
         {
             "regions": len(part),

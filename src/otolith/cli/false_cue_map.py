@@ -16,7 +16,7 @@ from otolith.loop import Run
 from otolith.metrics.false_cues import THRESHOLD, FalseCue, false_cues
 from otolith.recordings import Log
 
-WORST: Final = 10  # false cues in the table
+WORST: Final = 10  # number of false cues in the table
 
 
 def map_(
@@ -42,7 +42,7 @@ def map_(
     marks = [Marked(cue.kind, cue.start, cue.end) for cue in cues]
     figure = false_cue_map(drive.t, _place(drive), marks, numbered=WORST)
     files.write_figure(picture, lambda temporary: save_figure(figure, temporary))
-    files.enlist(picture)  # if it lies next to the run, it is a result as the run is
+    files.enlist(picture)  # next to the run, it counts as one of its results
     found = located(cues, drive)
     if json:
         print_json({"run": str(run), "threshold_mps2": threshold, "false_cues": found})
@@ -52,7 +52,7 @@ def map_(
 
 
 def located(cues: list[FalseCue], drive: Log) -> list[dict[str, Any]]:
-    """False cues with the way [m] and the place [m] where each begins."""
+    """Return false cues with the distance along the path [m] and the position [m] where each begins."""
     place = _place(drive)
     way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1))]
     return [
@@ -72,7 +72,7 @@ def located(cues: list[FalseCue], drive: Log) -> list[dict[str, Any]]:
 
 
 def _drive(run: Run, log: Path | None) -> Log:
-    """The drive that the run was made of, read as the run read it."""
+    """Read the drive from which the run was made, in the same way as the run did."""
     if "wanted" not in run.settings:
         return Wanted(log=log).drive()
     return Wanted.from_record(run.settings["wanted"], log=log, check=log is None).drive()

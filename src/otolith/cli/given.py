@@ -1,8 +1,8 @@
-"""What was given on the command line and would be lost: refused in one place, before a command begins.
+"""Options that would be lost: these are refused in one place before a command begins.
 
-An option may be given twice and taken once, say nothing without another, or be overruled by another. That an
-algorithm does not read an option stands in `otolith.registry`; that a value makes one pointless, where the
-value is read.
+An option may be given twice but used once, have no effect without another option, or be overruled by another.
+Options that an algorithm does not read are declared in `otolith.registry`; options that a value makes
+pointless are checked where the value is read.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from otolith.core.errors import InputError
 _OF_LOGS: Final = ("lowpass", "causal", "column", "header", "units", "axes", "events", "offsets", "mapping")
 _CUED: Final = dict.fromkeys(_OF_LOGS, "log")
 
-# By command: an option, and the one without which it says nothing.
+# By command: an option, and another without which it has no effect.
 NEEDS: Final[Mapping[str, Mapping[str, str]]] = {
     "run": _CUED,
     "compare": _CUED,
@@ -21,7 +21,7 @@ NEEDS: Final[Mapping[str, Mapping[str, str]]] = {
     "hint verify": {"lowpass": "log", "force": "out"},
     "platform new": {"force": "out"},
 }
-# By command: an option, and the one that overrules it.
+# By command: an option, and another that overrules it.
 OVERRULED: Final[Mapping[str, Mapping[str, str]]] = {
     "run": {"literal": "log", "washout": "weight"},
     "compare": {"literal": "log", "washout": "weight"},
@@ -31,19 +31,19 @@ OVERRULED: Final[Mapping[str, Mapping[str, str]]] = {
 
 
 class Called(NamedTuple):
-    """The command that a line calls, and the options that stand there."""
+    """The command that a line calls, and its options."""
 
     name: str  # "run", "hint verify"
-    options: Mapping[str, Any]  # parameters of the command, as click has them, by name
-    counts: Mapping[str, int]  # how often each option was given, those that were
+    options: Mapping[str, Any]  # click's parameters of the command, by name
+    counts: Mapping[str, int]  # how often each option was given, without those that were not
 
     def word(self, option: str) -> str:
-        """As the user writes it."""
+        """Return the option as the user writes it."""
         return str(self.options[option].opts[0])
 
 
 def called(command: Any, line: Sequence[str]) -> Called:
-    """Find the command in a group of commands."""
+    """Find the command that a line calls in a group of commands."""
     words, names = iter(line), []
     while hasattr(command, "commands") and (word := next(words, None)) is not None:
         if word in command.commands:
@@ -56,12 +56,12 @@ def called(command: Any, line: Sequence[str]) -> Called:
 
 
 def refuse_lost(command: Any, line: Sequence[str]) -> None:
-    """Refuse what is given and would have no effect.
+    """Refuse options that would have no effect.
 
     Raises
     ------
-    InputError : an option is given twice and taken once, without one that it needs, or with one that
-        overrules it.
+    InputError : an option is given twice but used once, is given without one that it needs, or is overruled
+        by another.
     """
     found = called(command, line)
     for name, count in found.counts.items():

@@ -1,4 +1,4 @@
-"""`otolith hint`: learn offline which limits will be active, and judge it on what was never seen."""
+"""`otolith hint`: learn offline which limits will be active, and judge the result on unseen problems."""
 
 import sys
 from dataclasses import replace
@@ -42,7 +42,7 @@ Json = Annotated[
 ]
 Braking = Annotated[str, typer.Option(help="Braking rows: stopping, position, printed or none.")]
 SAME: float = 1e-6  # largest difference between first inputs that counts as the same answer
-_HELD_OUT_SEED = 99  # of what goes beside what along the second axis
+_HELD_OUT_SEED = 99  # seed that combines manoeuvres along the two axis pairs
 _COLUMNS = ("changes", "", "", "saved %", "", "", "hits", "solves", "guess us", "step us", "", "worst 1 %")
 _HEADS = ("mean", "p99", "max", "mean", "p99", "max", "share", "mean", "mean", "median", "p99", "mean")
 
@@ -173,7 +173,7 @@ def _judge(
 
 
 def _draw(path: Path, tallies: dict[str, Tally]) -> None:
-    """Every start but the cold one, which would need an axis of its own."""
+    """Draw every initial guess but the cold one, which would need its own scale."""
     from otolith.report import save_figure
     from otolith.report.changes import changes_figure
 

@@ -1,4 +1,4 @@
-"""`otolith log`: see what is understood of a recorded drive before it moves anything."""
+"""`otolith log`: show how a recorded drive is understood before it moves anything."""
 
 import functools
 import sys
@@ -18,7 +18,7 @@ from otolith.recordings.settings import settings_to_toml
 
 app = group("Recorded drives: see what is understood of a file, and save how it is read.")
 
-LISTED = 12  # events, and unused columns, that are named
+LISTED = 12  # largest number of events, and of unused columns, that are named
 
 
 @app.callback()

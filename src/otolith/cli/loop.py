@@ -1,4 +1,4 @@
-"""The part that `run` and `compare` share: check all that the user said, then close the loop."""
+"""The part that `run` and `compare` share: check all options, then close the loop."""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -18,16 +18,17 @@ from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
 
-_REPORTED: Final = 5  # interventions of a supervisor that are reported one by one
+_REPORTED: Final = 5  # number of a supervisor's interventions that are reported individually
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prepared:
-    """Everything that was chosen, checked: nothing of it will be refused once the loop is closed."""
+    """All choices, already checked: none of them is refused once the loop is closed."""
 
     design: Design
     scenarios: tuple[Scenario, ...]
-    settings: tuple[Mapping[str, Mapping[str, Any]], ...]  # record of each scenario's runs, by algorithm
+    # Settings to record in the runs of each scenario, by algorithm
+    settings: tuple[Mapping[str, Mapping[str, Any]], ...]
     plants: Mapping[str, str]  # the plant of each cueing algorithm, by the algorithm's name
 
 
@@ -38,7 +39,7 @@ def prepare(
 
     Raises
     ------
-    OtolithError : something is wrong, or would have no effect; no time was spent yet.
+    OtolithError : a choice is invalid or would have no effect. No time has been spent on simulation yet.
     """
     first = each[0]
     makers = {name: registry.cueing_named(name) for name in names}
@@ -64,7 +65,7 @@ def prepare(
 
 
 def _check_literal(each: Sequence[RunOptions]) -> None:
-    """Refuse --literal where it would make no difference to any scenario."""
+    """Refuse --literal if it makes no difference to any scenario."""
     names = [choices.scenario for choices in each if choices.literal and choices.scenario is not None]
     if names and not any(has_literal(name) for name in names):
         bound = "left out, or used with a step whose end is left open"
@@ -72,11 +73,11 @@ def _check_literal(each: Sequence[RunOptions]) -> None:
 
 
 def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
-    """One run per scenario and algorithm; the algorithms of one scenario stand together."""
+    """Return one run per scenario and algorithm, grouped by scenario."""
     runs: list[list[Run]] = [[] for _ in prepared.scenarios]
     design = replace(
         prepared.design, progress=lambda now: tell(f"explicit law: {progress_line(now)}")
-    )  # one design for all algorithms: they share the laws that are enumerated on first use
+    )  # all algorithms share one design, and with it the laws that are enumerated on first use
     for name, plant in prepared.plants.items():
         text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
         with working(console, text) as tell:
@@ -102,7 +103,7 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
 
 
 def _tell_interventions(found: Sequence[Intervention], console: Console) -> None:
-    """The longest ones, in their order, and how many there were besides."""
+    """Report the longest interventions in order of time, and the number of the others."""
     longest = sorted(found, key=lambda one: one.start - one.end)[:_REPORTED]
     for intervention in sorted(longest, key=lambda one: one.start):
         warn(console, f"supervisor, {intervention}")

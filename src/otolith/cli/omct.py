@@ -1,4 +1,4 @@
-"""`otolith omct`: the objective motion cueing test of any cueing algorithm."""
+"""`otolith omct`: the objective motion cueing test, for any cueing algorithm."""
 
 import functools
 from pathlib import Path
@@ -94,7 +94,7 @@ def omct_(
 
 
 def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[System, dict[str, str]]:
-    """What is tested, and its names; every wrong value is refused before work starts."""
+    """Return the system under test and its names; every invalid value is refused before work starts."""
     cued = dofs_named(dofs.split(","))
     maker = registry.cueing_named(cueing)
     plant_name = plant or maker.plant

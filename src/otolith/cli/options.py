@@ -43,7 +43,7 @@ SOFTENED: Final = (
     "braking_position",
     "braking_tilt",
     "circle",
-)  # rows that may be given a slack; commands never
+)  # constraints that may be softened; commands never
 
 CUEING_HELP: Final = "A name of 'otolith list cueing', or your own: module:attribute, file.py:attribute."
 PlatformName = Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")]
@@ -69,7 +69,7 @@ Weights = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What the user chose; every field is one option of the command line."""
+    """The user's choices; every field is one option of the command line."""
 
     scenario: Annotated[
         str | None,
@@ -150,14 +150,14 @@ class RunOptions:
     law: Annotated[Path | None, typer.Option(help="A stored explicit law, instead of enumerating one.")] = (
         None
     )
-    given: frozenset[str] = frozenset()  # names of all options that the user wrote, these and others
+    given: frozenset[str] = frozenset()  # names of all options that the user gave, these and others
 
     def design(self) -> Design:
-        """Turn the options into a design; every wrong value is refused before work starts."""
+        """Turn the options into a design; every invalid value is refused before work starts."""
         rows = parse_braking_rows(self.braking) if self.braking is not None else None
         platform, dofs = files.read_platform(self.platform), dofs_named(self.dofs.split(","))
         for dof in dofs:
-            platform.limits(dof)  # refuses what the platform does not have
+            platform.limits(dof)  # refuses a degree of freedom that the platform lacks
         weights = washout_weights(self.washout, self.weight or [])
         settings = replace(
             implicit_settings(self.horizon, self.blocks, weights),
@@ -178,7 +178,7 @@ class RunOptions:
         )
 
     def wanted(self) -> Wanted:
-        """What should be felt."""
+        """Return the description of what should be felt."""
         chosen = asdict(self)
         return Wanted(
             scenario=self.scenario,
@@ -192,7 +192,7 @@ class RunOptions:
         )
 
     def experiment(self, cueing: str, design: Design) -> Experiment:
-        """The closed loop of one algorithm, for a design made of these options."""
+        """Return the closed loop of one algorithm, for a design made of these options."""
         return Experiment(
             wanted=self.wanted(),
             design=design,
@@ -204,7 +204,7 @@ class RunOptions:
 
 
 def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command every field of `RunOptions` as an option; it receives them as one value, first."""
+    """Give a command every field of `RunOptions` as an option; it receives them as its first argument."""
     own = [p for p in inspect.signature(command).parameters.values() if p.name != "choices"]
     shared = [
         inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=f.type)
@@ -226,32 +226,32 @@ def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def is_given(context: typer.Context, name: str) -> bool:
-    """Return whether the user wrote the option of this name; its value may be the default's all the same."""
+    """Return whether the user gave the option of this name, even if with its default value."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"
 
 
 def warn(console: Console, note: str) -> None:
-    """Tell what the user should know and need not act on."""
+    """Print a note that the user should know but need not act on."""
     console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
 
 
 def implicit_settings(
     horizon: int | None, blocks: str | None, washout: tuple[WashoutWeight, ...]
 ) -> MpcSettings:
-    """Settings from the texts of the options."""
+    """Make settings from the texts of the options."""
     lengths = block_lengths(blocks) if blocks is not None else ()
     steps = horizon if horizon is not None else sum(lengths) or HORIZON
     return MpcSettings(horizon=steps, blocks=lengths, washout=washout)
 
 
 def pairs_named(dofs: str) -> tuple[Dof, ...]:
-    """The axis pairs of `--dofs`, in the order of their axes, whatever the order of the words."""
+    """Return the axis pairs of `--dofs` in the order of their axes."""
     return dofs_named(dofs.split(","), PAIRS)
 
 
 def block_lengths(text: str) -> tuple[int, ...]:
-    """The numbers of steps of `--blocks`."""
+    """Parse the numbers of steps of `--blocks`."""
     lengths = text.split(",")
     if not all(length.strip().isdecimal() for length in lengths):
         raise InputError("--blocks", repr(text), "numbers of steps with commas, as in 1,1,2,7,12")
@@ -259,14 +259,14 @@ def block_lengths(text: str) -> tuple[int, ...]:
 
 
 def washout_weights(name: str, weights: list[str]) -> tuple[WashoutWeight, ...]:
-    """The preset `name`, or the constant weights "state=value" where any are given."""
+    """Return the preset `name`, or constant weights from "state=value" if any are given."""
     if not weights:
         return preset(name)
     return constant(_numbers("--weight", weights))
 
 
 def soft_rows(texts: list[str]) -> dict[str, float]:
-    """Penalties by row name from "row=penalty"."""
+    """Return penalties by row name from "row=penalty"."""
     penalties = _numbers("--soft", texts)
     for name in penalties:
         if name not in SOFTENED:
@@ -275,7 +275,7 @@ def soft_rows(texts: list[str]) -> dict[str, float]:
 
 
 def _numbers(option: str, texts: list[str]) -> dict[str, float]:
-    """Numbers by name from "name=number"."""
+    """Return numbers by name from "name=number"."""
     values: dict[str, float] = {}
     for name, value in assignments(option, texts).items():
         try:

@@ -1,4 +1,4 @@
-"""What commands print."""
+"""The output of commands: progress, notes, JSON and summary lines."""
 
 import json
 import re
@@ -20,36 +20,38 @@ if TYPE_CHECKING:
 
 _REPLACE: Final = "Replace an existing folder with all that it holds, also what this command did not write."
 Force = Annotated[bool, typer.Option("--force", "--replace", help=_REPLACE)]
-Replace = Annotated[bool, typer.Option("--replace", help=_REPLACE)]  # where --force is a force
-EVERY: Final = 10.0  # [s] between lines about progress where there is no terminal
+Replace = Annotated[bool, typer.Option("--replace", help=_REPLACE)]  # for a command whose --force is a force
+EVERY: Final = 10.0  # [s] between progress lines if there is no terminal
 
 
 class Tell(Protocol):
-    """Takes the text of the moment and, where it is known, the fraction done."""
+    """Receives the current text and, if it is known, the fraction done."""
 
     def __call__(self, text: str, fraction: float | None = None) -> None:
-        """Keep both for the next line."""
+        """Keep both for the next line of progress."""
 
 
 def group(about: str) -> typer.Typer:
-    """A group of commands, whose texts are shown as they are written: to rich, [km/h] would be markup."""
+    """Return a group of commands whose texts are shown literally; rich would interpret [km/h] as markup."""
     return typer.Typer(help=about, no_args_is_help=True, rich_markup_mode=None)
 
 
 def file_name(text: str) -> str:
-    """A name as part of a path: nothing but letters, digits, dot, dash and underscore."""
+    """Turn a name into a part of a path: only letters, digits, dot, dash and underscore remain."""
     return re.sub(r"[^\w.-]+", "_", text).strip("._") or "unnamed"
 
 
 def print_json(value: object) -> None:
-    """One JSON object on standard output; NaN and infinity would not be JSON and are refused."""
+    """Print one JSON object on standard output; NaN and infinity are refused, as JSON requires."""
     sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
 
 
 def screen(*, stderr: bool = True, wide: bool = False) -> Console:
-    """A console that prints texts as they are: brackets are units and not markup, numbers keep their colour.
+    """Return a console that prints texts literally: brackets are units and not markup.
 
-    `wide` makes it at least 120 columns: a table that is cut is no table.
+    Parameters
+    ----------
+    wide : whether it has at least 120 columns, so that a wide table is not cut.
     """
     made = Console(stderr=stderr, markup=False, highlight=False, emoji=False)
     if wide:
@@ -59,9 +61,10 @@ def screen(*, stderr: bool = True, wide: bool = False) -> Console:
 
 @contextmanager
 def progress_bar(console: Console, text: str) -> Iterator[Callable[[float], None]]:
-    """Show on standard error how far a long work is, with an estimate of the time that is left.
+    """Show on standard error how far a long task is, with an estimate of the remaining time.
 
-    On a terminal this is a bar; elsewhere a line every 10 s. Yields what to call with the fraction done.
+    On a terminal this is a bar, otherwise a line every 10 s. Yields a function to call with the fraction
+    done.
     """
     if not console.is_terminal:
         with lines(console, text) as tell:
@@ -74,9 +77,10 @@ def progress_bar(console: Console, text: str) -> Iterator[Callable[[float], None
 
 @contextmanager
 def working(console: Console, text: str) -> Iterator[Callable[[str], None]]:
-    """As `progress_bar` for work of unknown length: a spinner, or a line every 10 s with the time passed.
+    """Show on standard error that a task of unknown length is running.
 
-    Yields what to call with the text of the moment.
+    On a terminal this is a spinner, otherwise a line every 10 s with the time spent. Yields a function to
+    call with the current text.
     """
     if not console.is_terminal:
         with lines(console, text) as tell:
@@ -88,7 +92,10 @@ def working(console: Console, text: str) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def described_bar(console: Console, text: str) -> Iterator[Callable[[str, float], None]]:
-    """As `progress_bar`, where the text changes with the work: call with both."""
+    """Show progress as `progress_bar` does, with a text that changes.
+
+    Yields a function to call with the current text and the fraction done.
+    """
     if not console.is_terminal:
         with lines(console, text) as tell:
             yield tell
@@ -109,11 +116,11 @@ def _bars(console: Console) -> Bars:
 def lines(
     console: Console, text: str, *, every: float = EVERY, now: Callable[[], float] = time.monotonic
 ) -> Iterator[Tell]:
-    """Print a line every so many seconds, from a thread of its own, with the latest report.
+    """Print a line of progress at regular intervals, from a separate thread, with the latest report.
 
     Parameters
     ----------
-    every : seconds between lines; work that is done sooner prints none.
+    every : seconds between lines; shorter tasks print none.
     now : clock [s].
     """
     told: tuple[str, float | None] = (text, None)
@@ -137,7 +144,7 @@ def lines(
 
 
 def _progress_sentence(text: str, fraction: float | None, seconds: float) -> str:
-    """What is done, how far, and how long it will take if it goes on as it went."""
+    """Return the task, how far it is, and the remaining time at the same rate."""
     if not fraction:
         return f"{text}; {seconds:.0f} s so far"
     left = seconds * (1.0 - fraction) / fraction
@@ -145,13 +152,13 @@ def _progress_sentence(text: str, fraction: float | None, seconds: float) -> str
 
 
 def progress_line(now: "Progress") -> str:
-    """How far an enumeration is."""
+    """Return how far an enumeration is."""
     rate = now.regions / max(now.seconds, 1e-9)
     return f"{now.regions} regions, {now.open} sets to examine, {rate:.0f} regions/s, {now.seconds:.1f} s"
 
 
 def sentence(summary: dict[str, Any]) -> str:
-    """One run in one line: its key figures, every decision that failed, every limit that was passed."""
+    """Summarise one run in one line: its key figures, failed decisions and passed limits."""
     from otolith.metrics import MEASURES, between_nodes, breaches, failures
 
     known = [(measure.line, summary.get(measure.name)) for measure in MEASURES.values()]

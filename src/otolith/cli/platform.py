@@ -1,4 +1,4 @@
-"""`otolith platform`: look at a platform's legs, and find legs that reach what a data sheet prints."""
+"""`otolith platform`: show a platform's legs, and find legs that have the reach of a data sheet."""
 
 import functools
 from pathlib import Path

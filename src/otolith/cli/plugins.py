@@ -1,8 +1,8 @@
-"""Commands of other distributions: whoever declares an entry point `otolith.commands` adds one to `otolith`.
+"""Commands of other distributions, which the entry point group `otolith.commands` adds to `otolith`.
 
-The entry point names a function, which becomes a command as typer makes one of its parameters, or a
-`typer.Typer`, which becomes a group of commands. Its line of help is the summary of the distribution, so that
-`otolith --help` imports nothing.
+An entry point names a function, which becomes a command with its parameters as options, or a `typer.Typer`,
+which becomes a group of commands. The line of help is the summary of the distribution, so that `otolith
+--help` imports nothing.
 """
 
 from collections.abc import Collection
@@ -15,16 +15,17 @@ from otolith.core import plugins
 from otolith.core.errors import MissingExtra
 
 GROUP: Final = "otolith.commands"
-KNOWN: Final = {"reproduce": "otolith-thesis"}  # commands of our own other distributions, and where they are
+# Commands of distributions of this project, and the distribution
+KNOWN: Final = {"reproduce": "otolith-thesis"}
 
 
 def commands() -> dict[str, EntryPoint]:
-    """All commands that installed distributions declare, by name; see `otolith.core.plugins.declared`."""
+    """Return all commands that installed distributions declare, by name; see `core.plugins.declared`."""
     return plugins.declared(GROUP)
 
 
 def help_line(entry: EntryPoint) -> str:
-    """The line of help for a command: what its distribution says of itself."""
+    """Return the line of help for a command: the summary of its distribution."""
     summary = entry.dist.metadata["Summary"] if entry.dist else None
     return summary or f"A command of {plugins.distribution(entry)}."
 
@@ -34,19 +35,19 @@ def load(entry: EntryPoint) -> Any:
 
     Raises
     ------
-    BrokenPlugin : it cannot be imported, or no command can be made of it.
+    BrokenPlugin : it cannot be imported or made a command.
     """
     target = plugins.load_entry_point(entry)
     try:
         _as_command(target)
-    except Exception as error:  # whatever typer makes of the code of others
+    except Exception as error:  # typer may raise anything on code from outside
         who = f"{GROUP} {entry.name!r} of {plugins.distribution(entry)}"
         raise plugins.BrokenPlugin(who, "cannot be made a command", error) from error
     return target
 
 
 def _as_command(target: Any) -> None:
-    """Make a command, as a trial: typer reads the parameters only then."""
+    """Make a trial command, because typer reads the parameters only then."""
     if isinstance(target, typer.Typer):
         typer.main.get_command(target)
         return
@@ -58,7 +59,7 @@ def _as_command(target: Any) -> None:
 
 
 def not_offered(own: Collection[str]) -> str:
-    """Say which commands are not offered, and why; empty where all are."""
+    """Return which commands are not offered, and why; empty if all are."""
     names = [f"{name} of {plugins.distribution(one)}" for name, one in commands().items() if name in own]
     lines = [f"Not offered, since Otolith has commands of that name: {', '.join(names)}."] if names else []
     lines += [f"Not offered: {why}." for name, why in plugins.doubtful(GROUP).items() if name not in own]
@@ -66,11 +67,11 @@ def not_offered(own: Collection[str]) -> str:
 
 
 def refuse_absent(name: str) -> None:
-    """Refuse a command of our own other distributions, which is not installed.
+    """Refuse a command of another distribution of this project that is not installed.
 
     Raises
     ------
-    MissingExtra : it is one; the sentence says how to install it.
+    MissingExtra : the message says how to install it.
     """
     if name in KNOWN:
         raise MissingExtra(

@@ -1,4 +1,4 @@
-"""How the options of the command line say that a recorded drive is to be read."""
+"""Options of the command line that state how a recorded drive is to be read."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -47,7 +47,7 @@ MappingFile = Annotated[
 
 
 def log_settings(chosen: Mapping[str, Any]) -> LogSettings:
-    """What options say; an option counts more than the file of `--mapping`."""
+    """Return the settings of the options; an option takes precedence over the file of `--mapping`."""
     settings = PLAIN if chosen.get("mapping") is None else files.read_log_settings(Path(chosen["mapping"]))
     columns = assignments("--column", chosen.get("column") or [])
     needs = [NEEDS[dof] for dof in (chosen.get("dofs") or "").split(",") if dof in NEEDS]
@@ -57,7 +57,7 @@ def log_settings(chosen: Mapping[str, Any]) -> LogSettings:
 
 
 def assignments(option: str, texts: Sequence[str]) -> dict[str, str]:
-    """Values by name from "name=value"; a name that comes twice is refused, or one value would be lost."""
+    """Return values by name from "name=value"; a repeated name is refused because one value would be lost."""
     values: dict[str, str] = {}
     for text in texts:
         name, value = assignment(option, text)

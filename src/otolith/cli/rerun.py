@@ -1,4 +1,4 @@
-"""`otolith rerun`: make a run again from its file, and compare."""
+"""`otolith rerun`: repeat a run from its file, and compare the two."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`otolith run` and `otolith compare`: close the loop, judge it, write the results."""
+"""`otolith run` and `otolith compare`: close the loop, judge it, and write the results."""
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +19,9 @@ from otolith.core.frames import dofs_named
 from otolith.loop import Run
 from otolith.report.ranking import criteria, criterion_named, standings
 
-if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad input is refused sooner
+if (
+    TYPE_CHECKING
+):  # plotting is imported only when something is drawn, so that invalid input is refused at once
     from matplotlib.figure import Figure
 
     from otolith.report.ranking import Criterion, Standing
@@ -74,7 +76,7 @@ def run(
 
 
 def write_results(result: Run, folder: Path, *, command: str, force: bool) -> dict[str, Any]:
-    """Write run.h5, summary.json, report.html and figures of one run; gives the key figures."""
+    """Write run.h5, summary.json, report.html and figures of one run; return the key figures."""
     from otolith import metrics, report
 
     summary = metrics.summarise(result)
@@ -144,7 +146,7 @@ def compare(
 
 
 def _measure_by_optimum(prepared: Prepared, runs: Sequence[Sequence[Run]], console: Console) -> None:
-    """Print how far the runs of every scenario are from the best that is possible."""
+    """Print how far the runs of each scenario are from the best possible motion."""
     from otolith.cli.optimum import report_distances
     from otolith.cueing.optimum import optimum
 
@@ -163,7 +165,7 @@ def _refuse_twice(option: str, names: Sequence[str | None]) -> None:
 def _write_comparison(
     folder: Path, contest: "Contest", by: tuple[str, "Criterion"], ranked: Sequence["Standing"]
 ) -> dict[str, Any]:
-    """Page, figures and key figures of a comparison; gives the key figures."""
+    """Write page, figures and key figures of a comparison; return the key figures."""
     from otolith import report
 
     name, criterion = by
@@ -182,12 +184,12 @@ def _write_comparison(
 
 
 def _figures(dofs: Sequence[str], draw: Callable[[str], "Figure"]) -> dict[str, "Figure"]:
-    """One figure per axis pair and per axis on its own, by file name."""
+    """Return one figure per degree of freedom, by file name."""
     return {"figure" if len(dofs) == 1 else f"figure-{dof}": draw(dof) for dof in dofs}
 
 
 def _contest_figures(contest: "Contest") -> dict[str, "Figure"]:
-    """The overview, and one figure per scenario and degree of freedom, by file name."""
+    """Return the overview, and one figure per scenario and degree of freedom, by file name."""
     from otolith.report import comparison_figure, overview_figure
 
     figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
@@ -198,7 +200,7 @@ def _contest_figures(contest: "Contest") -> dict[str, "Figure"]:
 
 
 def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, "Figure"]) -> None:
-    """Summary, page, and figures by file name."""
+    """Write the summary, the page, and the figures by file name."""
     from otolith.report import save_figure
 
     files.write_json(folder / "summary.json", summary)
@@ -219,13 +221,13 @@ def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Pa
 
 
 def _judge(summaries: Sequence[dict[str, Any]], strict: bool) -> None:
-    """End with an exit code of its own where --strict was given and some run passed a hard limit."""
+    """Exit with a code of its own if --strict was given and some run passed a hard limit."""
     if strict and any(summary["violations"] for summary in summaries):
         raise typer.Exit(BEYOND)
 
 
 def _place(one: "Standing", ranked: Sequence["Standing"]) -> str:
-    """One algorithm's place in one line, ties said."""
+    """Return the place of one algorithm in one line, with ties."""
     tied = sum(other.mean_rank == one.mean_rank for other in ranked) > 1
     several = len(one.ranks) > 1
     where = f"mean rank {one.mean_rank:.2f}, {one.wins} wins" if several else f"rank {one.ranks[0]}"

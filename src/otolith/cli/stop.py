@@ -1,6 +1,7 @@
-"""How the program ends when it is asked to: one sentence, nothing half-written, the shell's exit code.
+"""How the program ends on request: with one sentence, no partial files, and the shell's exit code.
 
-Imports nothing of this package and nothing slow: it is in place before the rest is imported.
+This module imports nothing of this package and nothing slow, because it takes effect before the rest is
+imported.
 """
 
 import contextlib
@@ -11,12 +12,12 @@ from collections.abc import Iterator
 from types import FrameType, TracebackType
 from typing import NoReturn
 
-_AGAIN = 0.02  # [s] after which a request that was lost is made again
+_AGAIN = 0.02  # [s] after which a lost request is repeated
 _WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
 class Stopped(BaseException):
-    """A signal asks the program to end; no `except Exception` and no library catches it."""
+    """A signal asks the program to end; neither `except Exception` nor a library catches this."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -25,14 +26,15 @@ class Stopped(BaseException):
 
 @contextlib.contextmanager
 def signals_stop() -> Iterator[None]:
-    """Let SIGINT (Ctrl-C) and SIGTERM end what is inside with one sentence and the shell's exit code.
+    """Let SIGINT (Ctrl-C) and SIGTERM end the block with one sentence and the shell's exit code.
 
-    They raise `Stopped` there; afterwards they do what they did before. A signal that is ignored, as under
-    nohup, stays ignored. Only the main thread can do this.
+    The signals raise `Stopped` inside the block; afterwards their former handlers are restored. A signal that
+    is ignored, as under nohup, stays ignored. Only the main thread can do this.
 
-    Where `Stopped` is raised in a callback out of C (the compiler's, say), Python can only report it, and
-    goes on; C may fail of it, and print it first, as modules that import NumPy from C do. So whatever fails
-    after a signal ends alike, nothing but the sentence is printed, and what goes on is asked again.
+    If `Stopped` is raised in a callback from C (the compiler's, for example), Python can only report it and
+    continues; C code may then fail and print errors, as modules that import NumPy from C do. So anything that
+    fails after a signal ends in the same way, only the sentence is printed, and where the program continues
+    the request is repeated.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -76,7 +78,7 @@ def signals_stop() -> Iterator[None]:
 
 
 def _raise_in_main_thread(number: int) -> None:
-    """A signal to the process may reach another thread, and leave the main one asleep."""
+    """Send the signal to the main thread; a signal to the process may reach another thread instead."""
     if hasattr(signal, "pthread_kill"):
         signal.pthread_kill(threading.main_thread().ident or 0, number)
     else:
@@ -84,9 +86,9 @@ def _raise_in_main_thread(number: int) -> None:
 
 
 def _tell(number: int) -> NoReturn:
-    """Say that the program was stopped, and end with 128 + the signal's number, as shells expect it."""
+    """Report that the program was stopped, and exit with 128 + the signal's number, as shells expect."""
     for every in _WORDS:
-        signal.signal(every, signal.SIG_IGN)  # the end is near: a second Ctrl-C shall not disturb it
+        signal.signal(every, signal.SIG_IGN)  # a second Ctrl-C must not interrupt the exit
     word = _WORDS[signal.Signals(number)]
     with contextlib.suppress(OSError):
         sys.stderr.write(f"otolith: {word}; nothing half-written was left\n")

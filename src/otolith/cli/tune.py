@@ -1,4 +1,4 @@
-"""`otolith tune`: constant washout weights by optimisation."""
+"""`otolith tune`: find constant washout weights by optimisation."""
 
 from typing import Annotated, Final
 

@@ -1,6 +1,7 @@
-"""Runs made visible: figures for papers and self-contained pages. Reads runs, knows no algorithm.
+"""Reports of runs: figures for papers, and self-contained pages. They read runs and know no algorithm.
 
-Its names are imported on use: drawing takes a second to import, for which no refused command has to wait.
+Names are imported on first use, because plotting takes a second to import and a refused command should not
+wait for that.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The distribution of working-set changes from several starts, as a figure for a paper."""
+"""The distribution of working-set changes from several initial guesses, as a figure for a paper."""
 
 from collections.abc import Sequence
 
@@ -13,17 +13,17 @@ _FONT = 7.0  # [pt]
 
 
 def changes_figure(starts: Sequence[tuple[str, Vec]]) -> Figure:
-    """Share of decisions that need at least so many changes, on logarithmic axes.
+    """Draw the share of decisions that need at least k working-set changes, on logarithmic axes.
 
     Parameters
     ----------
-    starts : label and changes (n,) of each start; what is no number was not asked.
+    starts : label and changes (n,) of each initial guess; values that are not finite are left out.
     """
     figure = Figure(figsize=_SIZE, layout="constrained")
     axes = figure.add_subplot()
     for i, (label, changes) in enumerate(starts):
         asked = np.sort(changes[np.isfinite(changes)])
-        share = 1.0 - np.arange(len(asked)) / len(asked)  # of decisions with at least so many
+        share = 1.0 - np.arange(len(asked)) / len(asked)  # share of decisions with at least this many
         some = asked > 0
         axes.step(asked[some], share[some], where="pre", color=CYCLE[i % len(CYCLE)], lw=1.1, label=label)
     axes.set_xscale("log")

@@ -1,4 +1,4 @@
-"""Several algorithms on one scenario, or on many, as one page: who did best by which rule, and why."""
+"""Pages that compare several algorithms on one or several scenarios: the ranking, its rule, its reasons."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -34,12 +34,12 @@ def render_comparison(
     by: Criterion = RMSE,
     date: str = "",
 ) -> str:
-    """Page of several algorithms on one scenario.
+    """Return the page of several algorithms on one scenario.
 
     Parameters
     ----------
     summaries : key figures of each run, in the order of `runs`, or by the name of the cueing.
-    by : what is ranked by.
+    by : the criterion of the ranking.
 
     Raises
     ------
@@ -76,12 +76,12 @@ def render_comparison(
 def render_contest(
     contest: Mapping[str, tuple[Sequence[Run], ByCueing]], *, by: Criterion = RMSE, date: str = ""
 ) -> str:
-    """Page of several algorithms on several scenarios.
+    """Return the page of several algorithms on several scenarios.
 
     Parameters
     ----------
-    contest : runs and summaries of every scenario, by its name; all with the same algorithms.
-    by : what is ranked by.
+    contest : runs and summaries by the name of the scenario; every scenario has the same algorithms.
+    by : the criterion of the ranking.
     """
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     ranked = standings(summaries, by)
@@ -113,14 +113,14 @@ def render_contest(
 
 
 def _why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Criterion) -> str:
-    """The reasons, in words."""
+    """Return the reasons for the ranking, as a list."""
     return (
         f'<ul class="why">{"".join(f"<li>{escape(text)}</li>" for text in why(scenarios, ranked, by))}</ul>'
     )
 
 
 def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Criterion) -> str:
-    """The order, with rank and measure per scenario, and the rule that made it."""
+    """Return a table of the ranking, with rank and value per scenario, and the rule below it."""
     several = len(scenarios) > 1
     heads = ["Cueing", *(["Mean rank", "Wins"] if several else []), *scenarios]
     rows = []
@@ -141,7 +141,7 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Crit
 
 
 def _diagrams_of(runs: Sequence[Run]) -> list[tuple[str, str, list[Panel]]]:
-    """Name, title and panels of every degree of freedom that all runs share, and of the reach."""
+    """Return name, title and panels of each degree of freedom that all runs share, and of the reach."""
     shared = [dof for dof in runs[0].dofs if all(dof in run.dofs for run in runs)]
     found = [
         (dof, texts.DOFS[dof], [*motion_comparison(runs, dof), *false_cue_panels(runs, dof)])

@@ -1,4 +1,4 @@
-"""What was understood of a recorded drive: as plain values, and as a picture of its proofs."""
+"""How a recorded drive was understood, as plain values and as a figure of its proofs."""
 
 from typing import Any, Final
 
@@ -21,9 +21,9 @@ from otolith.report.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMI
 WIDTH: Final = 7.2  # [in]
 PANEL: Final = 1.35  # [in]
 MAP: Final = 3.0  # [in]
-NAMED: Final = 12  # events that are named in the picture; more would hide the curves
-WIDE: Final = 100  # letters of a legend in three columns
-POINTS: Final = 20_000  # of a curve; more are not to be seen
+NAMED: Final = 12  # largest number of events named in the figure; more would hide the curves
+WIDE: Final = 100  # largest number of letters of a legend in three columns
+POINTS: Final = 20_000  # largest number of points of a curve
 EVENTS: Final = {
     "gap": GREY,
     "pause": PURPLE,
@@ -47,7 +47,7 @@ COLORS: Final = {"roll_rate": GREEN, "pitch_rate": ORANGE}
 
 
 def verdict(one: Relation) -> str:
-    """What a relation says, in a word or two."""
+    """Return the result of a relation in a few words."""
     if not one.informative:
         return "too quiet or short to tell"
     if one.agrees:
@@ -58,7 +58,7 @@ def verdict(one: Relation) -> str:
 
 
 def log_summary(understood: Understanding) -> dict[str, Any]:
-    """All of it as plain JSON values."""
+    """Return everything that was understood as plain JSON values."""
     stated, log, layout = understood.stated, understood.log, understood.stated.layout
     notes = [] if log is None else list(log.notes)
     found = None if log is None else log.found
@@ -126,7 +126,7 @@ def _offset(key: str, value: float, hindrance: str) -> dict[str, Any]:
 
 
 def log_figure(understood: Understanding) -> Figure:
-    """Forces with what the others make of them, rates, speed and map; events are shaded."""
+    """Draw the forces with their predictions, the rates, the speed and the map; events are shaded."""
     channels = understood.played.channels
     shown = [name for name, (_, _, keys) in PANELS.items() if any(key in channels for key in keys)]
     place = place_of(channels)
@@ -173,9 +173,9 @@ def _panel(ax: Axes, name: str, understood: Understanding) -> None:
 def _expected(
     ax: Axes, one: Relation, scale: float, style: tuple[str, str], understood: Understanding
 ) -> None:
-    """What others make of a quantity, at the middles of their windows; gaps stay gaps.
+    """Draw the prediction of a quantity at the middles of its windows, with its gaps.
 
-    Relations are judged on the driving alone, so their times are brought back to those of the whole drive.
+    Relations are measured without the events, so their times are converted to those of the whole drive.
     """
     middle, expected = one.start + 0.5 * WINDOW, scale * one.expected
     cut = understood.log is not None and understood.settings.events == "cut"
@@ -189,7 +189,7 @@ def _expected(
 
 
 def _events(ax: Axes, understood: Understanding, *, named: bool) -> None:
-    """Shaded stretches; of a drive that was cut, seams only, for its time goes on without them."""
+    """Shade events; in a drive that was cut, mark only the seams, because its time skips the events."""
     cut = understood.log is not None and understood.settings.events == "cut"
     events = understood.events
     starts = np.array([event.start for event in events])

@@ -1,6 +1,6 @@
-"""Figures for papers: every panel of a run, at column width, as matplotlib draws it.
+"""Figures for papers: the panels of a run at column width, drawn with matplotlib.
 
-No pyplot and no global settings: a figure here can be made in any thread and beside anyone's plots.
+The module uses neither pyplot nor global settings, so it works in any thread and next to other plots.
 """
 
 from collections.abc import Mapping, Sequence
@@ -42,37 +42,37 @@ HEIGHT: Final = {
     "compare-heave": 1.9,
     "compare-yaw": 1.9,
     "compare-changes": 1.75,
-}  # [in] of a panel, else:
+}  # [in] height of a panel, otherwise:
 OTHER_HEIGHT: Final = 1.3
-ROW, AROUND_ROWS = 0.13, 0.6  # [in] of a panel with rows
-NAME: Final = 110.0  # [pt] that a row's name may take, with the gaps around it
-BESIDE: Final = 34.0  # [pt] of ticks and margin
+ROW, AROUND_ROWS = 0.13, 0.6  # [in] height per row of a panel with rows, and of the rest of it
+NAME: Final = 110.0  # [pt] largest width of a row's name, with the gaps around it
+BESIDE: Final = 34.0  # [pt] width of ticks and margin
 FONT: Final = 7.0  # [pt]
-SMALL: Final = 6.5  # [pt] in legends
+SMALL: Final = 6.5  # [pt] font size in legends
 DASHES: Final[dict[str, Any]] = {
     "solid": "-",
     "dash": (0, (4, 1.8)),
     "dashdot": (0, (5, 1.5, 1, 1.5)),
     "dot": (0, (1, 1.2)),
 }
-MARGIN: Final = 0.6  # [in] left of the panels; legends may use all the rest of the width
-HANDLE: Final = 3.9  # [em] a legend's sample of line, with the gaps around it
+MARGIN: Final = 0.6  # [in] left of the panels; legends may use the rest of the width
+HANDLE: Final = 3.9  # [em] width of a line sample in a legend, with the gaps around it
 MARKERS: Final = ("x", "v", "s", "+")
 
 
 def cueing_figure(run: Run, dof: str, *, width: float = COLUMN) -> Figure:
-    """One degree of freedom of a run: what is felt, the motion behind it, and the solver's effort, over time.
+    """Draw one degree of freedom of a run over time: what is felt, the motion, and the solver's effort.
 
     Parameters
     ----------
     dof : name of an axis pair, a key of `otolith.core.frames.PAIRS`, or "heave" or "yaw".
-    width : of the figure [in].
+    width : width of the figure [in].
     """
     return _draw(motion_panels(run, dof) + effort_panels(run), width)
 
 
 def comparison_figure(runs: Sequence[Run], dof: str, *, width: float = COLUMN) -> Figure:
-    """Several algorithms on one scenario: what is felt, the motion, false cues, reach, and effort.
+    """Draw several algorithms on one scenario: what is felt, the motion, false cues, reach, and effort.
 
     Raises
     ------
@@ -88,22 +88,22 @@ def comparison_figure(runs: Sequence[Run], dof: str, *, width: float = COLUMN) -
 
 
 def overview_figure(scenarios: Mapping[str, ByCueing], *, width: float = COLUMN) -> Figure:
-    """All algorithms on all scenarios: one panel per measure, one dot per scenario."""
+    """Draw all algorithms on all scenarios: one panel per measure, one dot per scenario."""
     return _draw(overview_panels(scenarios), width)
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write `figure` as PDF, SVG or PNG, whichever the name of `path` says; equal figures, equal bytes.
+    """Write `figure` as PDF, SVG or PNG, by the ending of `path`; equal figures give equal bytes.
 
     Raises
     ------
-    InputError : the name ends otherwise.
+    InputError : the name has another ending.
     """
     suffix = path.suffix.lower()
     if suffix not in PICTURES:
         raise InputError("figure file", path.name, f"a name that ends in {', '.join(PICTURES)}")
     stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(suffix)
-    with mpl.rc_context({"pdf.fonttype": 42, "svg.hashsalt": "otolith"}):  # journals refuse type 3
+    with mpl.rc_context({"pdf.fonttype": 42, "svg.hashsalt": "otolith"}):  # journals reject Type 3 fonts
         figure.savefig(path, dpi=300, metadata=stamp)
 
 
@@ -117,7 +117,7 @@ def _draw(panels: Sequence[Panel], width: float) -> Figure:
     for ax in timed[1:]:
         ax.sharex(timed[0])
     room = 72.0 * width - max(72.0 * MARGIN, *(_names_width(panel) for panel in panels))
-    explained: set[str] = set()  # labels that a legend further up has explained already
+    explained: set[str] = set()  # labels that a legend further up explains
     for ax, panel in zip(rows, panels, strict=True):
         _panel(ax, panel, explained, room)
         if panel.over_time and ax is not timed[-1]:
@@ -129,13 +129,13 @@ def _draw(panels: Sequence[Panel], width: float) -> Figure:
 
 
 def _height(panel: Panel) -> float:
-    """Height of a panel [in]; one with rows grows with them."""
+    """Return the height of a panel [in]; a panel with rows grows with them."""
     rows = len(panel.axes[0].ticks)
     return AROUND_ROWS + ROW * rows if rows else HEIGHT.get(panel.key, OTHER_HEIGHT)
 
 
 def _names_width(panel: Panel) -> float:
-    """Room that the names of a panel's rows take [pt]."""
+    """Return the width of the names of a panel's rows [pt]."""
     return max((BESIDE + _width(_fitted(name, NAME)) for name in panel.axes[0].ticks), default=0.0)
 
 
@@ -213,7 +213,7 @@ def _bound(ax: Axes, bound: Bound) -> Artist:
 
 
 def _legend(ax: Axes, entries: Sequence[tuple[Artist, str, str]], room: float) -> None:
-    """Above the panel, where it can hide nothing; texts as they are, also `_x` and `$`."""
+    """Draw the legend above the panel, where it hides nothing; texts such as `_x` and `$` stay literal."""
     texts = [_fitted(text, room) for _, text, _ in entries]
     legend = ax.legend(
         [handle for handle, _, _ in entries],
@@ -235,7 +235,7 @@ def _legend(ax: Axes, entries: Sequence[tuple[Artist, str, str]], room: float) -
 
 
 def _columns(texts: Sequence[str], room: float) -> int:
-    """Most columns, filled downwards, that fit into `room` [pt] and save a row each."""
+    """Return the largest number of columns, filled downwards, that fits into `room` [pt] and saves a row."""
     widths = [_width(text) + HANDLE * SMALL for text in texts]
     n = len(widths)
     for columns in range(min(4, n), 1, -1):
@@ -246,13 +246,13 @@ def _columns(texts: Sequence[str], room: float) -> int:
 
 
 def _fitted(text: str, room: float) -> str:
-    """`text`, its end left out where it would leave the figure."""
+    """Shorten `text` at its end if it would leave the figure."""
     while len(text) > 2 and _width(text) + HANDLE * SMALL > room:
         text = text[:-2] + "…"
     return text
 
 
 def _width(text: str) -> float:
-    """Width of `text` in a legend [pt]."""
+    """Return the width of `text` in a legend [pt]."""
     width, _, _ = text_to_path.get_text_width_height_descent(text, FontProperties(size=SMALL), ismath=False)
     return float(width)

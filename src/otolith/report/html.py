@@ -1,4 +1,4 @@
-"""One run as one HTML page: the picture, five figures on their scales, and all else folded."""
+"""The page of one run: the diagrams of what is felt, the key figures on scales, and folded details."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,17 +25,17 @@ MOVING = (
     "Drag the picture to turn it. Legs turn from blue, short, over green to red, long; the dot is the head."
 )
 DRAWN: Final = ("plotly/plotly-basic.min.js", "page.js")  # scripts of a page with diagrams
-LEAST: Final = 100  # points of a curve: the lowest and the highest of 50 stretches
-BUDGET: Final = 45_000  # points of a page, some 0.5 MB beside the 1.2 MB of plotly
+LEAST: Final = 100  # least number of points of a curve: minimum and maximum of 50 stretches
+BUDGET: Final = 45_000  # largest number of points of a page: 0.5 MB, next to 1.2 MB of plotly
 
 
 def render(run: Run, summary: Summary, *, date: str = "") -> str:
-    """Page of one run.
+    """Return the page of one run.
 
     Parameters
     ----------
-    summary : key figures, plain JSON values by name, nested as liked; see `otolith.metrics.summarise`.
-    date : when the run was made, as it should read.
+    summary : key figures by name, plain JSON values, possibly nested; see `otolith.metrics.summarise`.
+    date : date of the run, as it is to be printed.
     """
     of_dofs = {dof: motion_panels(run, dof) for dof in run.dofs}
     of_effort = effort_panels(run)
@@ -77,20 +77,20 @@ def render(run: Run, summary: Summary, *, date: str = "") -> str:
 
 
 def _named(dof: str, panels: Sequence[Panel], run: Run) -> list[Panel]:
-    """Panels that say which degree of freedom they show, where a run has several."""
+    """Add the name of the degree of freedom to the titles of panels if a run has several."""
     if len(run.dofs) == 1:
         return list(panels)
     return [replace(one, title=f"{texts.DOFS[dof]}: {one.title[0].lower()}{one.title[1:]}") for one in panels]
 
 
 def points_each(panels: Iterable[Panel]) -> int:
-    """Points of each curve, so that a page with many of them stays small."""
+    """Return the number of points per curve that keeps a page with many curves small."""
     curves = sum(len(panel.curves) for panel in panels)
     return min(MAX_POINTS, max(LEAST, BUDGET // max(1, curves)))
 
 
 def facts(runs: Sequence[Run], date: str) -> str:
-    """What runs of one kind were made with, told of the first, as a list."""
+    """List the circumstances of runs of one kind, read from the first of them."""
     run = runs[0]
     steps = len(run.command_time)
     known = {
@@ -108,7 +108,7 @@ def facts(runs: Sequence[Run], date: str) -> str:
 
 
 def diagrams(prefix: str, panels: Sequence[Panel], *, points: int = MAX_POINTS) -> str:
-    """Interactive diagrams below each other; the prefix makes their names unique on the page."""
+    """Return interactive diagrams in a column; `prefix` makes their names unique on the page."""
     return "".join(_diagram(f"{prefix}-{panel.key}", panel, points) for panel in panels)
 
 
@@ -127,7 +127,7 @@ def _diagram(name: str, panel: Panel, points: int) -> str:
 
 
 def verdict(run: Run, summary: Summary, name: str = "") -> str:
-    """Return whether to trust the run, in one paragraph: decisions that failed, limits that were passed."""
+    """Return a paragraph on whether to trust the run: failed decisions and passed limits."""
     who = f"<strong>{escape(name)}</strong>: " if name else ""
     failed, passed = failures(summary), breaches(summary)
     made = "are optimal" if run.residual.any() else "were made"
@@ -140,7 +140,7 @@ def verdict(run: Run, summary: Summary, name: str = "") -> str:
 
 
 def decimation(runs: Sequence[Run]) -> str:
-    """Return whether some of the samples are not drawn, in words."""
+    """Return a note that not all samples are drawn; empty if all are."""
     if not any(decimated(run) for run in runs):
         return ""
     longest = max(len(run.time) for run in runs)
@@ -152,7 +152,7 @@ def decimation(runs: Sequence[Run]) -> str:
 
 
 def record(run: Run) -> dict[str, object]:
-    """What is needed to repeat a run."""
+    """Return what is needed to repeat a run."""
     return {
         "scenario": run.scenario,
         "cueing": run.cueing,
@@ -164,6 +164,6 @@ def record(run: Run) -> dict[str, object]:
 
 
 def settings_text(settings: Mapping[str, object]) -> str:
-    """Settings as they stand in a file."""
+    """Return the settings as formatted JSON."""
     text = json.dumps(settings, indent=2, ensure_ascii=False, default=str)
     return f"<p>What was chosen, so that it can be run again.</p><pre>{escape(text)}</pre>"

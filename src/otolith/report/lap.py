@@ -1,4 +1,4 @@
-"""A drive on the map, and along its way; for a run also where the driver was misled."""
+"""A drive on the map and along its path; for a run, also where the driver was misled."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -14,16 +14,16 @@ from otolith.report.figures import FONT, SMALL
 from otolith.report.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 from otolith.vehicle import Lap
 
-WIDTH: Final = 7.2  # [in] two columns of a paper
-MAP_HEIGHT: Final = 3.6  # [in] at most
+WIDTH: Final = 7.2  # [in] width of two columns of a paper
+MAP_HEIGHT: Final = 3.6  # [in] largest height of the map
 PANEL_HEIGHT: Final = 1.25  # [in]
-EVERY: Final = 1000.0  # [m] between marks along the way
-# of `otolith.metrics.false_cues`, the first drawn above the others
+EVERY: Final = 1000.0  # [m] between marks along the path
+# Kinds of `otolith.metrics.false_cues`; the first is drawn above the others
 KINDS: Final = {"inverted": VERMILION, "unwanted": ORANGE, "missing": PURPLE, "scaled": GREEN}
 
 
 class Marked(NamedTuple):
-    """A stretch of time to be shown on the map, as a false cue is."""
+    """A stretch of time that is shown on the map, such as a false cue."""
 
     label: str  # a key of KINDS
     start: float  # [s]
@@ -31,7 +31,7 @@ class Marked(NamedTuple):
 
 
 def lap_figure(lap: Lap) -> Figure:
-    """The road from above, coloured by speed, and speed and accelerations along the way."""
+    """Draw the road from above, coloured by speed, and speed and accelerations along the path."""
     kmh = 3.6 * lap.velocity[:, 0]
     figure, rows = _frame(lap.position[:, :2], panels=2)
     top = rows[0]
@@ -59,13 +59,13 @@ def lap_figure(lap: Lap) -> Figure:
 
 
 def false_cue_map(time: Vec, position: Mat, cues: Sequence[Marked], *, numbered: int = 0) -> Figure:
-    """The way that was driven, with the stretches on which the simulator's driver was misled.
+    """Draw the path that was driven, and the stretches on which the simulator's driver was misled.
 
     Parameters
     ----------
     time, position : (n,) [s] and (n, 2) [m] of the car.
-    cues : stretches of time, the gravest first; each kind has its colour.
-    numbered : so many of the gravest carry their number, where they begin.
+    cues : stretches of time, the gravest first; each kind has its own colour.
+    numbered : how many of the gravest are numbered where they begin.
     """
     figure, rows = _frame(position, panels=0)
     _road(rows[0], position)
@@ -87,7 +87,7 @@ def false_cue_map(time: Vec, position: Mat, cues: Sequence[Marked], *, numbered:
 
 
 def _number(ax: Axes, number: int, point: Vec, color: str) -> None:
-    """A numbered disc beside the road."""
+    """Draw a numbered disc next to the road."""
     disc = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": color, "linewidth": 0.8}
     ax.annotate(
         str(number), (float(point[0]), float(point[1])), (-11, -9), textcoords="offset points",
@@ -96,14 +96,14 @@ def _number(ax: Axes, number: int, point: Vec, color: str) -> None:
 
 
 def _between(time: Vec, position: Mat, cue: Marked) -> Mat:
-    """The points driven past during a cue, its ends included, (k ≥ 2, 2) [m]."""
+    """Return the positions (k ≥ 2, 2) [m] during a cue, including its ends."""
     inside = time[(time > cue.start) & (time < cue.end)]
     instants = np.r_[cue.start, inside, cue.end]
     return np.stack([np.interp(instants, time, column) for column in position.T], axis=1)
 
 
 def _frame(position: Mat, *, panels: int) -> tuple[Figure, list[Axes]]:
-    """A map of the right shape, with `panels` series below it."""
+    """Return a figure with a map of the right shape and `panels` rows below it."""
     extent = np.ptp(position, axis=0)
     height = min(MAP_HEIGHT, max(1.2, 0.8 * WIDTH * float(extent[1] / max(extent[0], 1e-9))))
     figure = Figure(
@@ -126,7 +126,7 @@ def _road(ax: Axes, position: Mat) -> None:
 
 
 def _milestones(ax: Axes, way: Vec, position: Mat) -> None:
-    """The start, and a mark every kilometre of way."""
+    """Mark the start, and each kilometre along the path."""
     for s in np.arange(0.0, way[-1], EVERY):
         x, y = (float(np.interp(s, way, column)) for column in position.T)
         ax.plot([x], [y], "o", color="black", markersize=2.0, zorder=5)

@@ -1,4 +1,4 @@
-"""The panels of one degree of freedom, be it an axis pair or an axis on its own: heave or yaw."""
+"""The panels of one degree of freedom: an axis pair, heave or yaw."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -26,7 +26,7 @@ PLACE: Final = {"heave": "height", "yaw": "yaw angle"}
 
 
 def motion_panels(run: Run, dof: str) -> tuple[Panel, ...]:
-    """What one degree of freedom of a run did."""
+    """Return the panels that show one degree of freedom of a run."""
     if dof in PAIRS:
         return run_panels(run, dof)
     series, span = single_series(run, dof), time_span(run)
@@ -34,7 +34,7 @@ def motion_panels(run: Run, dof: str) -> tuple[Panel, ...]:
 
 
 def motion_comparison(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
-    """Several runs of one scenario along one degree of freedom.
+    """Return the panels that show one degree of freedom of several runs of one scenario.
 
     Raises
     ------

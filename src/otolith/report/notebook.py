@@ -1,4 +1,4 @@
-"""Runs in a notebook: a small card instead of a dump of arrays, and a figure."""
+"""Runs in a notebook: a small table of key figures instead of printed arrays, and a figure."""
 
 from collections.abc import Sequence
 from html import escape
@@ -8,14 +8,14 @@ from otolith.core.errors import InputError, one_of
 from otolith.loop import Run
 from otolith.metrics import breaches, failures, summarise
 
-if TYPE_CHECKING:  # drawing is imported when there is something to draw
+if TYPE_CHECKING:  # plotting is imported only when something is drawn
     from matplotlib.figure import Figure
 
 _HEAD = ("cued by", "scenario", "platform", "plant", "RMSE [m/s²]", "decisions that failed", "limits passed")
 
 
 def card(runs: Sequence[Run]) -> str:
-    """A small table of key figures as HTML, one row per run, without styles or scripts of its own."""
+    """Return a small HTML table of key figures, one row per run, without styles or scripts."""
     head = "".join(f"<th>{escape(name)}</th>" for name in _HEAD)
     rows = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in _cells(run))}</tr>" for run in runs)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
@@ -29,7 +29,7 @@ def _cells(run: Run) -> tuple[str, ...]:
 
 
 def figure(runs: Sequence[Run], dof: str | None = None) -> "Figure":
-    """The figure of one run, or of several side by side, of one degree of freedom (default: the first cued).
+    """Draw one run, or several side by side, for one degree of freedom (default: the first that is cued).
 
     Raises
     ------
@@ -45,11 +45,11 @@ def figure(runs: Sequence[Run], dof: str | None = None) -> "Figure":
 
 
 class Comparison:
-    """Runs of one scenario side by side: `summaries` by algorithm, a card in a notebook, `plot()`.
+    """Runs of one scenario side by side: `summaries` by algorithm, a table in a notebook, `plot()`.
 
     Raises
     ------
-    InputError : there are fewer than two runs, or they are of different scenarios or degrees of freedom.
+    InputError : there are fewer than two runs, or they differ in scenario or degrees of freedom.
     """
 
     def __init__(self, runs: Sequence[Run]) -> None:
@@ -64,5 +64,5 @@ class Comparison:
         return card(self.runs)
 
     def plot(self, dof: str | None = None) -> "Figure":
-        """The runs side by side; arguments and errors as `figure`."""
+        """Draw the runs side by side; arguments and errors are those of `figure`."""
         return figure(self.runs, dof)

@@ -1,4 +1,4 @@
-"""The motion cueing test made visible: a Bode figure for paper, a page, and plain JSON values."""
+"""Results of the motion cueing test: a Bode figure for a paper, a page, and plain JSON values."""
 
 import io
 import math
@@ -19,15 +19,15 @@ from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREEN, VERMILION
 from otolith.scenarios.omct import MotionTest
 
-WIDTH: Final = 7.0  # [in] of two columns
-ROW: Final = 1.55  # [in] of a test
+WIDTH: Final = 7.0  # [in] width of two columns
+ROW: Final = 1.55  # [in] height of the row of one test
 FONT: Final = 7.5  # [pt]
 
 Boundaries = Mapping[str, Boundary]
 
 
 def by_test(responses: Sequence[Response]) -> dict[MotionTest, list[Response]]:
-    """Responses of each test, in their order."""
+    """Group responses by test, in their order."""
     found: dict[MotionTest, list[Response]] = {}
     for response in responses:
         found.setdefault(response.test, []).append(response)
@@ -35,12 +35,12 @@ def by_test(responses: Sequence[Response]) -> dict[MotionTest, list[Response]]:
 
 
 def known(value: float) -> float | None:
-    """NaN, which JSON does not have, becomes None."""
+    """Replace NaN, which JSON does not have, by None."""
     return None if math.isnan(value) else value
 
 
 def omct_json(responses: Sequence[Response], boundaries: Boundaries) -> list[dict[str, Any]]:
-    """One entry per test, with a list per quantity; None where a value is not defined."""
+    """Return one entry per test with a list per quantity; None where a value is undefined."""
     return [
         {
             "test": test.number,
@@ -59,7 +59,7 @@ def omct_json(responses: Sequence[Response], boundaries: Boundaries) -> list[dic
 
 
 def omct_figure(responses: Sequence[Response], boundaries: Boundaries, *, width: float = WIDTH) -> Figure:
-    """Modulus and phase over frequency, one row per test, boundaries shaded where there are any."""
+    """Draw modulus and phase over frequency, one row per test, with boundaries shaded if there are any."""
     tests = by_test(responses)
     figure = Figure(figsize=(width, ROW * len(tests) + 0.4), layout="constrained")
     grid = figure.subplots(len(tests), 2, squeeze=False, sharex=True)
@@ -75,7 +75,7 @@ def omct_figure(responses: Sequence[Response], boundaries: Boundaries, *, width:
 def omct_page(
     title: str, facts: Mapping[str, str], responses: Sequence[Response], boundaries: Boundaries
 ) -> str:
-    """The figure, every number, and what they mean, as one HTML page that needs nothing else."""
+    """Return a self-contained page with the figure, all numbers, and their meaning."""
     entries = "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts.items())
     tables = "".join(_table(test, of_test, boundaries) for test, of_test in by_test(responses).items())
     parts = [
@@ -102,7 +102,8 @@ def _modulus(ax: Axes, test: MotionTest, of_test: Sequence[Response], boundary: 
     modulus = np.where(felt, [r.modulus for r in of_test], np.nan)
     error = np.array([r.modulus_uncertainty for r in of_test])
     ax.set_yscale("log")
-    _points(ax, of_test, modulus, np.stack([np.minimum(error, 0.9 * modulus), error]))  # no bar down to zero
+    # an error bar down to zero has no place on a logarithmic axis
+    _points(ax, of_test, modulus, np.stack([np.minimum(error, 0.9 * modulus), error]))
     low, high = (np.min(modulus[felt]), np.max((modulus + error)[felt])) if felt.any() else (0.1, 1.0)
     ax.set_ylim(low / 1.5, 1.5 * max(high, 5.0 * low))
     if boundary is not None:
@@ -128,7 +129,7 @@ def _phase(ax: Axes, of_test: Sequence[Response], boundary: Boundary | None) -> 
 
 
 def _felt(of_test: Sequence[Response]) -> Bools:
-    """Frequencies at which anything is felt: only they have a phase, and a place on a logarithmic axis."""
+    """Return at which frequencies anything is felt; only those have a phase and a logarithm."""
     return np.isfinite([r.phase_deg for r in of_test])
 
 
@@ -180,7 +181,7 @@ def _verdict(response: Response, boundaries: Boundaries) -> bool | None:
 
 
 def _svg(figure: Figure) -> str:
-    """The figure as an SVG element; equal figures, equal text."""
+    """Return the figure as an SVG element; equal figures give equal text."""
     text = io.StringIO()
     with mpl.rc_context({"svg.hashsalt": "otolith"}):
         figure.savefig(text, format="svg", metadata={"Date": None})

@@ -1,6 +1,6 @@
-"""Panels that put many algorithms into one diagram each: false cues over time, use of the reach, measures.
+"""Panels that show many algorithms in one diagram: false cues over time, use of the reach, measures.
 
-Every algorithm is a row; the first one stands on top.
+Every algorithm is a row; the first one is on top.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,12 +24,12 @@ USE: Final = criterion("workspace", "Reach used")
 
 
 def false_cue_panels(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
-    """The panel of false cues where the degree of freedom is felt as a force; none for yaw."""
+    """Return the panel of false cues if the degree of freedom is felt as a force; none for yaw."""
     return (false_cue_panel(runs, dof),) if dof in force_axes(runs[0]) else ()
 
 
 def false_cue_panel(runs: Sequence[Run], dof: str) -> Panel:
-    """When each run misled, and in which way: one row per run, one colour per kind.
+    """Return a panel of when and how each run misled: one row per run, one colour per kind.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def false_cue_panel(runs: Sequence[Run], dof: str) -> Panel:
 
 
 def use_panel(runs: Sequence[Run]) -> Panel:
-    """Largest share of the reach that each run used along each axis; beyond 100 % the limit is passed."""
+    """Return a panel of the largest share of the reach that each run used per axis; 100 % is the limit."""
     require_one_scenario(runs)
     used = [workspace_use(run) if len(run.time) else {} for run in runs]
     axes = list(dict.fromkeys(axis for of_run in used for axis in of_run))
@@ -86,9 +86,13 @@ def use_panel(runs: Sequence[Run]) -> Panel:
 
 
 def trade_panel(summaries: ByCueing, by: Criterion, *, of: str = "") -> Panel:
-    """What each algorithm gained for the travel that it took on one scenario: one mark each.
+    """Return a panel of each algorithm's measure against its travel on one scenario.
 
-    Those that passed a hard limit are red and say so. `of` names the scenario in the title.
+    Algorithms that passed a hard limit are red, and their labels say so.
+
+    Parameters
+    ----------
+    of : name of the scenario, for the title.
     """
     kept = [color for color in palette.CYCLE if color != palette.VERMILION]
     curves = []
@@ -124,7 +128,7 @@ def trade_panel(summaries: ByCueing, by: Criterion, *, of: str = "") -> Panel:
 
 
 def overview_panels(scenarios: Mapping[str, ByCueing]) -> tuple[Panel, ...]:
-    """One small diagram for each number with a sentence of its own: algorithms as rows, scenarios as dots."""
+    """Return a small diagram for each number of the summary line: algorithms as rows, scenarios as dots."""
     summary = next(iter(next(iter(scenarios.values())).values()))
     dofs = str(summary["dofs"]).split(",") if "dofs" in summary else EVERY_DOF
     return tuple(
@@ -160,7 +164,12 @@ def _overview(key: str, by: Criterion, scenarios: Mapping[str, ByCueing]) -> Pan
 
 
 def _span(values: Sequence[Vec], *, above: float, below: float) -> tuple[float, float]:
-    """Span of an axis that holds zero and all values; margins at its ends are shares of its length."""
+    """Return the range of an axis that contains zero and all values.
+
+    Parameters
+    ----------
+    above, below : margins at both ends, as shares of the axis's length.
+    """
     known = [float(value) for of_one in values for value in of_one if np.isfinite(value)]
     low, high = min(0.0, *known, 0.0), max(0.0, *known, 0.0)
     high = high if high > low else 1.0
@@ -174,7 +183,7 @@ def _rows(names: Sequence[str]) -> Axis:
 def _bars(
     label: str, spans: Sequence[tuple[float, float, float]], color: str, *, width: float = 6.0
 ) -> Curve:
-    """Horizontal bars (from, to, row), as one broken line."""
+    """Return horizontal bars (from, to, row) as one interrupted line."""
     x: Vec = np.array([value for start, end, _ in spans for value in (start, end, np.nan)])
     y: Vec = np.array([value for *_, row in spans for value in (row, row, np.nan)])
     return Curve(label=label, x=x, y=y, color=color, kind="bars", width=width)

@@ -1,4 +1,4 @@
-"""The frame of every page: head, banner, contents, parts that fold. A page needs nothing else, no network."""
+"""The frame of every page: head, banner, contents, foldable parts. A page works without a network."""
 
 import re
 from collections.abc import Sequence
@@ -8,12 +8,12 @@ from html import escape
 from importlib.resources import files
 from typing import Final
 
-MANY: Final = 5  # parts, from where on a page begins with a list of them
+MANY: Final = 5  # a page with more parts begins with a list of contents
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A titled part of a page; its body is HTML. A folded one shows its title until it is opened."""
+    """A part of a page: a title and an HTML body. A folded part shows only its title until it is opened."""
 
     title: str
     body: str
@@ -30,13 +30,13 @@ def page(
     scripts: Sequence[str] = (),
     contents: str | None = None,
 ) -> str:
-    """A whole page; everything but the title is HTML.
+    """Return a whole page; all texts but the title are HTML.
 
     Parameters
     ----------
-    lead : what stands under the title.
-    styles, scripts : assets of this page beside those of every page, in their order.
-    contents : links to the page's parts; none given: a list of all parts where they are many.
+    lead : text below the title.
+    styles, scripts : assets of this page in addition to those of every page, in order.
+    contents : links to the page's parts; if None, all parts are listed if there are many.
     """
     listed = contents_of(parts) if contents is None else contents
     style = "".join(asset(name) for name in ("page.css", *styles))
@@ -67,13 +67,13 @@ def page(
 
 @cache
 def asset(name: str) -> str:
-    """A file that pages carry within: one of Otolith's by its name, another package's as "package:name"."""
+    """Return the text of a file that is embedded in pages; "package:name" is one of another package."""
     package, _, own = name.rpartition(":")
     return (files(package or "otolith.report") / "assets" / own).read_text(encoding="utf-8")
 
 
 def keyed(parts: Sequence[Part]) -> dict[str, Part]:
-    """Parts by what a link to them points at: their titles' words, numbered where two would be the same."""
+    """Return parts by the name of their anchor, made of the words of the title and a number if needed."""
     found: dict[str, Part] = {}
     for part in parts:
         words = re.sub(r"\W+", "-", part.title.lower()).strip("-") or "part"
@@ -85,7 +85,7 @@ def keyed(parts: Sequence[Part]) -> dict[str, Part]:
 
 
 def contents_of(parts: Sequence[Part]) -> str:
-    """Links to the parts of a page, where they are many."""
+    """Return links to the parts of a page if there are many parts."""
     if len(parts) <= MANY:
         return ""
     links = "".join(
@@ -95,17 +95,17 @@ def contents_of(parts: Sequence[Part]) -> str:
 
 
 def anchor(key: str) -> str:
-    """A small link to a part beside its title, to copy."""
+    """Return a small link to a part, next to its title."""
     return f'<a class="anchor" href="#{key}" aria-label="link to this part">#</a>'
 
 
 def table(kind: str, heads: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """A table of HTML cells, each with its head said again, for a narrow screen stacks the cells of a row.
+    """Return a table of HTML cells; each repeats its column's head, because narrow screens stack the cells.
 
     Parameters
     ----------
-    heads : of all columns, the first that of the rows' names; plain text.
-    rows : name of a row, and its cells as whole elements `<td…>…</td>`.
+    heads : heads of all columns, the first for the names of the rows; plain text.
+    rows : name of each row, and its cells as elements `<td…>…</td>`.
     """
     head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
     body = "".join(

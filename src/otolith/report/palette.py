@@ -1,4 +1,4 @@
-"""Colours, told apart by colour-blind readers and in grey print.
+"""Colours that colour-blind readers, and readers of grey print, can distinguish.
 
 Source: M. Okabe, K. Ito, Color Universal Design (2008).
 """

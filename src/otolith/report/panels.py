@@ -1,6 +1,6 @@
-"""What each panel of a report shows, said once for paper and page: curves, limits, axes.
+"""The contents of each panel of a report, defined once for paper and page: curves, limits, axes.
 
-A panel is data. `figures` draws it with matplotlib, `plots` with plotly; neither adds content.
+A panel is data. `figures` draws it with matplotlib and `plots` with plotly; neither adds content.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,9 +27,10 @@ from otolith.report.series import (
     survival,
 )
 
-FAR: Final = 2.5  # a limit this many times beyond all data is told, not drawn: it would flatten the curve
-MARGIN: Final = 0.06  # of an axis, beyond its data
-SPREAD: Final = 10.0  # of the slowest step over the median, from where a logarithmic axis reads better
+# A limit this many times larger than all data is named, not drawn: it would flatten the curve
+FAR: Final = 2.5
+MARGIN: Final = 0.06  # share of an axis beyond its data
+SPREAD: Final = 10.0  # ratio of the slowest step to the median from which the axis is logarithmic
 
 Series = TypeVar("Series", PairSeries, SingleSeries)
 Kind = Literal["line", "stairs", "dots", "points", "marks", "bars"]
@@ -37,7 +38,7 @@ Kind = Literal["line", "stairs", "dots", "points", "marks", "bars"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Points to draw; `points` are dots joined by a line, `stairs` an outline, filled, `bars` thick lines."""
+    """Points to draw: `points` are dots joined by a line, `stairs` a filled outline, `bars` thick lines."""
 
     label: str
     x: Vec
@@ -51,7 +52,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """A limit, or another constant, to draw right across; named only in the legend where `far`."""
+    """A limit or another constant, drawn across the panel; if `far`, it is named only in the legend."""
 
     label: str
     values: tuple[float, ...]
@@ -63,7 +64,7 @@ class Bound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """A vertical axis; `color` ties it to its curve where a panel has two; `ticks` name the rows 0, 1, …"""
+    """A vertical axis; `color` relates it to its curve if a panel has two; `ticks` name the rows 0, 1, …"""
 
     label: str
     span: Band
@@ -78,35 +79,35 @@ class Panel:
 
     key: str
     title: str
-    axes: tuple[Axis, ...]  # left, and perhaps right
+    axes: tuple[Axis, ...]  # left, and optionally right
     curves: tuple[Curve, ...]
     bounds: tuple[Bound, ...] = ()
     x_label: str = "time [s]"
     x_span: Band = (0.0, 1.0)
-    words: str = ""  # what it shows; those of `otolith.report.texts.PANELS` under its key unless given
+    words: str = ""  # explanation; empty for the text of this key in `otolith.report.texts.PANELS`
 
     @property
     def over_time(self) -> bool:
-        """Return whether the horizontal axis is time, shared with the other panels that have it."""
+        """Return whether the horizontal axis is time, which panels share."""
         return self.x_label.startswith("time")
 
 
 def run_panels(run: Run, pair: str) -> tuple[Panel, ...]:
-    """The motion of one pair: specific force with its parts, tilt, position (figures 5.2 to 5.8)."""
+    """Return the panels of one axis pair: specific force with its parts, tilt, position (figs 5.2 to 5.8)."""
     series = pair_series(run, pair)
     span = time_span(run)
     return (_force(series, span), _tilt(series, span), _position(series, span))
 
 
 def effort_panels(run: Run) -> tuple[Panel, ...]:
-    """The cost of each decision: working-set changes, and time."""
+    """Return the panels of each decision's cost: working-set changes and time."""
     cost = effort(run)
     span = time_span(run)
     return (_changes(cost, span), _step_time(cost, span))
 
 
 def comparison_panels(runs: Sequence[Run], pair: str) -> tuple[Panel, ...]:
-    """Several runs of one scenario: felt force, tilt, position.
+    """Return the panels of several runs of one scenario: felt force, tilt, position.
 
     Raises
     ------
@@ -147,10 +148,10 @@ def comparison_panels(runs: Sequence[Run], pair: str) -> tuple[Panel, ...]:
 
 
 def changes_panel(runs: Sequence[Run]) -> Panel:
-    """How often each run needed at least k working-set changes in one step; the tail decides."""
+    """Return a panel of how often each run needed at least k working-set changes in one step."""
     curves = []
     for k, (name, run) in enumerate(zip(labels(runs), runs, strict=True)):
-        solves = not len(run.residual) or bool(run.residual.any())  # what has no certificate solved nothing
+        solves = not len(run.residual) or bool(run.residual.any())  # a run without certificates has no solver
         changes = effort(run).changes if solves else np.zeros(0)
         x, y = survival(changes)
         color, dash = _style(k)
@@ -169,7 +170,7 @@ def changes_panel(runs: Sequence[Run]) -> Panel:
 
 
 def require_one_scenario(runs: Sequence[Run]) -> None:
-    """Refuse to compare what cannot be compared.
+    """Refuse runs that cannot be compared.
 
     Raises
     ------
@@ -265,20 +266,20 @@ def _step_time(cost: Effort, span: Band) -> Panel:
 
 
 def time_span(run: Run) -> Band:
-    """From the beginning to the end of the last decision's period [s]."""
+    """Return the time from the start to the end of the last decision's period [s]."""
     return 0.0, max(run.period, len(run.command_time) * run.period)
 
 
 def curve_of(
     label: str, x: Vec, y: Vec, color: str, *, dash: str = "solid", width: float, axis: int = 0
 ) -> Curve:
-    """A line of at most so many points as can be seen."""
+    """Return a line, decimated to the number of points that a screen shows."""
     x, y = decimate(x, y)
     return Curve(label=label, x=x, y=y, color=color, dash=dash, width=width, axis=axis)
 
 
 def reference_of(s: PairSeries | SingleSeries) -> Curve:
-    """What should be felt, broad and grey behind all others."""
+    """Return the reference as a broad grey line behind all others."""
     return curve_of("reference", s.time, s.reference, palette.GREY, width=2.6)
 
 
@@ -290,7 +291,7 @@ def _style(k: int) -> tuple[str, str]:
 def overlay(
     names: Sequence[str], all_series: Sequence[Series], pick: Callable[[Series], Vec]
 ) -> tuple[Curve, ...]:
-    """One curve per run, later ones thinner, so that equal curves still all show."""
+    """Return one curve per run; later ones are thinner, so that equal curves all remain visible."""
     curves = []
     for k, (name, s) in enumerate(zip(names, all_series, strict=True)):
         color, dash = _style(k)
@@ -301,7 +302,7 @@ def overlay(
 def overlay_panel(
     key: str, title: str, label: str, curves: tuple[Curve, ...], bands: Sequence[Band], span: Band
 ) -> Panel:
-    """One quantity of several runs, with the limits that any of them has."""
+    """Return a panel of one quantity of several runs, with the limits of all of them."""
     unit = _unit(label)
     bounds = tuple(_bound(band, unit, curves, palette.GREY) for band in sorted(set(bands)))
     return Panel(
@@ -322,7 +323,7 @@ def twin_panel(
     bands: tuple[Band, Band],
     span: Band,
 ) -> Panel:
-    """Two curves with an axis each, zero at the same height, colours telling which belongs to which."""
+    """Return a panel of two curves, each with its own axis and colour, and zero at the same height."""
     bounds = tuple(
         _bound(band, _unit(label), (curve,), curve.color)
         for label, curve, band in zip(axes, curves, bands, strict=True)
@@ -350,16 +351,16 @@ def _bound(band: Band, unit: str, curves: Sequence[Curve], color: str) -> Bound:
 
 
 def axis_of(label: str, curves: Sequence[Curve], bounds: Sequence[Bound] = ()) -> Axis:
-    """An axis wide enough for its curves and for the limits that are near."""
+    """Return an axis that contains its curves and the limits near them."""
     low, high = _shown_extent(curves, bounds)
     margin = MARGIN * (high - low) or 1.0
     return Axis(label=label, span=(low - margin, high + margin))
 
 
 def _mirrored_axis(label: str, curve: Curve, bound: Bound) -> Axis:
-    """An axis with zero in its middle, so that both curves of a panel share their zero line.
+    """Return an axis with zero in its middle, so that both curves of a panel share their zero line.
 
-    The right one is the wider, so that the limits of both axes do not fall on each other.
+    The right axis has a larger margin, so that the limits of both axes do not coincide.
     """
     margin = (2 + 4 * curve.axis) * MARGIN
     largest = max(map(abs, _shown_extent((curve,), (bound,)))) * (1.0 + margin) or 1.0

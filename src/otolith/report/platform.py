@@ -1,4 +1,4 @@
-"""A platform made visible: its legs, what they reach, how firmly they stand, and a run in motion."""
+"""A platform made visible: its legs, their reach, their conditioning, and a run in motion."""
 
 import io
 import itertools
@@ -27,26 +27,26 @@ from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREY, ORANGE, VERMILION
 from otolith.report.view import FRAMES_PER_SECOND, frames_of, platform_view
 
-WIDTH: Final = 7.16  # [in] both columns of a paper
+WIDTH: Final = 7.16  # [in] width of two columns of a paper
 FONT: Final = 7.0  # [pt]
-POOR: Final = 20.0  # condition number at which the colours end; at 50 a pose counts as singular
-SWEEP: Final = 2.4  # [s] of each axis in the tour of a platform
+POOR: Final = 20.0  # condition number at the end of the colour scale; from 50 a pose counts as singular
+SWEEP: Final = 2.4  # [s] duration of each axis in the tour of a platform
 
 
 def _shown(axis: str) -> tuple[float, str]:
-    """Factor and unit in which an axis is shown."""
+    """Return the factor and unit in which an axis is shown."""
     return (180.0 / np.pi, "deg") if AXES.index(axis) >= 3 else (1.0, "m")
 
 
 def has_own_legs(platform: Platform) -> bool:
-    """Return whether the platform's file describes legs that are its own, not lent by another machine."""
+    """Return whether the platform's file describes its own legs, and not those of another machine."""
     return platform.hexapod is not None and not platform.hexapod.lent
 
 
 def platform_summary(platform: Platform) -> dict[str, Any]:
-    """What the legs reach and how they stand, as plain JSON values; degrees where a name says so.
+    """Return the reach and the conditioning of the legs as plain JSON values; degrees where a name says so.
 
-    Of a platform whose file describes no legs of its own, only what it allows of each axis; `legs` is null.
+    For a platform without legs of its own, only the range of each axis is given, and `legs` is null.
     """
     table = table_of(platform)
     allowed = {
@@ -79,9 +79,10 @@ def platform_summary(platform: Platform) -> dict[str, Any]:
 
 
 def file_share(platform: Platform, *, samples: int = 20_000, seed: int = 0) -> float:
-    """Share of the poses allowed by all of the file's limits which the legs reach; axes it lacks are neutral.
+    """Return the share of the poses within all limits of the file that the legs reach.
 
-    Corners of the box count among the samples: what a controller does at worst is likely to be there.
+    Axes that the file lacks stay neutral. The samples include the corners of the box, where a controller's
+    worst poses are likely.
     """
     table, box = table_of(platform), np.zeros((6, 2))
     for axis, ends in table.items():
@@ -94,7 +95,7 @@ def file_share(platform: Platform, *, samples: int = 20_000, seed: int = 0) -> f
 
 
 def _together(platform: Platform) -> dict[str, float | None] | None:
-    """What four axes can do in every combination; None where the file lacks one of them."""
+    """Return what four axes can do in every combination; None if the file lacks one of them."""
     try:
         found = together(platform)
     except InputError:
@@ -114,7 +115,7 @@ def _together(platform: Platform) -> dict[str, float | None] | None:
 
 
 def range_lines(summary: Mapping[str, Any]) -> list[str]:
-    """The range of each axis, a line each: of the legs with what ends it, else of the file."""
+    """Return a line per axis with its range: the legs' with what limits it, otherwise the file's."""
     lines = []
     for axis, entry in summary["ranges"].items():
         unit = _shown(axis)[1]
@@ -125,7 +126,7 @@ def range_lines(summary: Mapping[str, Any]) -> list[str]:
 
 
 def sentences(summary: Mapping[str, Any]) -> list[str]:
-    """What has to be known about a platform's reach, in sentences."""
+    """Describe a platform's reach in sentences."""
     if summary["legs"] is None and summary["lent"] is not None:
         return [
             f"No legs of its own are documented, and none are shown: those in the file ({summary['lent']}) "
@@ -150,7 +151,7 @@ def sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Return whether the file's limits leave the legs' reach: axis by axis, and all at once."""
+    """State whether the file's limits exceed the legs' reach, for each axis alone and for all together."""
     beyond = []
     for axis, entry in summary["ranges"].items():
         unit = _shown(axis)[1]
@@ -175,7 +176,7 @@ def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _percent(share: float) -> str:
-    """A share that is not all in per cent; never rounded to 100."""
+    """Return a share below 1 in percent; it is never rounded to 100."""
     return f"{min(100.0 * share, 99.9):.1f} %" if share > 0.0005 else "less than 0.1 %"
 
 
@@ -185,7 +186,7 @@ def _span(ends: list[float], unit: str) -> str:
 
 
 def together_sentence(summary: Mapping[str, Any]) -> str:
-    """What four axes can do in every combination, in one sentence; empty where the file does not say."""
+    """Describe in one sentence what four axes can do in every combination; empty if it is unknown."""
     all_at_once = summary["together"]
     if all_at_once is None:
         return ""
@@ -201,9 +202,9 @@ def together_sentence(summary: Mapping[str, Any]) -> str:
 
 
 def platform_figure(platform: Platform) -> Figure:
-    """The legs in the neutral pose, the range of each axis alone, and cuts across two axes.
+    """Draw the legs in the neutral pose, the range of each axis alone, and sections across two axes.
 
-    Of a platform without legs the ranges that its file allows.
+    For a platform without legs, only the ranges of its file are drawn.
     """
     if not has_own_legs(platform):
         figure = Figure(figsize=(WIDTH, 0.6 + 0.3 * len(platform.axes)), layout="constrained")
@@ -251,9 +252,9 @@ def _drawing(axes: Any, hexapod: Hexapod) -> None:
 
 
 def _ranges(axes: Axes, platform: Platform, hexapod: Hexapod | None) -> None:
-    """Bars of what the legs reach, as shares of the largest of each unit; marks of what the file allows.
+    """Draw the legs' reach as bars, relative to the largest of each unit, and mark the file's limits.
 
-    Without legs the bars are what the file allows.
+    For a platform without legs, the bars are the file's limits.
     """
     table = table_of(platform)
     ranges = table if hexapod is None else reach(hexapod)
@@ -296,7 +297,7 @@ def _cut(axes: Axes, one: Cut, platform: Platform, scale: Normalize) -> Any:
 
 
 def tour(hexapod: Hexapod) -> tuple[Vec, Mat, list[str]]:
-    """Time (n,), poses (n, 6) and captions of a tour: every axis to both of its ends and back."""
+    """Return time (n,) [s], poses (n, 6) and captions of a tour that moves every axis to both of its ends."""
     swing = np.sin(2.0 * np.pi * np.arange(0.0, 1.0, 1.0 / (SWEEP * FRAMES_PER_SECOND)))
     poses, captions = [], []
     for i, (axis, (low, high)) in enumerate(reach(hexapod).items()):
@@ -312,12 +313,12 @@ def tour(hexapod: Hexapod) -> tuple[Vec, Mat, list[str]]:
 def platform_page(
     platform: Platform, summary: Mapping[str, Any], figure: Figure, *, run: Run | None = None
 ) -> str:
-    """A page of one platform: the picture in motion, its ranges, cuts, and what they mean.
+    """Return the page of one platform: an animation, its ranges, sections, and their meaning.
 
     Parameters
     ----------
-    summary, figure : what `platform_summary` and `platform_figure` give.
-    run : moves the picture; otherwise a tour of every axis does.
+    summary, figure : the results of `platform_summary` and `platform_figure`.
+    run : drives the animation; without one it is a tour of all axes.
     """
     rows = [(axis, _row(axis, entry)) for axis, entry in summary["ranges"].items()]
     ranges = table("models", ("axis", "legs reach", "what ends it", "the file allows"), rows)
@@ -346,7 +347,7 @@ CUT_NOTE: Final = (
 
 
 def _moving(hexapod: Hexapod, run: Run | None) -> str:
-    """The picture in motion, and a line that says what moves it."""
+    """Return the animation, and a line that states what moves it."""
     view = platform_view(hexapod, *frames_of(run)) if run else platform_view(hexapod, *tour(hexapod))
     moving = f"{run.cueing} on {run.scenario}" if run else "every axis to both of its ends"
     return f"<p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>\n{view}"

@@ -1,6 +1,7 @@
-"""Panels as interactive diagrams: plotly.js's description of each, as JSON for the page.
+"""Panels as interactive diagrams: the description of each for plotly.js, as JSON in the page.
 
-The page carries the library's basic bundle (`assets/plotly/README.md`); plotly's reference names the fields.
+The page includes the library's basic bundle (`assets/plotly/README.md`); plotly's reference explains the
+fields.
 """
 
 import base64
@@ -26,15 +27,20 @@ MODES: Final = {
     "bars": "lines",
 }
 SYMBOLS: Final = ("x", "triangle-down", "square", "cross")
-ROW: Final = 30  # [px] of a panel with rows
-AROUND_ROWS: Final = 110  # [px] its legend and axis
-SIZES: Final = {"dots": 3.5, "points": 5.0, "marks": 9.0}  # [px] of markers
-SCALE: Final = 1.4  # screen pixels for a paper's point
+ROW: Final = 30  # [px] height per row of a panel with rows
+AROUND_ROWS: Final = 110  # [px] height of its legend and axis
+SIZES: Final = {"dots": 3.5, "points": 5.0, "marks": 9.0}  # [px] size of markers
+SCALE: Final = 1.4  # screen pixels per point on paper
 GRID: Final = "rgba(128,128,128,0.25)"
 
 
 def plot_json(panel: Panel, *, points: int = MAX_POINTS) -> str:
-    """Data and layout of `panel`, with at most so many points a line; safe inside a script element."""
+    """Return data and layout of `panel`, safe inside a script element.
+
+    Parameters
+    ----------
+    points : largest number of points of a line.
+    """
     curves = [_curve(curve, k, points) for k, curve in enumerate(panel.curves)]
     bounds = [_bound(bound, panel) for bound in panel.bounds]
     text = json.dumps(
@@ -93,7 +99,7 @@ def _axis(axis: Axis) -> dict[str, Any]:
 
 
 def height(panel: Panel) -> int:
-    """Height of a diagram [px]."""
+    """Return the height of a diagram [px]."""
     rows = len(panel.axes[0].ticks)
     return AROUND_ROWS + ROW * rows if rows else HEIGHT
 
@@ -135,7 +141,7 @@ def _curve(curve: Curve, place: int, points: int) -> dict[str, Any]:
 
 
 def _bound(bound: Bound, panel: Panel) -> dict[str, Any]:
-    """Both sides of a limit as one trace, broken between; a far one leaves its words in the legend only."""
+    """Return both sides of a limit as one interrupted line; a far one appears only in the legend."""
     xs: Sequence[float | None] = () if bound.far else (*panel.x_span, None) * len(bound.values)
     ys = [None if x is None else bound.values[k // 3] for k, x in enumerate(xs)]
     return {
@@ -156,10 +162,10 @@ def _side(axis: int) -> str:
 
 
 def _short(values: Vec) -> dict[str, str]:
-    """Single precision, as plotly.js reads typed arrays: seven digits are more than a screen shows."""
+    """Encode values in single precision, as plotly.js reads typed arrays; a screen shows fewer digits."""
     return {"dtype": "f4", "bdata": base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")}
 
 
 def _label(text: str) -> str:
-    """Plotly reads a little HTML in its labels; ours are plain words."""
+    """Escape a label, because plotly interprets some HTML in labels."""
     return html.escape(text, quote=False)

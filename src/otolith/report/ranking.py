@@ -1,9 +1,9 @@
-"""Who did best: a measure, an order within each scenario, and one over all of them.
+"""Ranking of algorithms by a measure, within each scenario and over all of them.
 
-The rule. Within a scenario, algorithms that kept every hard limit come before those that passed one; a limit
-that is soft for one of them is held against none. Among equals the better measure decides; equal measures
+The rule: within a scenario, algorithms that kept every hard limit come before those that passed one. A limit
+that is soft for one algorithm counts against none. Among equals the better measure decides; equal measures
 share a rank. Over several scenarios the mean rank decides, then whether every hard limit was kept in all of
-them, then the mean of the measure relative to the scenario's best. There are no weights to argue about.
+them, then the mean of the measure relative to the scenario's best. There are no weights.
 """
 
 import math
@@ -16,57 +16,57 @@ from otolith.core.frames import PAIRS
 from otolith.metrics import MEASURES, Better, Column, Measure
 from otolith.metrics.measure import Summary, in_degrees
 
-ByCueing = Mapping[str, Summary]  # the summaries of one scenario
-_EQUAL: Final = 1e-9  # measures closer than this, relative to them, are equal
+ByCueing = Mapping[str, Summary]  # the summaries of one scenario by algorithm
+_EQUAL: Final = 1e-9  # measures with a smaller relative difference are equal
 
 
 @dataclass(frozen=True, slots=True)
 class Criterion:
-    """What runs are ranked by: one number of a measure."""
+    """The criterion of a ranking: one number of a measure."""
 
     measure: Measure
     column: Column
 
     @property
     def words(self) -> str:
-        """What the number is called."""
+        """Return the name of the number in words."""
         return self.column.words
 
     @property
     def unit(self) -> str:
-        """Unit in which pages show the number: what turns, in degrees."""
+        """Return the unit in which pages show the number; angles are in degrees."""
         return in_degrees(self.column.unit)
 
     @property
     def label(self) -> str:
-        """Words and unit."""
+        """Return words and unit."""
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
     @property
     def better(self) -> Better:
-        """Which way it is better."""
+        """Return which direction is better."""
         return self.measure.better
 
     def of(self, summary: Summary) -> float:
-        """The number of a run, SI; NaN where its summary does not hold it."""
+        """Return the number of a run in SI units; NaN if its summary does not contain it."""
         value = self.column.number(summary.get(self.measure.name))
         return math.nan if value is None else float(value)
 
     def shown(self, number: float) -> float:
-        """A number that `of` gives, in `unit`."""
+        """Convert a number of `of` to `unit`."""
         return float(self.column.in_degrees(number))
 
 
 def criterion(name: str, head: str) -> Criterion:
-    """The number that the measure `name` shows in the column `head` of a comparison."""
+    """Return the number that measure `name` shows in column `head` of a comparison."""
     measure = MEASURES[name]
     return Criterion(measure, next(column for column in measure.columns if column.head == head))
 
 
 def criteria(dofs: Sequence[str] | None = None) -> dict[str, Criterion]:
-    """What runs can be ranked by, by the name on the command line, where these degrees of freedom are cued.
+    """Return the criteria, by their name on the command line, for these degrees of freedom.
 
-    Without `dofs`, what runs of any degrees of freedom can be ranked by.
+    Without `dofs`, return the criteria for any degrees of freedom.
     """
     return {
         column.by: Criterion(measure, column)
@@ -77,7 +77,12 @@ def criteria(dofs: Sequence[str] | None = None) -> dict[str, Criterion]:
 
 
 def criterion_named(name: str, dofs: Sequence[str] = PAIRS) -> Criterion:
-    """Look one of `criteria` up, or say in one sentence which there are for these degrees of freedom."""
+    """Look up one of `criteria`, or refuse an unknown name with a list of those that exist.
+
+    Raises
+    ------
+    InputError : no criterion of these degrees of freedom has this name.
+    """
     known = criteria(dofs)
     if name not in known:
         where = "" if name not in criteria() else f" where {','.join(dofs)} is cued"
@@ -87,25 +92,25 @@ def criterion_named(name: str, dofs: Sequence[str] = PAIRS) -> Criterion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Standing:
-    """One algorithm's place."""
+    """The place of one algorithm in a ranking."""
 
     cueing: str
-    ranks: tuple[int, ...]  # one per scenario, 1 is best
-    values: tuple[float, ...]  # of the measure
-    broken: tuple[int, ...]  # controller nodes beyond a hard limit
+    ranks: tuple[int, ...]  # one per scenario; 1 is best
+    values: tuple[float, ...]  # values of the measure, one per scenario
+    broken: tuple[int, ...]  # numbers of controller nodes beyond a hard limit, one per scenario
 
     @property
     def mean_rank(self) -> float:
-        """Over the scenarios."""
+        """Return the mean rank over the scenarios."""
         return sum(self.ranks) / len(self.ranks)
 
     @property
     def wins(self) -> int:
-        """Scenarios in which nobody was better."""
+        """Return the number of scenarios in which no algorithm was better."""
         return self.ranks.count(1)
 
     def as_json(self) -> dict[str, Any]:
-        """Plain JSON values."""
+        """Return plain JSON values."""
         return {
             "cueing": self.cueing,
             "mean_rank": self.mean_rank,
@@ -117,7 +122,7 @@ class Standing:
 
 
 def standings(scenarios: Mapping[str, ByCueing], by: Criterion) -> list[Standing]:
-    """All algorithms, best first; every scenario has the same ones.
+    """Rank all algorithms, best first; every scenario must have the same ones.
 
     Raises
     ------
@@ -145,7 +150,7 @@ def standings(scenarios: Mapping[str, ByCueing], by: Criterion) -> list[Standing
 
 
 def _broken(summaries: Sequence[Summary]) -> list[int]:
-    """Nodes at which each passed a hard limit; a limit that is soft for one of them is held against none."""
+    """Count the nodes at which each passed a hard limit that is soft for none of them."""
     limits = [one.get("limits", {}) for one in summaries]
     soft = {name for of_one in limits for name, limit in of_one.items() if limit["soft"]}
     forgiven = [
@@ -156,7 +161,7 @@ def _broken(summaries: Sequence[Summary]) -> list[int]:
 
 
 def _ranks(values: Sequence[float], broken: Sequence[int], better: Better) -> list[int]:
-    """1 for the best; equal ones share a rank, and as many of the next ranks are left out."""
+    """Return the ranks, 1 for the best; equal ones share a rank, and the following ranks are skipped."""
     sign = -1.0 if better is Better.HIGHER else 1.0
     keys = [(count > 0, sign * value) for value, count in zip(values, broken, strict=True)]
     return [1 + sum(_before(other, key) for other in keys) for key in keys]
@@ -169,7 +174,7 @@ def _before(one: tuple[bool, float], other: tuple[bool, float]) -> bool:
 
 
 def _relative(values: Sequence[float], best: Sequence[float], better: Better) -> float:
-    """How far the values are from the best ones, as a sum of ratios that are at least 1."""
+    """Return the sum of ratios, each at least 1, between the values and the best ones."""
     pairs = zip(values, best, strict=True)
     if better is Better.HIGHER:
         return sum(

@@ -1,4 +1,4 @@
-"""Why one algorithm is ranked before the others, in words: its lead, what it took, who was ruled out."""
+"""The reasons of a ranking in words: leads, costs, and algorithms that were ruled out."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,13 +8,13 @@ from otolith.metrics import Better, breaches
 from otolith.metrics.measure import Summary
 from otolith.report.ranking import ByCueing, Criterion, Standing, criterion
 
-CLOSE: Final = 0.02  # a lead smaller than this share is said to be small
+CLOSE: Final = 0.02  # a lead below this share is called small
 USED: Final = criterion("workspace", "Reach used")
 MISLED: Final = criterion("false_cues", "Misled")
 
 
 def why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Criterion) -> list[str]:
-    """One sentence or two per scenario, and before them one on all where there are several."""
+    """Return one or two sentences per scenario, preceded by one on all scenarios if there are several."""
     said = [_in_one(k, name, of_one, ranked, by) for k, (name, of_one) in enumerate(scenarios.items())]
     return ([_over_all(ranked)] if len(scenarios) > 1 else []) + said
 
@@ -41,7 +41,7 @@ def _wins(one: Standing) -> str:
 
 
 def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing], by: Criterion) -> str:
-    """What decided scenario k: the lead, what it took, and whom limits ruled out."""
+    """Explain the ranking of scenario k: the lead, its cost, and who was ruled out by limits."""
     order = sorted(ranked, key=lambda one: one.ranks[k])
     best = [one for one in order if one.ranks[k] == 1]
     after = order[len(best)] if len(order) > len(best) else None
@@ -56,7 +56,7 @@ def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing],
 
 
 def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Criterion) -> str:
-    """How far the next one is behind, and what each of the two took."""
+    """State how far the next algorithm is behind, and the cost of both."""
     mine, other = best.values[k], after.values[k]
     if bool(best.broken[k]) != bool(after.broken[k]):
         lead = f"; {after.cueing} comes next"
@@ -78,7 +78,7 @@ def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Crit
 
 
 def _took(summary: Summary) -> str:
-    """The reach it used and the time it misled, as far as they are defined."""
+    """State the reach that was used and the time that the driver was misled, as far as defined."""
     used, misled = USED.of(summary), MISLED.of(summary)
     told = [] if math.isnan(used) else [f"used {used:.0f} {USED.unit} of the reach"]
     told += [] if math.isnan(misled) else [f"misled for {misled:.1f} {MISLED.unit}"]
@@ -86,7 +86,7 @@ def _took(summary: Summary) -> str:
 
 
 def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing, by: Criterion) -> str:
-    """Those whose measure is better but who passed a hard limit; or that all passed one."""
+    """Name algorithms with a better measure that passed a hard limit, or state that all passed one."""
     if best.broken[k]:
         return " All of them passed a hard limit." if all(one.broken[k] for one in order) else ""
     said = []

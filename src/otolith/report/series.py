@@ -1,6 +1,6 @@
-"""From a run to the curves of its report: pure arrays in the units that people read.
+"""From a run to the curves of its report: plain arrays in the units that people read.
 
-Everything drawn, on paper or on a page, passes through here, so both show the same numbers.
+Everything that is drawn, on paper or on a page, comes from here, so both show the same numbers.
 """
 
 from collections import Counter
@@ -15,14 +15,14 @@ from otolith.core.frames import DOFS, Dof, specific_force
 from otolith.interfaces import Status
 from otolith.loop import Run
 
-MAX_POINTS: Final = 5_000  # of one curve; about three times the pixels of a wide screen
+MAX_POINTS: Final = 5_000  # largest number of points of a curve; three times the pixels of a wide screen
 
 Band = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairSeries:
-    """What one axis pair did; n samples at the plant's rate, tilt in the planar model's sign."""
+    """The motion of one axis pair: n samples at the plant's rate, tilt in the planar model's sign."""
 
     pair: Dof
     time: Vec  # (n,) [s]
@@ -42,10 +42,10 @@ class PairSeries:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SingleSeries:
-    """What heave or yaw did on its own; n samples at the plant's rate, in `units`."""
+    """The motion of heave or yaw: n samples at the plant's rate, in `units`."""
 
     axis: str
-    units: tuple[str, str, str]  # of what is felt, of the place, of the speed
+    units: tuple[str, str, str]  # units of what is felt, of the position, of the speed
     time: Vec  # (n,) [s]
     reference: Vec  # (n,) to be felt
     felt: Vec  # (n,)
@@ -57,7 +57,7 @@ class SingleSeries:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effort:
-    """What each of m decisions cost, and which of them may not be trusted."""
+    """The cost of each of m decisions, and which of them are not to be trusted."""
 
     time: Vec  # (m,) [s]
     period: float  # [s]
@@ -66,14 +66,14 @@ class Effort:
     status: tuple[str, ...]  # (m,)
 
     def troubled(self) -> dict[str, Ints]:
-        """Indices of the decisions of each outcome other than the algorithm's own decision, by status."""
+        """Return the indices of decisions that the algorithm did not make itself, by status."""
         status = np.array(self.status, dtype=object)
         names = sorted(set(self.status) - {Status.DECIDED.value})
         return {name: np.flatnonzero(status == name) for name in names}
 
 
 def pair_series(run: Run, pair: str) -> PairSeries:
-    """Curves and limits of the axis pair named `pair`."""
+    """Return curves and limits of the axis pair named `pair`."""
     axes = DOFS[pair]
     i, j = axes.translation, axes.rotation
     travel, tilt = run.platform.limits(axes)
@@ -100,7 +100,7 @@ def pair_series(run: Run, pair: str) -> PairSeries:
 
 
 def single_series(run: Run, axis: str) -> SingleSeries:
-    """Curves and limits of "heave", felt as a force, or of "yaw", felt as a rate."""
+    """Return curves and limits of "heave", felt as a force, or "yaw", felt as a rate."""
     dof = DOFS[axis]
     (limits,), (i,) = run.platform.limits(dof), dof.axes
     heaves = not dof.feels_rate
@@ -122,7 +122,7 @@ def single_series(run: Run, axis: str) -> SingleSeries:
 
 
 def effort(run: Run) -> Effort:
-    """Cost and trust of each decision of `run`."""
+    """Return cost and status of each decision of `run`."""
     return Effort(
         time=run.command_time,
         period=run.period,
@@ -133,12 +133,12 @@ def effort(run: Run) -> Effort:
 
 
 def status_counts(run: Run) -> dict[str, int]:
-    """Number of decisions of each status, most frequent first."""
+    """Return the number of decisions of each status, most frequent first."""
     return dict(Counter(run.outcomes).most_common())
 
 
 def labels(runs: Sequence[Run]) -> tuple[str, ...]:
-    """One distinct name per run: its cueing, numbered where several share it."""
+    """Return a distinct name for each run: its cueing, numbered if several share it."""
     seen: Counter[str] = Counter()
     names = []
     for run in runs:
@@ -149,18 +149,17 @@ def labels(runs: Sequence[Run]) -> tuple[str, ...]:
 
 
 def decimate(x: Vec, y: Vec, limit: int = MAX_POINTS) -> tuple[Vec, Vec]:
-    """At most `limit` of the points (x, y), in order, which look the same when drawn as a line.
+    """Return at most `limit` of the points (x, y), in order, that look the same when drawn as a line.
 
-    The points are cut into equal stretches and the lowest and highest of each stretch are kept,
-    besides the first and the last of all, so no peak is lost. NaN stays only where a whole stretch
-    is NaN.
+    The points are cut into equal stretches. The lowest and highest of each stretch are kept, and the first
+    and last of all, so no peak is lost. NaN remains only if a whole stretch is NaN.
     """
     n = len(y)
     if limit < 4:
         raise ValueError(f"limit is {limit}, must be at least 4")
     if n <= limit:
         return x, y
-    length = -(-n // ((limit - 2) // 2))  # of one stretch, rounded up
+    length = -(-n // ((limit - 2) // 2))  # points of one stretch, rounded up
     rows = -(-n // length)
     padded = np.pad(y, (0, rows * length - n), mode="edge").reshape(rows, length)
     start = length * np.arange(rows)
@@ -171,9 +170,9 @@ def decimate(x: Vec, y: Vec, limit: int = MAX_POINTS) -> tuple[Vec, Vec]:
 
 
 def stairs(time: Vec, counts: Vec, period: float, limit: int = MAX_POINTS) -> tuple[Vec, Vec]:
-    """Edges of the bars of `counts` and their heights, the last height repeated at the last edge.
+    """Return the edges of the bars of `counts` and their heights, with the last height repeated.
 
-    Where there are more than `limit` decisions, one bar stands for several and shows their maximum.
+    If there are more than `limit` decisions, one bar stands for several and shows their maximum.
     """
     m = len(counts)
     if m == 0:
@@ -185,7 +184,7 @@ def stairs(time: Vec, counts: Vec, period: float, limit: int = MAX_POINTS) -> tu
 
 
 def survival(counts: Vec) -> tuple[Vec, Vec]:
-    """Values k = 0 … max(counts) and the share of counts that are at least k."""
+    """Return the values k = 0 … max(counts), and the share of counts that are at least k."""
     if len(counts) == 0:
         return np.zeros(0), np.zeros(0)
     frequency = np.bincount(counts.astype(np.int64))
@@ -194,7 +193,7 @@ def survival(counts: Vec) -> tuple[Vec, Vec]:
 
 
 def extent(*curves: Vec) -> Band:
-    """Lowest and highest finite value among `curves`, and zero."""
+    """Return the lowest and highest finite value of the curves and zero."""
     values = np.concatenate([[0.0], *curves])
     finite = values[np.isfinite(values)]
     return float(finite.min()), float(finite.max())

@@ -1,6 +1,6 @@
-"""Key figures as HTML tables. Known names become words with units; unknown ones are shown as they are.
+"""Key figures as HTML tables. Known names become words with units; unknown names are shown unchanged.
 
-Units are those of the diagrams: angles and their rates in degrees, whatever a summary keeps.
+Units are those of the diagrams: angles and their rates are in degrees, whatever a summary contains.
 """
 
 import math
@@ -15,14 +15,14 @@ from otolith.report import texts
 from otolith.report.page import table
 
 Path = tuple[str, ...]  # keys from a summary to a value inside it
-ELSEWHERE: Final = frozenset(  # stands in the page's head, or under the settings
+ELSEWHERE: Final = frozenset(  # shown in the page's head or under the settings
     {"scenario", "cueing", "plant", "platform", "dofs", "duration_s", "period_s", "settings"}
 )
-MANY: Final = 4  # more entries than this, and the zeros among them are only counted
+MANY: Final = 4  # with more entries than this, zeros are only counted
 
 
 def key_figures(summary: Summary) -> str:
-    """Table with one row per key figure of one run."""
+    """Return a table with one row per key figure of one run."""
     shown = _shown(summary)
     rows = [
         _row(name_with_unit((key,)), [f"<td>{_cell(_at(shown, (key,)), (key,))}</td>"])
@@ -37,12 +37,12 @@ def _listed(key: str) -> bool:
 
 
 def _shown(summary: Summary) -> Summary:
-    """The summary with what turns in degrees, as in the diagrams."""
+    """Return the summary with angles in degrees, as in the diagrams."""
     return {key: MEASURES[key].shown(value) if key in MEASURES else value for key, value in summary.items()}
 
 
 def limits(summary: Summary) -> str:
-    """Every limit: what it protects, how it was held, how often and by how much it was passed."""
+    """Return a table of all limits: bounds, kind, and how often and how far each was passed."""
     rows = []
     for limit in summary.get("limits", {}).values():
         hardness = kind(limit)
@@ -67,9 +67,9 @@ def _excess(limit: Summary, key: str) -> str:
 
 
 def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
-    """Algorithms below each other: how well they cue, what it takes; what their solvers do stands last.
+    """Return a table of algorithms: how well they cue, at what cost, and their solvers' figures last.
 
-    A column whose figure none of the summaries holds is left out.
+    A column that no summary has is left out.
     """
     heads, cells = ["Cueing"], []
     for measure in sorted(MEASURES.values(), key=lambda one: list(Topic).index(one.topic)):
@@ -89,7 +89,7 @@ def headline(names: Sequence[str], summaries: Sequence[Summary]) -> str:
 
 
 def side_by_side(names: Sequence[str], summaries: Sequence[Summary]) -> str:
-    """Every key figure in a row, every model in a column."""
+    """Return a table with every key figure in a row and every algorithm in a column."""
     shown = [_shown(summary) for summary in summaries]
     paths = dict.fromkeys(path for summary in shown for path in _paths(summary) if _listed(path[0]))
     rows = [(_heading(path), _column([_at(s, path) for s in shown], path)) for path in paths]
@@ -101,7 +101,7 @@ def _wide(text: str) -> str:
 
 
 def name_with_unit(path: Path) -> str:
-    """Words and unit of what stands at a path of a summary, escaped."""
+    """Return words and unit of the entry at a path of a summary, escaped."""
     name, key = path[0], path[-1]
     if name in MEASURES and path == (name,):
         words, unit = MEASURES[name].words, in_degrees(MEASURES[name].unit)
@@ -114,7 +114,7 @@ def name_with_unit(path: Path) -> str:
 
 
 def number(value: object) -> str:
-    """A plain JSON value as people write it, escaped."""
+    """Format a plain JSON value for readers, escaped."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -144,7 +144,7 @@ def _cell(value: object, path: Path) -> str:
 
 
 def _alike(value: Summary) -> bool:
-    """Return whether the entries are mappings of numbers under the same names."""
+    """Return whether the entries are mappings of numbers with the same names."""
     rows = list(value.values())
     return bool(rows) and all(
         isinstance(row, Mapping)
@@ -155,7 +155,7 @@ def _alike(value: Summary) -> bool:
 
 
 def _grid(rows: Mapping[str, Mapping[str, object]], path: Path) -> str:
-    """A small table with one row per entry; entries that are zero throughout are left out."""
+    """Return a small table with one row per entry; entries of only zeros are left out."""
     shown = {name: row for name, row in rows.items() if any(value != 0 for value in row.values())}
     if not shown:
         return "none"
@@ -177,7 +177,7 @@ def _row(head: str, cells: Sequence[str]) -> str:
 
 
 def _column(values: Sequence[object], path: Path, *, better: Better = Better.NEUTRAL) -> list[str]:
-    """One table cell per value, the best set off where they differ and one way is better."""
+    """Return one table cell per value; the best is marked if values differ and one direction is better."""
     numbers = [v for v in values if isinstance(v, int | float) and math.isfinite(v)]
     marked = better is not Better.NEUTRAL and len(set(numbers)) > 1
     best = better.of_all(numbers) if marked else None
@@ -196,7 +196,7 @@ def _paths(summary: Summary, before: Path = ()) -> list[Path]:
 
 
 def _at(summary: Summary, path: Path) -> object:
-    """What stands there; None where nothing does, or where it is about a solver and there was none."""
+    """Return the entry at a path; None if it is missing, or concerns a solver and there was none."""
     of_solver = path[0] in MEASURES and MEASURES[path[0]].topic is Topic.SOLVER
     value: object = None if of_solver and summary.get("residual_max") == 0.0 else summary
     for key in path:
@@ -211,7 +211,7 @@ def _heading(path: Path) -> str:
 def _against(
     measure: Measure, names: Sequence[str], summaries: Sequence[Summary], numbers: Sequence[object]
 ) -> tuple[str, list[object]]:
-    """Numbers against the implicit MPC's where the summaries tell, else against the first run's [%]."""
+    """Return numbers relative to the implicit MPC if the summaries state them, else to the first run [%]."""
     told = [_at(summary, (f"{measure.name}_against_implicit_percent",)) for summary in summaries]
     if any(value is not None for value in told):
         return "Against implicit [%]", [_signed(value) for value in told]

@@ -1,4 +1,4 @@
-"""The words of a page: what each panel shows. What each key figure is called stands in `otolith.metrics`."""
+"""The texts of a page that explain its panels; the names of key figures are in `otolith.metrics`."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""The distribution of step times of several engines, as a figure for a paper."""
+"""The distribution of step times of several QP engines, as a figure for a paper."""
 
 from collections.abc import Sequence
 
@@ -10,11 +10,11 @@ from otolith.report.palette import CYCLE
 
 _COLUMN = 3.5  # [in]
 _FONT = 7.0  # [pt]
-_LEGEND = 5.8  # [pt] so that two columns of labels fit the width
+_LEGEND = 5.8  # [pt] small enough for two columns of labels
 
 
 def step_time_figure(times: Sequence[tuple[str, Vec]]) -> Figure:
-    """Share of steps that take longer than so much, on logarithmic axes.
+    """Draw the share of steps that take at least a given time, on logarithmic axes.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def step_time_figure(times: Sequence[tuple[str, Vec]]) -> Figure:
     axes = figure.add_subplot()
     for i, (label, seconds) in enumerate(times):
         micro = np.sort(1e6 * seconds)
-        share = 1.0 - np.arange(len(micro)) / len(micro)  # (n,) of steps at least so long
+        share = 1.0 - np.arange(len(micro)) / len(micro)  # (n,) share of steps at least this long
         dashed = "-" if i < len(times) / 2 else (0, (4, 1.8))
         axes.plot(
             micro,

@@ -1,4 +1,4 @@
-"""A platform in motion as a piece of HTML, for the page of a platform and the report of a run."""
+"""The animation of a platform as a piece of HTML, for a platform's page and a run's report."""
 
 import json
 import math
@@ -14,15 +14,16 @@ from otolith.platforms.hexapod import Hexapod
 from otolith.report.page import asset
 
 FRAMES_PER_SECOND: Final = 25.0
-FRAMES: Final = 3000  # at most, some 0.25 MB; a run of more than two minutes is shown more coarsely
+FRAMES: Final = 3000  # largest number, about 0.25 MB; runs of more than two minutes are shown more coarsely
 
 
 def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[str] = ()) -> str:
-    """A moving picture of a platform as a piece of HTML that needs nothing else; drag to turn it.
+    """Return an animation of a platform as self-contained HTML; dragging turns the view.
 
     Parameters
     ----------
-    time : (n,) [s]; poses : (n, 6); as many as will be shown, see `frames_of` for a run.
+    time : (n,) [s] times of the poses.
+    poses : (n, 6) all are shown; see `frames_of` for a run.
     captions : one text per pose, or none.
     """
     places = np.empty((len(poses), 7))
@@ -48,6 +49,6 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
 
 
 def frames_of(run: Run) -> tuple[Vec, Mat]:
-    """Time (n,) and poses (n, 6) of a run at `FRAMES_PER_SECOND`; fewer of a run of more than `FRAMES`."""
+    """Return time (n,) [s] and poses (n, 6) of a run at `FRAMES_PER_SECOND`, or less often if it is long."""
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)), math.ceil(len(run.time) / FRAMES))
     return run.time[::every], run.pose[::every]

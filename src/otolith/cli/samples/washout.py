@@ -1,8 +1,8 @@
 """A cueing algorithm of one's own in a few lines: a second-order high-pass of the longitudinal force.
 
 Run it with `otolith run sine-1 --cueing washout.py:HighPass`, compare it with others by `otolith compare`, or
-run it as it stands by `python washout.py`. Whatever has `period`, `reset` and `step` as below is a cueing
-algorithm (see `otolith.Cueing`) and is simulated, judged and drawn as the shipped ones are.
+run this file directly by `python washout.py`. Any object with `period`, `reset` and `step` as below is a
+cueing algorithm (see `otolith.Cueing`) and is simulated, judged and drawn like the shipped ones.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ SURGE = otolith.SURGE_PITCH.translation  # index among surge, sway, heave, roll,
 
 
 class HighPass:
-    """The platform accelerates as the vehicle does, and a spring with a damper brings it home."""
+    """The platform accelerates as the vehicle does, and a spring with a damper returns it to its middle."""
 
     period = 0.01  # [s] between two decisions
 
@@ -22,10 +22,10 @@ class HighPass:
         self.stiffness, self.damping = natural**2, 2.0 * natural  # [1/s²], [1/s]
 
     def reset(self, state: PlatformState) -> None:
-        """Nothing to forget: all that counts is where the platform is."""
+        """Do nothing: this algorithm has no memory besides the state of the platform."""
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Acceleration of the next period, and where it will lead."""
+        """Return the acceleration of the next period, and the state that it leads to."""
         acceleration, pose, twist = np.zeros(6), np.zeros(6), np.zeros(6)
         position, velocity = state.pose[SURGE], state.twist[SURGE]
         a = reference.specific_force[0] - self.damping * velocity - self.stiffness * position
