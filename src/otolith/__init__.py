@@ -13,8 +13,9 @@ Examples
 >>> print(otolith.summarise(run)["rmse"])
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from otolith.core.lazy import on_first_use
 
 if TYPE_CHECKING:
     from otolith.core.errors import InputError as InputError
@@ -150,14 +151,7 @@ __all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show 
 
 
 if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> Any:
-        """Import a public name when it is first used."""
-        if name not in _WHERE:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        module, _, attribute = _WHERE[name].partition(":")
-        globals()[name] = found = getattr(import_module(f"{__name__}.{module}"), attribute)
-        return found
+    __getattr__ = on_first_use(__name__, _WHERE)
 
 
 def __dir__() -> list[str]:

@@ -43,6 +43,29 @@ def test_a_sine_is_late_by_its_phase() -> None:
     assert delay(wanted, felt, DT, largest=1.0) == pytest.approx(phase / omega, abs=0.002)
 
 
+@pytest.mark.parametrize("n", [40, 41, 67])
+@pytest.mark.parametrize("lag", [-9, -1, 0, 4, 12])
+def test_the_delay_of_noise_is_that_of_every_lag_tried(n: int, lag: int) -> None:
+    """Noise that is as large at the ends as in the middle: what meets across the ends would be seen."""
+    wanted = RNG.normal(size=n)
+    felt = np.roll(wanted, lag) + 0.3 * RNG.normal(size=n)
+    w, f = wanted - wanted.mean(), felt - felt.mean()
+    reach = n // 2
+
+    def alike(k: int) -> float:
+        a, b = (w[: n - k], f[k:]) if k >= 0 else (w[-k:], f[: n + k])
+        return float(a @ b / np.sqrt((a @ a) * (b @ b)))
+
+    best = max(range(-reach, reach + 1), key=alike)
+    found = delay(wanted, felt, 1.0, largest=reach)
+    if abs(best) == reach:
+        assert np.isnan(found)
+    else:
+        before, peak, after = (alike(best + k) for k in (-1, 0, 1))
+        fraction = 0.5 * (before - after) / (before - 2.0 * peak + after)
+        assert found == pytest.approx(best + fraction, abs=1e-9)
+
+
 def test_what_is_not_defined_is_not_a_number() -> None:
     wanted, still = hump(TIME, 10.0), np.full(len(TIME), 0.3)
     for measure in (correlation, lambda a, b: delay(a, b, DT)):

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES, DOFS
 from otolith.platforms import load
-from otolith.report.figures import comparison_figure, cueing_figure, save_figure
+from otolith.report.figures import arranged, comparison_figure, cueing_figure, save_figure
 from tests.report.conftest import MakeRun
 
 BOTH = ("surge-pitch", "sway-roll")
@@ -133,6 +133,17 @@ def test_equal_runs_give_equal_files(make_run: MakeRun, tmp_path: Path) -> None:
     for name in ("a.pdf", "b.pdf"):
         save_figure(cueing_figure(make_run(20), "surge-pitch"), tmp_path / name)
     assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+
+
+def test_arranged_once_is_arranged_the_same(make_run: MakeRun, tmp_path: Path) -> None:
+    figure = cueing_figure(make_run(20), "surge-pitch")
+    engine = figure.get_layout_engine()
+    with arranged(figure):
+        save_figure(figure, tmp_path / "a.pdf")
+        save_figure(figure, tmp_path / "a.png")
+    assert figure.get_layout_engine() is engine
+    save_figure(cueing_figure(make_run(20), "surge-pitch"), tmp_path / "b.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_a_file_that_is_no_picture_is_refused(make_run: MakeRun, tmp_path: Path) -> None:

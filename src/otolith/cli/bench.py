@@ -10,6 +10,7 @@ from rich.table import Table
 
 from otolith import __version__, files, registry
 from otolith.bench import SCENARIOS, bench, installed_peers
+from otolith.cli.figures import write_figure
 from otolith.cli.output import Force, print_json, screen, working
 from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.cueing.design import Design
@@ -55,15 +56,14 @@ def bench_(
         "scenarios": list(names),
         "results": [figures for _, figures in found],
     }
-    from otolith.report import save_figure, step_time_figure
+    from otolith.report import step_time_figure
 
     figure = step_time_figure(
         [(f"{t.form} {t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found]
     )
     with files.whole_folder(out, command="bench", force=force) as made:
         files.write_json(made / "bench.json", account)
-        for ending in ("pdf", "png"):
-            files.write_figure(made / f"bench.{ending}", lambda path: save_figure(figure, path))
+        write_figure(made, "bench", figure)
     if json:
         print_json(account)
     table = Table(box=None, pad_edge=False)

@@ -7,8 +7,7 @@ import numpy as np
 import typer
 
 from otolith import files
-from otolith.cli.options import warn
-from otolith.cli.output import print_json, screen, working
+from otolith.cli.output import print_json, screen, warn, working
 from otolith.core.errors import InputError
 from otolith.vehicle import Driver, drive
 from otolith.vehicle.profile import Limits

@@ -9,6 +9,7 @@ import typer
 from rich.table import Table
 
 from otolith import files
+from otolith.cli.figures import write_figure
 from otolith.cli.options import (
     Blocks,
     Dofs,
@@ -18,10 +19,9 @@ from otolith.cli.options import (
     Weights,
     implicit_settings,
     pairs_named,
-    warn,
     washout_weights,
 )
-from otolith.cli.output import Force, group, print_json, screen, working
+from otolith.cli.output import Force, group, print_json, screen, warn, working
 from otolith.core.frames import Dof
 from otolith.cueing.hints.stored import Kind, StoredHint, digest
 from otolith.cueing.hints.training.build import build
@@ -174,12 +174,10 @@ def _judge(
 
 def _draw(path: Path, tallies: dict[str, Tally]) -> None:
     """Draw every initial guess but the cold one, which would need its own scale."""
-    from otolith.report import save_figure
     from otolith.report.changes import changes_figure
 
     figure = changes_figure([(name, one.changes) for name, one in tallies.items() if name != COLD])
-    for ending in ("pdf", "png"):
-        files.write_figure(path.with_suffix(f".{ending}"), lambda place: save_figure(figure, place))
+    write_figure(path.parent, path.stem, figure)
 
 
 def _tell(name: str, found: dict[str, Any]) -> None:

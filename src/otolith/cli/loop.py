@@ -8,8 +8,8 @@ from typing import Any, Final
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.options import RunOptions, warn
-from otolith.cli.output import progress_bar, progress_line, working
+from otolith.cli.options import RunOptions
+from otolith.cli.output import progress_bar, progress_line, warn, working
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused

@@ -1,12 +1,12 @@
 """`otolith omct`: the objective motion cueing test, for any cueing algorithm."""
 
-import functools
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from otolith import __version__, files, registry
+from otolith.cli.figures import write_figure
 from otolith.cli.options import CUEING_HELP
 from otolith.cli.output import Replace, file_name, print_json, progress_bar, screen
 from otolith.core.errors import InputError
@@ -83,7 +83,7 @@ def omct_(
     with files.whole_folder(folder, command="omct", force=replace) as made:
         files.write_json(made / "omct.json", summary)
         files.write_text(made / "report.html", report.omct_page(cueing, facts, responses, bounds))
-        _write_figures(made, functools.partial(report.omct_figure, responses, bounds))
+        write_figure(made, "figure", report.omct_figure(responses, bounds))
     if json:
         print_json(summary)
     for text in failures(summary):
@@ -108,10 +108,3 @@ def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[S
         axes={AXES[i] for dof in cued for i in dof.axes},
     )
     return system, {"cueing": cueing, "platform": design.platform.name, "plant": plant_name, "dofs": dofs}
-
-
-def _write_figures(folder: Path, draw: Any) -> None:
-    from otolith.report import save_figure
-
-    for ending in ("pdf", "png"):
-        files.write_figure(folder / f"figure.{ending}", functools.partial(save_figure, draw()))

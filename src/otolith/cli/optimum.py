@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.options import RunOptions, warn, with_run_options
-from otolith.cli.output import Force, file_name, print_json, screen, sentence, working
+from otolith.cli.options import RunOptions, with_run_options
+from otolith.cli.output import Force, file_name, print_json, screen, sentence, warn, working
 from otolith.cli.run import Json, Out, write_results
 from otolith.core.errors import InputError
 from otolith.loop import Run

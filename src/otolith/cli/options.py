@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
-from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.reading import (
@@ -229,11 +228,6 @@ def is_given(context: typer.Context, name: str) -> bool:
     """Return whether the user gave the option of this name, even if with its default value."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"
-
-
-def warn(console: Console, note: str) -> None:
-    """Print a note that the user should know but need not act on."""
-    console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
 
 
 def implicit_settings(

@@ -59,6 +59,11 @@ def screen(*, stderr: bool = True, wide: bool = False) -> Console:
     return made
 
 
+def warn(console: Console, note: str) -> None:
+    """Print a note that the user should know but need not act on."""
+    console.print(f"note: {note}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+
+
 @contextmanager
 def progress_bar(console: Console, text: str) -> Iterator[Callable[[float], None]]:
     """Show on standard error how far a long task is, with an estimate of the remaining time.

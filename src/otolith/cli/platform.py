@@ -1,12 +1,12 @@
 """`otolith platform`: show a platform's legs, and find legs that have the reach of a data sheet."""
 
-import functools
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from otolith import files
+from otolith.cli.figures import write_figure
 from otolith.cli.output import Force, group, print_json, progress_bar, screen
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
@@ -42,14 +42,12 @@ def show(
     folder = out or Path("out") / f"platform-{shown.name}"
     files.check_folder(folder, command="platform show", force=force)
     from otolith.report import platform as report
-    from otolith.report import save_figure
 
     summary, figure = report.platform_summary(shown), report.platform_figure(shown)
     with files.whole_folder(folder, command="platform show", force=force) as made:
         files.write_text(made / "platform.html", report.platform_page(shown, summary, figure, run=recorded))
         files.write_json(made / "platform.json", summary)
-        for ending in ("pdf", "png"):
-            files.write_figure(made / f"platform.{ending}", functools.partial(save_figure, figure))
+        write_figure(made, "platform", figure)
     if json:
         print_json(summary)
     for line in [*report.range_lines(summary), *report.sentences(summary)]:

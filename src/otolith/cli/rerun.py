@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from otolith import __version__, files
-from otolith.cli.options import warn
-from otolith.cli.output import Force, print_json, progress_bar, screen
+from otolith.cli.output import Force, print_json, progress_bar, screen, warn
 from otolith.cli.run import write_results
 from otolith.experiment import Experiment, differences
 

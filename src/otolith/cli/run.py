@@ -1,6 +1,5 @@
 """`otolith run` and `otolith compare`: close the loop, judge it, and write the results."""
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -11,6 +10,7 @@ import typer
 from rich.console import Console
 
 from otolith import files, registry
+from otolith.cli.figures import write_figure
 from otolith.cli.loop import Prepared, prepare, simulate_all
 from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
 from otolith.cli.output import Force, file_name, print_json, screen, sentence, working
@@ -201,13 +201,10 @@ def _contest_figures(contest: "Contest") -> dict[str, "Figure"]:
 
 def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, "Figure"]) -> None:
     """Write the summary, the page, and the figures by file name."""
-    from otolith.report import save_figure
-
     files.write_json(folder / "summary.json", summary)
     files.write_text(folder / "report.html", page)
     for name, figure in figures.items():
-        for ending in ("pdf", "png"):
-            files.write_figure(folder / f"{name}.{ending}", functools.partial(save_figure, figure))
+        write_figure(folder, name, figure)
 
 
 def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Path, console: Console) -> None:

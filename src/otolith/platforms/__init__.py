@@ -1,6 +1,18 @@
-"""Motion platforms: limits and thresholds from a file, and the ones that are shipped."""
+"""Motion platforms: limits and thresholds from a file, and the ones that are shipped.
 
+What reads or makes a platform is imported on first use; to list their names takes neither pydantic nor numba.
+"""
+
+from typing import TYPE_CHECKING
+
+from otolith.core.lazy import on_first_use
 from otolith.platforms.library import catalog, load
-from otolith.platforms.platform import AxisLimits, Braking, Platform, parse_platform
+
+if TYPE_CHECKING:
+    from otolith.platforms.platform import AxisLimits, Braking, Platform, parse_platform
+else:
+    __getattr__ = on_first_use(
+        __name__, dict.fromkeys(("AxisLimits", "Braking", "Platform", "parse_platform"), "platform")
+    )
 
 __all__ = ["AxisLimits", "Braking", "Platform", "catalog", "load", "parse_platform"]

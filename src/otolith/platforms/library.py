@@ -1,9 +1,13 @@
 """The platforms that are shipped with the package."""
 
+import tomllib
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 from otolith.core.errors import InputError, one_of
-from otolith.platforms.platform import Platform, parse_platform
+
+if TYPE_CHECKING:
+    from otolith.platforms.platform import Platform
 
 _FOLDER = files("otolith.platforms") / "catalog"
 
@@ -14,14 +18,25 @@ def catalog() -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
-def load(name: str) -> Platform:
+def descriptions() -> dict[str, str]:
+    """The line that each shipped platform's file says of itself, by name; no platform is made for it."""
+    return {name: tomllib.loads(_text(name))["description"] for name in catalog()}
+
+
+def load(name: str) -> "Platform":
     """A shipped platform by name.
 
     Raises
     ------
     InputError : there is none of that name.
     """
+    from otolith.platforms.platform import parse_platform  # for which a list of names does not wait
+
     known = catalog()
     if name not in known:
         raise InputError("platform", repr(name), one_of(known, name))
-    return parse_platform((_FOLDER / f"{name}.toml").read_text(encoding="utf-8"), f"{name}.toml")
+    return parse_platform(_text(name), f"{name}.toml")
+
+
+def _text(name: str) -> str:
+    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")

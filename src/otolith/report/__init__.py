@@ -4,8 +4,9 @@ Names are imported on first use, because plotting takes a second to import and a
 wait for that.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING
+
+from otolith.core.lazy import on_first_use
 
 if TYPE_CHECKING:
     from otolith.report.comparison import render_comparison, render_contest
@@ -13,14 +14,25 @@ if TYPE_CHECKING:
     from otolith.report.html import render
     from otolith.report.ranking import Criterion, Standing, criteria, criterion_named, standings
     from otolith.report.timing import step_time_figure
-
-_MODULES: Final = {
-    "comparison": ("render_comparison", "render_contest"),
-    "figures": ("comparison_figure", "cueing_figure", "overview_figure", "save_figure"),
-    "html": ("render",),
-    "ranking": ("Criterion", "Standing", "criteria", "criterion_named", "standings"),
-    "timing": ("step_time_figure",),
-}
+else:
+    __getattr__ = on_first_use(
+        __name__,
+        {
+            "render_comparison": "comparison",
+            "render_contest": "comparison",
+            "comparison_figure": "figures",
+            "cueing_figure": "figures",
+            "overview_figure": "figures",
+            "save_figure": "figures",
+            "render": "html",
+            "Criterion": "ranking",
+            "Standing": "ranking",
+            "criteria": "ranking",
+            "criterion_named": "ranking",
+            "standings": "ranking",
+            "step_time_figure": "timing",
+        },
+    )
 
 __all__ = [
     "Criterion",
@@ -37,10 +49,3 @@ __all__ = [
     "standings",
     "step_time_figure",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in _MODULES.items():
-        if name in names:
-            return getattr(import_module(f"{__name__}.{module}"), name)
-    raise AttributeError(f"module {__name__} has no attribute {name}")

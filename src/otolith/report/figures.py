@@ -3,7 +3,8 @@
 The module uses neither pyplot nor global settings, so it works in any thread and next to other plots.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -47,6 +48,7 @@ OTHER_HEIGHT: Final = 1.3
 ROW, AROUND_ROWS = 0.13, 0.6  # [in] height per row of a panel with rows, and of the rest of it
 NAME: Final = 110.0  # [pt] largest width of a row's name, with the gaps around it
 BESIDE: Final = 34.0  # [pt] width of ticks and margin
+DPI: Final = 300.0  # [1/in] resolution of a PNG
 FONT: Final = 7.0  # [pt]
 SMALL: Final = 6.5  # [pt] font size in legends
 DASHES: Final[dict[str, Any]] = {
@@ -104,7 +106,28 @@ def save_figure(figure: Figure, path: Path) -> None:
         raise InputError("figure file", path.name, f"a name that ends in {', '.join(PICTURES)}")
     stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(suffix)
     with mpl.rc_context({"pdf.fonttype": 42, "svg.hashsalt": "otolith"}):  # journals reject Type 3 fonts
-        figure.savefig(path, dpi=300, metadata=stamp)
+        figure.savefig(path, dpi=DPI, metadata=stamp)
+
+
+@contextmanager
+def arranged(figure: Figure) -> Iterator[None]:
+    """Arrange the figure's parts once; within the context every `save_figure` writes them as they stand.
+
+    Matplotlib arranges anew for every file, for which it draws everything twice over.
+    """
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    if engine is None:
+        yield
+        return
+    figure.set_dpi(DPI)
+    engine.execute(figure)
+    figure.set_dpi(dpi)
+    with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)  # with these settings: none, for which nothing is drawn twice
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
 
 
 def _draw(panels: Sequence[Panel], width: float) -> Figure:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from scipy.interpolate import splev, splprep, splrep
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
@@ -85,15 +85,15 @@ def smooth_path(points: Mat, *, closed: bool, smoothing: float) -> tuple[Path, V
     The spline's parameter is the chord length; the arc length is integrated on a ten times finer grid,
     and curvature and heading come from the spline's own derivatives.
     """
-    fitted, chord = splprep(points.T, k=DEGREE, per=closed, s=len(points) * smoothing**2)
+    fitted, chord = scipy.interpolate.splprep(points.T, k=DEGREE, per=closed, s=len(points) * smoothing**2)
     tck: Any = tuple(fitted)  # knots, coefficients of x and y, degree
     length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     fine = np.linspace(0.0, 1.0, 10 * int(np.ceil(length / SPACING)) + 1)
-    speed = np.hypot(*splev(fine, tck, der=1))  # [m per unit of the parameter]
+    speed = np.hypot(*scipy.interpolate.splev(fine, tck, der=1))  # [m per unit of the parameter]
     way = np.r_[0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(fine))]
     n = int(np.ceil(way[-1] / SPACING))
     u = np.interp(np.linspace(0.0, way[-1], n + 1), way, fine)
-    (x, y), (dx, dy), (ddx, ddy) = (splev(u, tck, der=order) for order in range(3))
+    (x, y), (dx, dy), (ddx, ddy) = (scipy.interpolate.splev(u, tck, der=order) for order in range(3))
     curvature = (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
     heading = np.unwrap(np.arctan2(dy, dx))
     path = Path(float(way[-1] / n), curvature, heading, np.stack([x, y], axis=1))
@@ -121,7 +121,7 @@ def _levelled(survey: Survey) -> Survey:
     if z is None or noise <= SMOOTHING:
         return survey
     way = way_along(survey.points)
-    smooth = splev(way, splrep(way, z, k=3, s=len(way) * noise**2))
+    smooth = scipy.interpolate.splev(way, scipy.interpolate.splrep(way, z, k=3, s=len(way) * noise**2))
     note = f"the elevation scatters by {noise:.2g} m (RMS) and is smoothed as much"
     return noted(replace(survey, along={**survey.along, "z": smooth}), note)
 

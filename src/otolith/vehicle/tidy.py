@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial import KDTree
+import scipy  # its modules are imported on first use: none waits for one that it does not need
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.vehicle.survey import Survey, chosen, noted
@@ -186,7 +186,7 @@ def _meeting(points: Mat, way: Vec) -> tuple[float, float] | None:
     at, ahead, behind = (_at(points, way, s + shift) for shift in (0.0, SIGHT, -SIGHT))
     chord = ahead - behind
     heading = chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-9)
-    pairs: Ints = KDTree(at).query_pairs(BESIDE + STRIDE, output_type="ndarray")
+    pairs: Ints = scipy.spatial.KDTree(at).query_pairs(BESIDE + STRIDE, output_type="ndarray")
     i, j = np.sort(pairs, axis=1).T
     apart = at[j] - at[i]
     along = np.sum(apart * heading[i], axis=1)
