@@ -1,4 +1,4 @@
-"""Key figures of a run. They read a `Run` and know no algorithm."""
+"""Key figures of a run. They are computed from a `Run` and know no algorithm."""
 
 from otolith.metrics.catalogue import MEASURES
 from otolith.metrics.effort import distribution

@@ -1,4 +1,4 @@
-"""Which axes a run cued, by the names of its degrees of freedom."""
+"""The axes that a run cued, by the names of its degrees of freedom."""
 
 from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, DOFS
@@ -6,30 +6,30 @@ from otolith.loop import Run
 
 
 def force_axes(run: Run) -> dict[str, int]:
-    """Specific-force axes (0 x, 1 y, 2 z) that were cued, by name of the degree of freedom."""
+    """Return the specific-force axes (0 x, 1 y, 2 z) that were cued, by degree of freedom."""
     return {name: DOFS[name].felt for name in run.dofs if not DOFS[name].feels_rate}
 
 
 def rate_axes(run: Run) -> dict[str, int]:
-    """Angular rates (2 z) that were cued for their own sake, by name of the degree of freedom."""
+    """Return the angular rates (2 z) that were cued themselves, by degree of freedom."""
     return {name: DOFS[name].felt for name in run.dofs if DOFS[name].feels_rate}
 
 
 def moving_axes(run: Run) -> dict[str, int]:
-    """Axes of the platform that were used, by name, with their index in a six-vector."""
+    """Return the platform's axes that were used, by name, with their index among the six axes."""
     return {AXES[i]: i for name in run.dofs for i in DOFS[name].axes}
 
 
 def by_force(run: Run, values: Vec) -> dict[str, float]:
-    """Values of the forces along x, y, z (3,), by name of the degrees of freedom that were cued."""
+    """Return the entries of the forces along x, y, z (3,) that were cued, by degree of freedom."""
     return {name: float(values[axis]) for name, axis in force_axes(run).items()}
 
 
 def by_axis(run: Run, values: Vec) -> dict[str, float]:
-    """Values of the platform's axes (6,), by name of the axes that were used."""
+    """Return the entries of the platform's axes (6,) that were used, by axis."""
     return {name: float(values[axis]) for name, axis in moving_axes(run).items()}
 
 
 def by_rate(run: Run, values: Vec) -> dict[str, float]:
-    """Values of the rates about x, y, z (3,), by name of the degrees of freedom cued for their rate."""
+    """Return the entries of the rates about x, y, z (3,) that were cued themselves, by degree of freedom."""
     return {name: float(values[axis]) for name, axis in rate_axes(run).items()}

@@ -1,7 +1,7 @@
-"""Boundary curves of the motion cueing test, from a user's file: the standard's are not free to copy.
+"""Boundary curves of the motion cueing test, from a user's file, because the standard's are not free to copy.
 
-The file is CSV with the columns of `COLUMNS`, one line per test and frequency; an empty cell bounds nothing.
-Between the frequencies of a test, bounds run straight over the logarithm of frequency.
+The file is CSV with the columns of `COLUMNS`, one line per test and frequency. An empty cell means no bound.
+Between the frequencies of a test, bounds are linear in the logarithm of frequency.
 """
 
 import csv
@@ -25,7 +25,7 @@ _LONGEST_LINE: Final = 1_000  # characters
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Boundary:
-    """Bounds of one test at increasing frequencies; infinite where there is none."""
+    """Bounds of one test at increasing frequencies; a missing bound is infinite."""
 
     omega: Vec  # (n,) [rad/s]
     modulus_low: Vec  # (n,)
@@ -38,9 +38,9 @@ class Boundary:
         freeze(self, omega=n, modulus_low=n, modulus_high=n, phase_low_deg=n, phase_high_deg=n)
 
     def holds(self, response: Response) -> bool | None:
-        """Return whether a response is within; None at frequencies that the boundary does not cover.
+        """Return whether a response is within the bounds; None outside the range of frequencies.
 
-        Phases count within (−180°, 180°]; a response without a phase is judged by its modulus alone.
+        Phases are compared within (−180°, 180°]. A response without a phase is judged by its modulus alone.
         """
         if not self.omega[0] * (1 - 1e-3) <= response.omega <= self.omega[-1] * (1 + 1e-3):
             return None
@@ -54,7 +54,7 @@ class Boundary:
         return all(within)
 
     def _at(self, response: Response, name: str) -> float:
-        """A bound at the response's frequency; none where either neighbour has none."""
+        """Return a bound at the response's frequency; it is infinite if either neighbour is."""
         values: Vec = getattr(self, name)
         above = int(np.clip(np.searchsorted(self.omega, response.omega), 1, max(1, len(values) - 1)))
         near = values[max(0, above - 1) : above + 1]
@@ -64,15 +64,16 @@ class Boundary:
 
 
 def parse_boundaries(text: str, source: str) -> dict[str, Boundary]:
-    """Boundaries by the tests' names, from the text of a CSV file.
+    """Read boundaries by the name of the test from the text of a CSV file.
 
     Parameters
     ----------
-    source : name of the file, for the error's sentence.
+    source : name of the file, for errors.
 
     Raises
     ------
-    InputError : a column is missing, a test unknown, a cell no number, or frequencies do not increase.
+    InputError : a column is missing, a test is unknown, a cell is not a number, or frequencies do not
+        increase.
     """
     check_lines(text.splitlines(), source, most=_LONGEST_LINE)
     reader = csv.DictReader(io.StringIO(text))
@@ -90,7 +91,7 @@ def parse_boundaries(text: str, source: str) -> dict[str, Boundary]:
 
 
 def _test(cell: str | None, where: str) -> str:
-    """A test's name, from its name or its number."""
+    """Return a test's name, given its name or its number."""
     names = {str(test.number): test.name for test in TESTS} | {test.name: test.name for test in TESTS}
     text = (cell or "").strip()
     if text not in names:

@@ -1,4 +1,4 @@
-"""What the decisions cost: distributions, since means hide the steps that hurt."""
+"""The cost of the decisions, as distributions, because means hide the slowest steps."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from otolith.loop import Run
 
 
 def distribution(values: NDArray[Any], scale: float = 1.0) -> dict[str, float]:
-    """Mean, median, 99th percentile and maximum of `values` · `scale`."""
+    """Return mean, median, 99th percentile and maximum of `values` · `scale`."""
     scaled = np.asarray(values, dtype=np.float64) * scale
     return {
         "mean": float(np.mean(scaled)),
@@ -23,21 +23,21 @@ def distribution(values: NDArray[Any], scale: float = 1.0) -> dict[str, float]:
 
 
 def largest_residual(run: Run) -> float | None:
-    """Largest certificate of the decisions that came with one; None when none did."""
+    """Return the largest certificate of the decisions that have one; None if none has."""
     certified = run.residual[np.isfinite(run.residual)]
     return float(np.max(certified)) if len(certified) else None
 
 
 def decisions_by_status(run: Run) -> dict[str, int]:
-    """How many decisions ended how, see `Run.outcomes`."""
+    """Count the decisions by status, see `Run.outcomes`."""
     return dict(Counter(run.outcomes))
 
 
 def decisions_failed(by_status: Mapping[str, int]) -> int:
-    """Decisions that are not the algorithm's own, of `decisions_by_status`."""
+    """Count the decisions in `decisions_by_status` that the algorithm did not make itself."""
     return sum(count for status, count in by_status.items() if status != Status.DECIDED)
 
 
 def guesses_missed(run: Run) -> int:
-    """Decisions for which there was no guess, although the algorithm asked for one."""
+    """Count the decisions for which the algorithm asked for a guess and got none."""
     return int(np.count_nonzero(run.guess_missed))

@@ -1,4 +1,4 @@
-"""The response at one frequency, read from a recorded series."""
+"""The response at one frequency, estimated from a recorded series."""
 
 import itertools
 from collections.abc import Sequence
@@ -8,21 +8,21 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 
-HARMONICS = 5  # fitted beside the sinusoid, so that distortion does not pass for drift
+HARMONICS = 5  # fitted together with the sinusoid, so that distortion is not taken for drift
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Harmonic:
-    """A series' part at one frequency: Re(amplitude e^{jωt})."""
+    """The component of a series at one frequency: Re(amplitude e^{jωt})."""
 
-    amplitude: complex  # in the unit of the series; mean over the periods
-    spread: float  # largest distance of one period's amplitude from the mean: what has not settled
-    distortion: float  # RMS of the rest over RMS of the harmonic: what is not linear
+    amplitude: complex  # mean over the periods, in the unit of the series
+    spread: float  # largest distance of a period's amplitude from the mean: what has not settled
+    distortion: float  # RMS of the rest over RMS of the component: what is not linear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fidelity:
-    """A grade for responses at 1 rad/s with at least this gain and at most this phase error."""
+    """A grade for responses at 1 rad/s, with its least gain and its largest phase error."""
 
     grade: str
     least_gain: float
@@ -30,19 +30,20 @@ class Fidelity:
 
 
 def harmonic(time: Vec, series: Vec, omega: float) -> Harmonic:
-    """Fit the whole periods at the series' end one by one, by least squares, beside drift and harmonics.
+    """Fit each whole period at the end of a series by least squares, together with drift and harmonics.
 
     Parameters
     ----------
-    time : (n,) [s], evenly spaced; series : (n,).
-    omega : [rad/s].
+    time : (n,) [s], evenly spaced.
+    series : (n,) in any unit.
+    omega : [rad/s] frequency of the component.
 
     Raises
     ------
     ValueError : the series is shorter than two periods.
     """
     dt = float(time[1] - time[0])
-    length = 2.0 * np.pi / (omega * dt)  # [samples] of a period, seldom a whole number
+    length = 2.0 * np.pi / (omega * dt)  # [samples] length of a period, rarely a whole number
     periods = int((len(time) + 1e-9) // length)
     if periods < 2:
         raise ValueError(f"{len(time) * dt:.3g} s are less than two periods at {omega:.3g} rad/s")
@@ -61,10 +62,10 @@ def harmonic(time: Vec, series: Vec, omega: float) -> Harmonic:
 
 
 def graded(gain: float, phase_deg: float, grades: Sequence[Fidelity]) -> str:
-    """Sinacori's and Schroeder's judgement of the high-pass path by its gain and phase at 1 rad/s.
+    """Grade the high-pass path by its gain and phase at 1 rad/s, after Sinacori and Schroeder.
 
-    The boundaries differ between sources, so none are built in: the first of `grades` whose bounds hold
-    is the answer, "none" if there is none. Phases count to either side.
+    Sources disagree on the boundaries, so none are built in. The result is the first of `grades` whose bounds
+    hold, "none" if there is none. The phase counts in both directions.
     """
     for grade in grades:
         if gain >= grade.least_gain and abs(phase_deg) <= grade.largest_phase_deg:
@@ -73,21 +74,21 @@ def graded(gain: float, phase_deg: float, grades: Sequence[Fidelity]) -> str:
 
 
 def _fit(t: Vec, y: Vec, omega: float) -> tuple[complex, float]:
-    """Complex amplitude of one stretch, and the mean square of what is left of it."""
+    """Return the complex amplitude of one stretch, and the mean square of the rest."""
     basis = _waves(t, omega)
     coefficients = np.linalg.lstsq(basis, y, rcond=None)[0]
-    rest = y - basis[:, :3] @ coefficients[:3]  # offset and the sinusoid itself; its harmonics are rest
+    rest = y - basis[:, :3] @ coefficients[:3]  # without offset and sinusoid; harmonics belong to the rest
     return complex(coefficients[1], -coefficients[2]), float(np.mean(rest**2))
 
 
 def _drift(t: Vec, y: Vec, omega: float) -> float:
-    """Slope of the straight line on which the series' periods stand."""
+    """Return the slope of the linear drift under the periods of a series."""
     basis = np.column_stack([_waves(t, omega), t - np.mean(t)])
     return float(np.linalg.lstsq(basis, y, rcond=None)[0][-1])
 
 
 def _waves(t: Vec, omega: float) -> Mat:
-    """Columns 1, cos ωt, sin ωt, cos 2ωt, sin 2ωt, … up to the last harmonic."""
+    """Return the columns 1, cos ωt, sin ωt, cos 2ωt, sin 2ωt, … up to the last harmonic."""
     angles = omega * t[:, None] * np.arange(1, HARMONICS + 1)
     waves = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(len(t), -1)
     return np.column_stack([np.ones_like(t), waves])

@@ -1,10 +1,10 @@
 """Whether the platform stayed within its limits, judged by its motion and its file alone.
 
-Nothing here is shared with the controllers: it reads what the plant did and what the platform file
-allows, so that a controller's wrong model or row cannot hide its own violation. Two things are kept
-apart. A limit protects the machine (travel, angle, speed, acceleration) or the driver's comfort (the tilt
-rate below which tilting is not noticed). And the algorithm held it hard, or soft: at a price that it
-may pay (`Run.soft`).
+Nothing here is shared with the controllers. This module reads the motion of the plant and the platform file,
+so that a controller's wrong model or constraint cannot hide its own violation. It distinguishes two
+questions. A limit protects the machine (travel, angle, speed, acceleration) or the driver's comfort (the tilt
+rate below which tilting is not noticed). And the algorithm treated it as hard, or as soft, with a penalty for
+violating it (`Run.soft`).
 """
 
 import math
@@ -17,8 +17,8 @@ from otolith.core.arrays import Vec
 from otolith.core.frames import AXES, DOFS, Dof
 from otolith.loop import Run
 
-TOLERANCE: Final = 1e-6  # in SI units of each quantity
-_SERIES: Final = {  # of a run -> what it is called along an axis, and about one; its unit beyond m or deg
+TOLERANCE: Final = 1e-6  # excess that is ignored, in the SI unit of each quantity
+_SERIES: Final = {  # field of a run -> name along an axis, name about an axis, unit after m or deg
     "pose": ("position", "angle", ""),
     "twist": ("velocity", "rate", "/s"),
     "acceleration": ("acceleration", "acceleration", "/s²"),
@@ -40,22 +40,22 @@ _TILTED: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excess:
-    """How far one quantity went beyond its limit; 0 when it never did."""
+    """How far one quantity exceeded its limit; 0 if it never did."""
 
     quantity: str  # e.g. "surge-pitch tilt_rate"
-    name: str  # as people call it, e.g. "pitch rate"
-    unit: str  # in which people read it: m, m/s, m/s², deg, deg/s or deg/s²
+    name: str  # in words, e.g. "pitch rate"
+    unit: str  # for readers: m, m/s, m/s², deg, deg/s or deg/s²
     limit: tuple[float, float]  # low and high [SI]
-    soft: bool  # the algorithm may go beyond, at a price
-    comfort: bool  # it protects from what a driver notices, not the machine
+    soft: bool  # whether the algorithm may exceed it, with a penalty
+    comfort: bool  # whether it protects the driver's comfort, not the machine
     at_nodes: float  # largest excess at the controller's nodes [SI]
     between_nodes: float  # largest excess at any plant sample [SI]
-    violations: int  # nodes with an excess above TOLERANCE
+    violations: int  # number of nodes with an excess above TOLERANCE
 
     def as_json(self) -> dict[str, Any]:
-        """Plain JSON values in `unit`; None for an excess that is no number, where the motion was none.
+        """Return plain JSON values in `unit`; an excess that is not finite becomes None.
 
-        An excess up to `TOLERANCE`, which counts as none, is 0.
+        An excess up to `TOLERANCE` is ignored and becomes 0.
         """
         scale = math.degrees(1.0) if self.unit.startswith("deg") else 1.0
         passed = [value if value > TOLERANCE else 0.0 for value in (self.at_nodes, self.between_nodes)]
@@ -75,16 +75,16 @@ class Excess:
 
 
 def excesses(run: Run) -> list[Excess]:
-    """One `Excess` per limited quantity of every cued degree of freedom.
+    """Return one `Excess` per limited quantity of every cued degree of freedom.
 
-    MPC imposes limits at its nodes only; between them, motion may go beyond by what one period
+    An MPC imposes limits at its nodes only. Between them the motion may exceed a limit by what one period
     allows, which `between_nodes` shows.
     """
     return [excess for name in run.dofs for excess in _of_dof(run, DOFS[name])] + _of_circle(run)
 
 
 def _of_circle(run: Run) -> list[Excess]:
-    """The limit circle of surge and sway, where the platform has one and both are cued (section 4.2)."""
+    """Judge the limit circle of surge and sway, if the platform has one and both are cued (section 4.2)."""
     radius = run.platform.circle
     if radius is None or not {"surge-pitch", "sway-roll"} <= set(run.dofs):
         return []
@@ -93,7 +93,7 @@ def _of_circle(run: Run) -> list[Excess]:
 
 
 def _of_dof(run: Run, dof: Dof) -> list[Excess]:
-    """Excesses along every axis of a degree of freedom, in the platform's own sign; none where unlimited."""
+    """Judge every limited axis of a degree of freedom, in the platform's own sign."""
     found = []
     for i, sign, limits in zip(dof.axes, dof.signs, run.platform.limits(dof), strict=True):
         bounds = {
@@ -111,7 +111,7 @@ def _of_dof(run: Run, dof: Dof) -> list[Excess]:
 
 
 def _words(series: str, axis: int) -> tuple[str, str]:
-    """What a series of the run is called along an axis, and its unit."""
+    """Return the name of a series of the run along an axis, and its unit."""
     turns = axis >= len(AXES) // 2
     *names, per = _SERIES[series]
     return f"{AXES[axis]} {names[turns]}", ("deg" if turns else "m") + per
@@ -124,7 +124,12 @@ def _either_way(bound: float) -> tuple[float, float]:
 def _excess(
     run: Run, quantity: str, words: tuple[str, str], series: Vec, limit: tuple[float, float]
 ) -> Excess:
-    """Judge a quantity, named and with its unit in `words`; commands are given at the nodes only."""
+    """Judge one quantity; commands exist at the nodes only.
+
+    Parameters
+    ----------
+    words : the quantity's name for readers, and its unit.
+    """
     beyond = _beyond(series, *limit)
     at_nodes = beyond if len(beyond) == len(run.command_time) else run.at_decisions(beyond)
     return Excess(
@@ -141,7 +146,7 @@ def _excess(
 
 
 def _noticed(run: Run, quantity: str) -> bool:
-    """Return whether a pair's tilt rate is limited by what a driver notices, not by the machine."""
+    """Return whether a pair's tilt rate is limited by the driver's perception and not by the machine."""
     axis = AXES[DOFS[quantity.partition(" ")[0]].rotation]
     machine = getattr(run.platform, axis).rate_degps
     threshold: float = getattr(run.platform.tilt_coordination, f"{axis}_degps")
@@ -149,6 +154,6 @@ def _noticed(run: Run, quantity: str) -> bool:
 
 
 def _beyond(series: Vec, low: float, high: float) -> Vec:
-    """Distance outside [low, high], 0 inside; what is not a number counts as infinitely far."""
+    """Return the distance outside [low, high], 0 inside; NaN counts as infinitely far."""
     outside: Vec = np.maximum(np.maximum(low - series, series - high), 0.0)
     return np.where(np.isnan(outside), np.inf, outside)

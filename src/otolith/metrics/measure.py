@@ -1,6 +1,6 @@
-"""What a key figure is: one entry, from which summaries, tables, rankings, gauges and pages are made.
+"""The definition of a key figure, from which summaries, tables, rankings, gauges and pages are made.
 
-The entries themselves stand in `otolith.metrics.catalogue`.
+The entries themselves are in `otolith.metrics.catalogue`.
 """
 
 import math
@@ -22,19 +22,19 @@ _TURNING: Final = frozenset({"roll", "pitch", "yaw"})
 
 
 class Better(StrEnum):
-    """Which way a figure is better; neutral where neither way is."""
+    """The direction in which a figure is better; neutral if neither is."""
 
     LOWER = "smaller"
     HIGHER = "greater"
     NEUTRAL = "neither"
 
     def of_all(self, values: Sequence[float]) -> float:
-        """The best of some numbers; the smallest where neither way is better."""
+        """Return the best of some numbers; the smallest if neither direction is better."""
         return max(values) if self is Better.HIGHER else min(values)
 
 
 class Topic(StrEnum):
-    """What a figure is about. The table of a comparison shows its columns in this order."""
+    """The topic of a figure. The table of a comparison shows its columns in this order."""
 
     FELT = "what the driver feels"
     PLATFORM = "what the platform did"
@@ -44,27 +44,27 @@ class Topic(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One number of a measure's value: a column in the table of a comparison, and what runs are ranked by."""
+    """One number of a measure's value: a column of a comparison, and a criterion of rankings."""
 
-    head: str  # heading of the column, without the unit; with "", the table does not show it
-    of: Callable[[Any], Any] = lambda value: value  # the measure's value -> the number
-    words: str = ""  # what the number is called in rankings and diagrams; the measure's own unless given
-    unit: str | None = None  # SI; the measure's own unless given
-    by: str = ""  # its name for `otolith compare --by`; without one, runs are not ranked by it
-    says: str = ""  # sentence below its diagram of all algorithms and scenarios; none is drawn without one
-    against: bool = False  # a column follows with its change against a baseline [%]
+    head: str  # heading of the column, without the unit; if empty, the table does not show it
+    of: Callable[[Any], Any] = lambda value: value  # computes the number from the measure's value
+    words: str = ""  # name of the number in rankings and diagrams; by default the measure's
+    unit: str | None = None  # SI; by default the measure's
+    by: str = ""  # its name for `otolith compare --by`; empty if it is no criterion
+    says: str = ""  # sentence below its diagram of all algorithms and scenarios; empty for no diagram
+    against: bool = False  # whether a column follows with its change against a baseline [%]
 
     @property
     def heading(self) -> str:
-        """Head with the unit in which pages show it."""
+        """Return the heading with the unit in which pages show the number."""
         return f"{self.head} [{in_degrees(self.unit)}]" if self.unit else self.head
 
     def number(self, value: Any) -> Any:
-        """The number of a measure's value, SI; None where the value is None or has no entries."""
+        """Return the number of a measure's value in SI units; None if the value is None or empty."""
         return None if value is None or value == {} else self.of(value)
 
     def in_degrees(self, number: Any) -> Any:
-        """The number in the unit of `heading`; None stays None."""
+        """Convert the number to the unit of `heading`; None stays None."""
         return math.degrees(number) if number is not None and "rad" in (self.unit or "") else number
 
 
@@ -72,42 +72,43 @@ class Column:
 class Reading:
     """A value on its scale."""
 
-    value: str  # with its unit
-    share: float  # of the scale's length, from its left end; beyond 1 it is off the scale
-    words: str  # what the value is
+    value: str  # with its unit, for readers
+    share: float  # position on the scale from its left end; beyond 1 it is off the scale
+    words: str  # explanation of the value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scale:
-    """What gives a value meaning to a reader: a scale from a fact to a fact."""
+    """A scale whose two ends are facts, which gives a value its meaning."""
 
     title: str
-    ends: tuple[str, str]  # what the left and the right end of the scale mean
-    read: Callable[[Summary], Reading | None]  # None where the summary does not hold what it takes
+    ends: tuple[str, str]  # meaning of the left and of the right end
+    read: Callable[[Summary], Reading | None]  # None if the summary lacks the figures
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
-    """One key figure of a run: what it is called, how it is computed, and how a reader is shown it.
+    """One key figure of a run: its name, its computation, and how it is shown to readers.
 
     A value is a plain JSON value in SI units: a number, or a mapping of numbers by degree of freedom, by
-    axis, or by the names in `parts`; None where it is not defined.
+    axis, or by the names in `parts`. It is None where the figure is undefined.
     """
 
     name: str  # its key in a summary
     words: str
-    unit: str  # SI, "" where it has none; of several kinds of axes "m, rad"
-    of: Callable[["Run"], Any] | None  # None where only a comparison defines it
+    unit: str  # SI, empty if there is none; "m, rad" for several kinds of axes
+    of: Callable[["Run"], Any] | None  # None if only a comparison defines it
     better: Better = Better.NEUTRAL
     topic: Topic = Topic.FELT
-    needs: tuple[str, ...] = EVERY_DOF  # it is defined where at least one of these was cued
-    optional: bool = False  # where it is not defined, summaries leave it out instead of None or no entries
+    needs: tuple[str, ...] = EVERY_DOF  # defined if at least one of these was cued
+    optional: bool = False  # whether summaries leave it out where it is undefined
     columns: tuple[Column, ...] = ()
-    line: Callable[[Any], str] | None = None  # how the printed line of a run states the value
+    line: Callable[[Any], str] | None = None  # text of the value in the printed line of a run
     scale: Scale | None = None
-    parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # key inside it -> words and unit
-    listed: bool = True  # stands in the list of all figures; False where a page has a table of its own
-    section: str  # heading of docs/metrics.md below which it is defined
+    # Key inside the value -> words and unit
+    parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    listed: bool = True  # whether it appears in the list of all figures; False if a page has a separate table
+    section: str  # heading of docs/metrics.md under which it is defined
 
     def __post_init__(self) -> None:
         filled = (
@@ -120,7 +121,7 @@ class Measure:
 
     @property
     def turns(self) -> bool:
-        """Return whether some of its values are angles, or rates of them."""
+        """Return whether some of its values are angles or their rates."""
         return "rad" in self.unit
 
     def defined(self, dofs: Sequence[str]) -> bool:
@@ -128,7 +129,7 @@ class Measure:
         return bool(set(self.needs) & set(dofs))
 
     def shown(self, value: Any) -> Any:
-        """The value with what turns in degrees, as in the diagrams."""
+        """Return the value with angles in degrees, as in the diagrams."""
         if not self.turns or value is None:
             return value
         if isinstance(value, Mapping):
@@ -137,10 +138,10 @@ class Measure:
 
 
 def in_degrees(unit: str | None) -> str:
-    """The unit in which pages show what a summary keeps in `unit`."""
+    """Return the unit in which pages show a value that a summary stores in `unit`."""
     return (unit or "").replace("rad", "deg")
 
 
 def root_sum_square(values: Mapping[str, float]) -> float:
-    """√Σ v²: errors along several axes as one."""
+    """Return √Σ v², the total error along several axes."""
     return math.sqrt(sum(value**2 for value in values.values()))

@@ -1,8 +1,8 @@
 """The Objective Motion Cueing Test: modulus and phase of a whole motion system, axis by axis.
 
-What is driven is what the vehicle would let the driver feel, what is read is what the platform does; between
-them are the cueing algorithm, its period and the plant. A translation's force includes the part of
-gravity that tilt lends. Rotations are driven by their rate alone, without a force.
+The input is what the vehicle would let the driver feel, the output is what the platform does. Between them
+are the cueing algorithm, its period and the plant. The force along a translation includes the part of gravity
+from tilt. Rotations are driven by their rate alone, without a force.
 """
 
 import cmath
@@ -19,57 +19,57 @@ from otolith.metrics.frequency import Harmonic, harmonic
 from otolith.platforms import Platform
 from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes, MotionTest, Sweep, sinusoid
 
-NOTHING = 1e-9  # of the driven amplitude: a response below it is none, and has no phase
+NOTHING = 1e-9  # share of the driven amplitude below which a response counts as zero, without a phase
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Response:
-    """One test at one frequency; an uncertainty is how far any measured period is from their mean."""
+    """The result of one test at one frequency, with the largest deviation of a period as uncertainty."""
 
     test: MotionTest
     omega: float  # [rad/s]
     modulus: float  # [MotionTest.unit]
-    modulus_uncertainty: float  # as `modulus`
-    phase_deg: float  # felt against driven, negative when late; NaN where nothing is felt
+    modulus_uncertainty: float  # in the unit of `modulus`
+    phase_deg: float  # of the output relative to the input, negative if late; NaN if nothing is felt
     phase_uncertainty_deg: float
-    distortion: float  # RMS of what is not the sinusoid over the sinusoid's; NaN where nothing is felt
-    status: Mapping[str, int] = field(default_factory=dict)  # decisions of the drive by how they ended
+    distortion: float  # RMS of the rest over that of the sinusoid; NaN if nothing is felt
+    status: Mapping[str, int] = field(default_factory=dict)  # number of decisions by status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """What is tested. Only axes that the cueing is asked to cue are driven and read."""
+    """The system under test. Only axes that the cueing cues are driven and measured."""
 
     cueing: Cueing
     plant: Plant
     platform: Platform
-    axes: Collection[str]  # of `otolith.core.frames.AXES`
+    axes: Collection[str]  # names from `otolith.core.frames.AXES`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Procedure:
-    """How it is tested."""
+    """How the system is tested."""
 
     amplitudes: Amplitudes = field(default_factory=Amplitudes)
     sweep: Sweep = field(default_factory=Sweep)
     frequencies: Sequence[float] = FREQUENCIES  # [rad/s]
-    plant_period: float = 1e-3  # [s]; what is felt between samples of pose and acceleration errs with it
+    plant_period: float = 1e-3  # [s] sampling of the motion; errors of interpolation grow with it
 
     def seconds(self, system: System) -> float:
-        """Simulated time of the whole test [s]."""
+        """Return the simulated time of the whole test [s]."""
         each = sum(sum(self.sweep.times(omega)) for omega in self.frequencies)
         return each * len({test.driven for test in applicable(system.axes)})
 
 
 def applicable(axes: Collection[str]) -> list[MotionTest]:
-    """Tests whose two axes are among `axes`."""
+    """Return the tests whose two axes are among `axes`."""
     return [test for test in TESTS if test.driven in axes and test.felt in axes]
 
 
 def motion_cueing_test(
     system: System, procedure: Procedure, *, progress: Callable[[float], None] = lambda _: None
 ) -> list[Response]:
-    """All tests of the system's axes at all frequencies, in the order of `TESTS` and of frequency.
+    """Run all tests of the system's axes at all frequencies, in the order of `TESTS` and of frequency.
 
     Parameters
     ----------
@@ -80,13 +80,13 @@ def motion_cueing_test(
 
 
 def decisions(responses: Sequence[Response]) -> Counter[str]:
-    """How the decisions of all drives ended; what one drive gave to several tests counts once."""
+    """Count the decisions of all drives by status; a drive that serves several tests counts once."""
     drives = {(response.test.driven, response.omega): response.status for response in responses}
     return sum((Counter(status) for status in drives.values()), Counter())
 
 
 def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
-    """Drive one axis at one frequency [rad/s], from the neutral pose at rest."""
+    """Drive one axis at one frequency [rad/s], from rest in the neutral pose."""
     amplitude = procedure.amplitudes.of(axis, omega)
     return simulate(
         system.cueing,
@@ -94,20 +94,20 @@ def drive(system: System, axis: str, omega: float, procedure: Procedure) -> Run:
         sinusoid(axis, omega, amplitude, procedure.sweep),
         platform=system.platform,
         plant_period=procedure.plant_period,
-        dofs=(),  # nobody asks this run for its limits: they belong to the algorithm's own tests
+        dofs=(),  # limits are not judged in this run
     )
 
 
 def respond(run: Run, test: MotionTest, omega: float, procedure: Procedure) -> Response:
-    """Read one test from a run that `drive` made along the test's driven axis."""
+    """Evaluate one test from a run that `drive` made along the test's driven axis."""
     return _read(run, felt_along(run, test.felt), test, omega, procedure)
 
 
 def sinacori_point(system: System, axis: str, procedure: Procedure) -> Response:
-    """Gain and phase of one axis's own motion at 1 rad/s: the point by which Sinacori judges a washout.
+    """Return gain and phase of one axis's own motion at 1 rad/s, by which Sinacori judges a washout.
 
-    Unlike the test along the same axis, a translation is read without the gravity that tilt lends, so that
-    it is the high-pass path alone. Judge it with `otolith.metrics.frequency.graded`.
+    Unlike the test along the same axis, a translation is measured without gravity from tilt, so the result is
+    the high-pass path alone. Judge it with `otolith.metrics.frequency.graded`.
     """
     run = drive(system, axis, 1.0, procedure)
     index = AXES.index(axis)
@@ -116,7 +116,7 @@ def sinacori_point(system: System, axis: str, procedure: Procedure) -> Response:
 
 
 def felt_along(run: Run, axis: str) -> Vec:
-    """What the driver feels along one axis (n,): specific force [m/s²] or, for small angles, rate [rad/s]."""
+    """Return what is felt along one axis (n,): specific force [m/s²], or for small angles rate [rad/s]."""
     index = AXES.index(axis)
     series: Vec = run.felt_force[:, index] if index < 3 else run.twist[:, index]
     return series

@@ -1,4 +1,4 @@
-"""How a driver would rate the motion while driving, predicted from the mismatch of specific force."""
+"""A driver's rating of the motion, predicted from the mismatch of specific force."""
 
 from typing import Final
 
@@ -12,17 +12,18 @@ from otolith.loop import Run
 from otolith.metrics.axes import force_axes
 
 WEIGHTS: Final = (0.34, 0.66, 0.0)  # longitudinal, lateral, vertical
-TIME_CONSTANT: Final = 3.0  # [s] our choice, see `mismatch_rating`
+TIME_CONSTANT: Final = 3.0  # [s] our own choice, see `mismatch_rating`
 
 
 def mismatch_rating(run: Run, *, time_constant: float = TIME_CONSTANT) -> Vec:
-    """Predicted incongruence over time (n,) [m/s²], unscaled: higher is worse, 0 is no mismatch.
+    """Return the predicted incongruence over time (n,) [m/s²]: 0 is no mismatch, higher is worse.
 
-    Σ wᵢ · low-pass of |felt − wanted|ᵢ over the cued force axes, first order. Kolff, Venrooij,
-    Schwienbacher, Pool & Mulder ("Reliability and models of subjective motion incongruence ratings in urban
-    driving simulations") found that mismatches low-passed so, 66 % lateral and 34 % longitudinal, describe
-    continuous ratings. Their time constant and gains were not obtainable: the
-    time constant here is our choice, the scale is that of the mismatch; compare runs, read no absolute grade.
+    The rating is Σ wᵢ · low-pass of |felt − wanted|ᵢ over the cued force axes, with a first-order low-pass.
+    Kolff, Venrooij, Schwienbacher, Pool & Mulder ("Reliability and models of subjective motion incongruence
+    ratings in urban driving simulations") found that such a sum, with 66 % lateral and 34 % longitudinal
+    mismatch, describes continuous ratings. Their time constant and gains were not available. The time
+    constant here is our own choice and the scale is that of the mismatch, so ratings compare runs and are not
+    absolute grades.
 
     Raises
     ------

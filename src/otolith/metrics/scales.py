@@ -1,7 +1,7 @@
-"""Five key figures of a run, each on a scale whose ends are said in words, so that a number means something.
+"""Five key figures of a run, each on a scale whose ends are described in words, which gives it a meaning.
 
-The ends are facts, not grades: what a perfect platform, one that stands still, or one at its limit would get.
-Of several degrees of freedom the worst one is shown.
+The ends are facts, not grades: the result of a perfect platform, of one that stands still, or of one at its
+limit. Of several degrees of freedom, the worst is shown.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Motion sickness by ISO 2631-1: acceleration weighted with W_f, and its dose.
+"""Motion sickness after ISO 2631-1: acceleration weighted with W_f, and its dose.
 
 W_f = H_h H_l H_t H_s with the parameters of ISO 8041 (the same weighting): band limits f₁, f₂ of second order
-with Q = 1/√2, the transition f₄, Q₄ with f₃ infinite, and the upward step f₅, Q₅ to f₆, Q₆.
+with Q = 1/√2, the transition f₄, Q₄ with infinite f₃, and the upward step f₅, Q₅ to f₆, Q₆.
 """
 
 import math
@@ -20,7 +20,7 @@ ILLNESS: Final = 1.0 / 3.0  # K_m [% per m/s^1.5] for a mixed, unadapted populat
 
 
 def sickness_weighting() -> StateSpace:
-    """The weighting W_f as a continuous system, acceleration [m/s²] to weighted acceleration [m/s²]."""
+    """Return the weighting W_f as a continuous system from acceleration to weighted acceleration [m/s²]."""
     (f5, Q5), (f6, Q6) = STEP
     ratio = (f5 / f6) ** 2
     return series(
@@ -32,10 +32,14 @@ def sickness_weighting() -> StateSpace:
 
 
 def sickness_dose(acceleration: Vec, period: float) -> float:
-    """Motion sickness dose value √(∫ a_w² dt) [m/s^1.5] of a series (n,) [m/s²] sampled every period [s].
+    """Return the motion sickness dose value √(∫ a_w² dt) [m/s^1.5].
 
-    ISO 2631-1 defines it for vertical motion. Along the other axes it is used by analogy, for comparing
-    runs only. The filter starts at rest, without an acceleration before.
+    ISO 2631-1 defines it for vertical motion. Along other axes it serves by analogy, only to compare runs.
+    The filter starts at rest, with zero acceleration before.
+
+    Parameters
+    ----------
+    acceleration : (n,) [m/s²] sampled with `period` [s].
     """
     weighting = Filter(sickness_weighting().discretise(period, hold="first"))
     weighted = weighting.simulate(np.asarray(acceleration)[:, None])[:, 0]
@@ -43,15 +47,16 @@ def sickness_dose(acceleration: Vec, period: float) -> float:
 
 
 def illness_percent(dose_vertical: float) -> float:
-    """Share of people who may vomit [%], K_m · MSDV_z with K_m = 1/3 (ISO 2631-1, annex D).
+    """Return the share of people who may vomit [%], K_m · MSDV_z with K_m = 1/3 (ISO 2631-1, annex D).
 
-    Meant for exposures from 20 minutes to 6 hours. K_m is quoted from general knowledge of the standard.
+    The formula holds for exposures of 20 minutes to 6 hours. K_m is quoted from general knowledge of the
+    standard.
     """
     return ILLNESS * dose_vertical
 
 
 def _resonator(frequency: float, Q: float, *, monic: bool = False) -> list[float]:
-    """1 + s/(Q ω) + (s/ω)², or ω² times it, at ω = 2π · frequency [Hz]."""
+    """Return the coefficients of 1 + s/(Q ω) + (s/ω)², or ω² times that, for ω = 2π · frequency [Hz]."""
     omega = 2.0 * math.pi * frequency
     coefficients = [1.0 / omega**2, 1.0 / (Q * omega), 1.0]
     return [c * omega**2 for c in coefficients] if monic else coefficients

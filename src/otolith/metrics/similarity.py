@@ -1,20 +1,20 @@
-"""How alike two signals are in shape, time and size, beside their RMSE.
+"""The similarity of two signals in shape, delay and size, which their RMSE does not show.
 
-Users of simulators weigh shape and delay above size, so Casas et al. judge motion by correlation, delay,
-scale and absolute difference. Their formulas were not at hand: the definitions here are our own. What is
-not defined for a signal, such as the correlation with a constant, is NaN.
+Users of simulators value shape and delay above size, so Casas et al. judge motion by correlation, delay,
+scale and absolute difference. Their formulas were not available, so the definitions here are our own. A
+figure that is undefined, such as the correlation with a constant, is NaN.
 """
 
 import numpy as np
 
 from otolith.core.arrays import Vec
 
-LARGEST_DELAY = 2.0  # [s] the range in which `delay` looks, either way
-STILL = 1e-12  # spread, relative to size, below which a signal counts as constant
+LARGEST_DELAY = 2.0  # [s] range that `delay` searches in both directions
+STILL = 1e-12  # spread, relative to its size, below which a signal counts as constant
 
 
 def correlation(wanted: Vec, felt: Vec) -> float:
-    """Pearson's r of two series (n,), in [−1, 1], no unit; NaN when one of them is constant."""
+    """Return Pearson's r of two series (n,), in [−1, 1]; NaN if one of them is constant."""
     w, f = wanted - np.mean(wanted), felt - np.mean(felt)
     if _still(w, wanted) or _still(f, felt):
         return float("nan")
@@ -22,15 +22,15 @@ def correlation(wanted: Vec, felt: Vec) -> float:
 
 
 def delay(wanted: Vec, felt: Vec, period: float, *, largest: float = LARGEST_DELAY) -> float:
-    """Lag at which `felt` correlates most with `wanted` [s], finer than the samples; positive when late.
+    """Return the lag at which `felt` correlates most with `wanted` [s], positive if late.
 
-    Both series (n,) lose their means. At each lag the correlation is that of the stretch on which both
-    are known; a parabola through the largest value and its neighbours gives the fraction of a sample. A
-    periodic signal has its period's ambiguity.
+    The means of both series (n,) are removed. The correlation at each lag is that of the overlapping stretch.
+    A parabola through the maximum and its neighbours gives the fraction of a sample. For a periodic signal
+    the delay is ambiguous by multiples of the period.
 
     Returns
     -------
-    NaN when one series is constant, or when no lag within ±`largest` [s] is a maximum above 0.
+    NaN if one series is constant, or if no lag within ±`largest` [s] is a maximum above 0.
     """
     w, f = wanted - np.mean(wanted), felt - np.mean(felt)
     n = len(w)
@@ -56,16 +56,16 @@ def delay(wanted: Vec, felt: Vec, period: float, *, largest: float = LARGEST_DEL
 
 
 def scale_ratio(wanted: Vec, felt: Vec) -> float:
-    """Mean |felt| over mean |wanted|, no unit: 1 keeps the size; NaN when nothing is wanted."""
+    """Return mean |felt| over mean |wanted|, without unit: 1 is the same size; NaN if nothing is wanted."""
     size = float(np.mean(np.abs(wanted)))
     return float(np.mean(np.abs(felt))) / size if size > 0.0 else float("nan")
 
 
 def mean_absolute_difference(wanted: Vec, felt: Vec) -> float:
-    """Mean |felt − wanted|, in the unit of the series."""
+    """Return the mean of |felt − wanted|, in the unit of the series."""
     return float(np.mean(np.abs(felt - wanted)))
 
 
 def _still(centred: Vec, series: Vec) -> bool:
-    """Return whether a series is constant but for rounding."""
+    """Return whether a series is constant apart from rounding."""
     return bool(np.max(np.abs(centred)) <= STILL * (1.0 + np.max(np.abs(series))))

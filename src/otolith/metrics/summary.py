@@ -1,4 +1,4 @@
-"""A run's summary: the table of its key figures, as plain JSON values. And several side by side."""
+"""A run's summary, a table of its key figures as plain JSON values; and the summaries of several runs."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -6,14 +6,14 @@ from typing import Any, Final
 from otolith.loop import Run
 from otolith.metrics.catalogue import MEASURES
 
-BASELINE: Final = "implicit"  # percentages are against this model, as in Table 5.6
+BASELINE: Final = "implicit"  # percentages are relative to this model, as in Table 5.6
 
 
 def summarise(run: Run) -> dict[str, Any]:
-    """Every key figure of `MEASURES` by name, and before and after them what is needed to repeat the run.
+    """Return every key figure of `MEASURES` by name, and what is needed to repeat the run.
 
-    The keys, units and definitions are those of docs/metrics.md; all values are SI unless a key or an entry
-    names another unit.
+    docs/metrics.md defines keys, units and figures. All values are in SI units unless a key or an entry names
+    another unit.
     """
     return {
         "scenario": run.scenario,
@@ -33,9 +33,10 @@ def summarise(run: Run) -> dict[str, Any]:
 
 
 def compare(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
-    """Summaries by cueing name, each with its mean changes against the implicit MPC's [%].
+    """Return summaries by cueing, each with its mean working-set changes relative to the implicit MPC's [%].
 
-    Negative means fewer changes; absent when the baseline is not among the runs or made no change.
+    Negative means fewer changes. The percentage is absent if there is no run of the baseline, or if the
+    baseline made no change.
     """
     summaries = {run.cueing: summarise(run) for run in runs}
     base = summaries.get(BASELINE, {}).get("changes", {}).get("mean", 0.0)

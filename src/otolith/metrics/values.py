@@ -1,6 +1,6 @@
-"""Values of key figures as a summary keeps them: plain JSON, by degree of freedom or by axis.
+"""Values of key figures as a summary stores them: plain JSON, by degree of freedom or by axis.
 
-Their meaning is explained in `otolith.metrics.catalogue`, their computation in the modules they come from.
+`otolith.metrics.catalogue` explains their meaning; the modules that they come from compute them.
 """
 
 import math
@@ -22,74 +22,75 @@ from otolith.metrics.tracking import tracking_rmse
 from otolith.metrics.workspace import workspace_use
 
 ByName = dict[str, float]
-OfSignals = Callable[[Vec, Vec], float]  # of what was wanted and what was felt, each (n,)
+OfSignals = Callable[[Vec, Vec], float]  # arguments: the wanted and the felt signal, each (n,)
 
 
 def rmse(run: Run) -> float | None:
-    """RMSE over the force axes that were cued together [m/s²]; None where there is none."""
+    """Return the RMSE over all cued force axes together [m/s²]; None if there are none."""
     per_axis = by_force(run, tracking_rmse(run))
     return root_sum_square(per_axis) if per_axis else None
 
 
 def wanted_rms(run: Run) -> ByName:
-    """Root mean square of what should be felt: force [m/s²], and for yaw its rate [rad/s]."""
+    """Return the RMS of what should be felt: force [m/s²], or for yaw its rate [rad/s]."""
     return {name: float(np.sqrt(np.mean(wanted**2))) for name, (wanted, _) in _signals(run).items()}
 
 
 def of_signals(run: Run, figure: OfSignals) -> dict[str, float | None]:
-    """A figure of wanted and felt force, or for yaw of its rate; None where it is not defined."""
+    """Apply a figure to wanted and felt force, or for yaw to its rate; None where it is undefined."""
     figures = {name: figure(*pair) for name, pair in _signals(run).items()}
     return {name: None if math.isnan(value) else value for name, value in figures.items()}
 
 
 def of_forces(run: Run, figure: OfSignals) -> ByName:
-    """A figure of wanted and felt force along every axis that was cued."""
+    """Apply a figure to wanted and felt force along every cued axis."""
     return {name: figure(*pair) for name, pair in _forces(run).items()}
 
 
 def false_cues_by_kind(run: Run) -> dict[str, Any]:
-    """Count, duration [s], peak [m/s²] and integral [m/s] of false cues by degree of freedom and kind."""
+    """Return count, duration [s], peak [m/s²] and integral [m/s] of false cues by axis pair and kind."""
     cues = false_cues(run)
     return {name: totals([cue for cue in cues if cue.dof == name]) for name in force_axes(run)}
 
 
 def mean_and_largest_rating(run: Run) -> ByName:
-    """Predicted mismatch rating over time [m/s²]."""
+    """Return mean and maximum of the predicted mismatch rating over time [m/s²]."""
     rating = mismatch_rating(run)
     return {"mean": float(np.mean(rating)), "max": float(np.max(rating))}
 
 
 def sickness_doses(run: Run) -> ByName:
-    """Motion sickness dose of the force along every axis that was cued [m/s^1.5]."""
+    """Return the motion sickness dose of the force along every cued axis [m/s^1.5]."""
     return {
         name: sickness_dose(run.felt_force[:, i], run.plant_period) for name, i in force_axes(run).items()
     }
 
 
 def workspace(run: Run) -> dict[str, ByName]:
-    """Use of every axis that was cued, and of the circle, as shares of the reach."""
+    """Return the use of every cued axis, and of the circle, as shares of the reach."""
     return {name: asdict(use) for name, use in workspace_use(run).items()}
 
 
 def largest_use_percent(of_axes: Mapping[str, Mapping[str, float]]) -> float:
-    """Largest share of the reach used along any axis [%]; above 100 the platform would have hit its end."""
+    """Return the largest share of the reach used along any axis [%]; beyond 100 the platform hits its end."""
     return 100.0 * max((use["largest"] for use in of_axes.values()), default=0.0)
 
 
 def nodes_beyond(run: Run, *, soft: bool) -> int:
-    """Controller nodes at which the limits held soft, or hard, were passed, summed over these limits."""
+    """Count the controller nodes at which hard, or soft, limits were passed, summed over these limits."""
     return sum(excess.violations for excess in excesses(run) if excess.soft == soft)
 
 
 def limits(run: Run) -> dict[str, Any]:
-    """Every limit, how it was held, and by how much it was passed, by the limited quantity."""
+    """Return by limited quantity whether the limit was hard or soft, and by how much it was passed."""
     return {excess.quantity: excess.as_json() for excess in excesses(run)}
 
 
 def supervised(run: Run) -> dict[str, ByName]:
-    """What the supervisor of the legs did, by the limit that it kept; empty where it never had to act.
+    """Return the interventions of the legs' supervisor by the limit that it kept; empty if there were none.
 
-    For each: how many times, for how long together [s], and how far a leg stayed behind at most [m].
+    The entries are the number of interventions, their total duration [s], and the largest deviation of a leg
+    [m].
     """
     told: dict[str, ByName] = {}
     for one in run.interventions:
@@ -101,11 +102,11 @@ def supervised(run: Run) -> dict[str, ByName]:
 
 
 def _forces(run: Run) -> dict[str, tuple[Vec, Vec]]:
-    """Wanted and felt specific force [m/s²] along every axis that was cued."""
+    """Return wanted and felt specific force [m/s²] along every cued axis."""
     return {name: (run.reference_force[:, i], run.felt_force[:, i]) for name, i in force_axes(run).items()}
 
 
 def _signals(run: Run) -> dict[str, tuple[Vec, Vec]]:
-    """Wanted and felt force [m/s²], and for yaw the rates [rad/s], by degree of freedom."""
+    """Return wanted and felt force [m/s²], or for yaw the rates [rad/s], by degree of freedom."""
     rates, felt = rate_axes(run), run.felt_rate
     return _forces(run) | {name: (run.reference_rate[:, i], felt[:, i]) for name, i in rates.items()}

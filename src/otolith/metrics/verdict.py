@@ -1,7 +1,8 @@
-"""What did not go as it should in a run, in words: said alike on the command line and in reports.
+"""What went wrong in a run, in words that the command line and the reports share.
 
-Everything is read from a run's summary (`otolith.metrics.summarise`), so that no two places can differ. Only
-a hard limit of the machine is "broken"; what an algorithm may pass, or a driver may notice, is "exceeded".
+Everything is read from a run's summary (`otolith.metrics.summarise`), so that all places agree. Only a hard
+limit of the machine is "broken"; limits that an algorithm may pass, or that a driver may notice, are
+"exceeded".
 """
 
 from typing import Final
@@ -9,7 +10,7 @@ from typing import Final
 from otolith.interfaces import Status
 from otolith.metrics.measure import Summary
 
-FAILURES: Final = {  # status of a decision -> what it did then, and why
+FAILURES: Final = {  # status of a decision -> what happened, and why
     "fallback": "fell back to braking",
     "fallback (infeasible)": "fell back to braking: the problem had no solution",
     "fallback (limit)": "fell back to braking: the solver ended without a solution",
@@ -20,7 +21,7 @@ FAILURES: Final = {  # status of a decision -> what it did then, and why
 
 
 def failures(summary: Summary) -> list[str]:
-    """One sentence per kind of decision that is not the algorithm's own, with how many there were."""
+    """Return a sentence, with the count, per kind of decision that the algorithm did not make itself."""
     status = summary.get("status", {})
     total = sum(status.values())
     return [
@@ -31,7 +32,7 @@ def failures(summary: Summary) -> list[str]:
 
 
 def breaches(summary: Summary) -> list[str]:
-    """One sentence per limit that was passed at a controller's node; the machine's hard ones first."""
+    """Return a sentence per limit that was passed at a controller's node, the machine's hard limits first."""
     nodes = sum(summary.get("status", {}).values())
     passed = [one for one in summary.get("limits", {}).values() if one["nodes_beyond"]]
     passed.sort(key=lambda one: (one["soft"], one["comfort"]))
@@ -43,7 +44,7 @@ def breaches(summary: Summary) -> list[str]:
 
 
 def held_back(summary: Summary) -> list[str]:
-    """One sentence per limit for which the legs' supervisor gave less than was asked."""
+    """Return a sentence per limit for which the legs' supervisor reduced the motion."""
     return [
         f"the supervisor acted for {limit}: {one['times']:,} times, {_short(one['seconds'])} s together, "
         f"up to {_short(1e3 * one['behind_m'])} mm behind"
@@ -52,7 +53,7 @@ def held_back(summary: Summary) -> list[str]:
 
 
 def between_nodes(summary: Summary) -> list[str]:
-    """One sentence per limit that was kept at the nodes, where a controller imposes it, but not between."""
+    """Return a sentence per limit that was kept at the nodes but passed between them."""
     return [
         f"between nodes {one['name']} {by_how_much(one, 'excess_between_nodes')} beyond {bounds(one)}"
         for one in summary.get("limits", {}).values()
@@ -67,13 +68,13 @@ def kind(limit: Summary) -> str:
 
 
 def by_how_much(limit: Summary, key: str = "excess") -> str:
-    """The largest excess in the limit's own unit."""
+    """Return the largest excess in the limit's own unit."""
     excess = limit[key]
     return "by no number" if excess is None else f"by up to {_short(excess)} {limit['unit']}"
 
 
 def bounds(limit: Summary) -> str:
-    """A limit in its own unit."""
+    """Return a limit in its own unit."""
     low, high, unit = limit["low"], limit["high"], limit["unit"]
     if low == 0.0:
         return f"{_short(high)} {unit}"

@@ -10,20 +10,20 @@ from otolith.metrics.axes import moving_axes
 from otolith.platforms import Platform
 from otolith.platforms.platform import Translation
 
-NEAR = 0.9  # share of the reach beyond which the limit is near
+NEAR = 0.9  # share of the reach from which the limit is near
 
 
 @dataclass(frozen=True, slots=True)
 class WorkspaceUse:
-    """Use of one axis, or of the limit circle, as shares of the reach in the direction of travel."""
+    """Use of one axis, or of the limit circle, as shares of the reach in the direction of motion."""
 
     largest: float  # 1 at the limit
     rms: float
-    near_limit: float  # share of the time spent beyond 90 % of the reach
+    near_limit: float  # share of the time beyond 90 % of the reach
 
 
 def workspace_use(run: Run) -> dict[str, WorkspaceUse]:
-    """Use of every axis that was cued, and of the circle of surge and sway where it bounds both."""
+    """Return the use of every cued axis, and of the circle of surge and sway if it bounds both."""
     axes = moving_axes(run)
     used = {axis: _use(_share(run.pose[:, i], *reach(run.platform, axis))) for axis, i in axes.items()}
     if run.platform.circle is not None and {"surge", "sway"} <= set(axes):
@@ -32,7 +32,7 @@ def workspace_use(run: Run) -> dict[str, WorkspaceUse]:
 
 
 def reach(platform: Platform, axis: str) -> tuple[float, float]:
-    """Low and high limit of an axis that the platform has [m or rad]."""
+    """Return the low and high limit of an axis of the platform [m or rad]."""
     limits = getattr(platform, axis)
     if isinstance(limits, Translation):
         return limits.position_m

@@ -1,4 +1,4 @@
-"""Key figures of a run on the scales that `otolith.metrics` gives them, as a row of cards."""
+"""Key figures of a run as a row of cards, on the scales that `otolith.metrics` defines."""
 
 import math
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ class Gauge:
 
 
 def gauges(summary: Summary) -> Sequence[Gauge]:
-    """One per measure that has a scale and that the summary holds."""
+    """Return a gauge for each measure that has a scale and is in the summary."""
     scaled = [(measure, measure.scale) for measure in MEASURES.values() if measure.scale is not None]
     read = [(measure.section, scale, scale.read(summary)) for measure, scale in scaled]
     return [Gauge(scale, reading, section) for section, scale, reading in read if reading is not None]
 
 
 def gauges_html(summary: Summary) -> str:
-    """The gauges as a row of cards."""
+    """Return the gauges as a row of cards."""
     return f'<div class="gauges">{"".join(map(_card, gauges(summary)))}</div>'
 
 

@@ -1,4 +1,4 @@
-"""The thesis's tables and figures, computed again and put beside the published numbers."""
+"""The tables and figures of the thesis, computed again and compared with the published numbers."""
 
 from otolith_thesis.catalog import CHAPTERS, ITEMS, QUICK, chosen, reproduce
 from otolith_thesis.outcome import Outcome

@@ -1,12 +1,12 @@
 """Which braking laws keep a platform within its reach (thesis, section C.1).
 
-The rows are built here from c_v, c_u and T alone: a platform file refuses c_v²/c_u < 2, which is what this
-study is about. One axis in continuous time, with e = s_max − s and the row s + c_v v T + ½ c_u u T² ≤ s_max
-active (eq. C.2), obeys
+The rows are built here from c_v, c_u and T alone, because a platform file refuses c_v²/c_u < 2, the subject
+of this study. Consider one axis in continuous time, with e = s_max − s and the row s + c_v v T + ½ c_u u T² ≤
+s_max active (eq. C.2). It obeys
 
     ½ c_u T² e″ + c_v T e′ + e = 0,    damping ratio c_v / √(2 c_u),
 
-so that e keeps its sign exactly when c_v²/c_u ≥ 2; the thesis asks for > 1 (eq. C.1), half of it.
+so that e keeps its sign exactly if c_v²/c_u ≥ 2. The thesis requires only > 1 (eq. C.1), half of that.
 """
 
 import math
@@ -27,14 +27,14 @@ C_V: Final = 1.0
 RATIOS: Final = (0.45, 0.5, 0.7, 0.95, 1.5)  # c_u: c_v²/c_u of 2.22, 2, 1.43, 1.05, 0.67
 T_POSITION: Final = (1.5, 2.0, 2.5, 3.0)  # [s] figure C.2
 T_TILT: Final = (0.3, 0.5, 0.7, 1.0)  # [s] figure C.3
-INVARIANT: Final = 2.0  # least c_v²/c_u that does not overshoot
+INVARIANT: Final = 2.0  # smallest c_v²/c_u without overshoot
 PUSH: Final = ("constant", "reversing", "random")
-MARGIN: Final = 5e-4  # [m] overshoot that one period of 10 ms lets through anyway
+MARGIN: Final = 5e-4  # [m] overshoot that a period of 10 ms causes in any case
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attack:
-    """A platform that is pushed as hard as its braking row lets it be, for a minute, many times over."""
+    """Many platforms that are pushed for a minute as hard as their braking row permits."""
 
     c_u: float
     c_v: float = C_V
@@ -46,21 +46,21 @@ class Attack:
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"braking law with c_v²/c_u = {self.ratio:.2f}"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 0.5
 
     @property
     def ratio(self) -> float:
-        """c_v²/c_u."""
+        """Return c_v²/c_u."""
         return self.c_v**2 / self.c_u
 
     def run(self) -> dict[str, float]:
-        """Largest displacement [m] under every kind of push."""
+        """Return the largest displacement [m] for every kind of push."""
         return {push: self._largest(push) for push in PUSH}
 
     def _largest(self, push: str) -> float:
@@ -92,9 +92,10 @@ def _pushed(push: str, u: Vec, k: int, rng: np.random.Generator) -> Vec:
 
 
 def closed_form_overshoot(ratio: float, c_v: float = C_V, T: float = 2.5) -> float:
-    """Overshoot [m] of the braking law met at the centre at its own speed, s = 0, v = s_max / (c_v T).
+    """Return the overshoot [m] of the braking law from s = 0 at its own speed, v = s_max / (c_v T).
 
-    The law begins there with u = 0; its free response from e = s_max, e′ = −s_max/(c_v T) in closed form.
+    The law starts there with u = 0. The result is its free response from e = s_max, e′ = −s_max/(c_v T) in
+    closed form.
     """
     c_u = c_v**2 / ratio
     m, d = 0.5 * c_u * T**2, c_v * T
@@ -109,9 +110,9 @@ def closed_form_overshoot(ratio: float, c_v: float = C_V, T: float = 2.5) -> flo
 
 
 def free_response(T: float, *, c_v: float, c_u: float, limit: float) -> tuple[Vec, Vec, Vec]:
-    """Time, position and speed of eq. C.3's double integrator on its braking surface, from s = 0 at rest.
+    """Return time, position and speed of eq. C.3's double integrator on its braking surface, from s = 0.
 
-    At rest at the centre the law pushes with u = 2 limit / (c_u T²) and comes to rest at the limit.
+    At rest at the centre the law pushes with u = 2 limit / (c_u T²), and it comes to rest at the limit.
     """
     roots = np.roots([0.5 * c_u * T**2, c_v * T, 1.0]).astype(complex)
     parts = np.linalg.solve(np.array([[1.0, 1.0], roots]), np.array([limit, 0.0]))
@@ -125,12 +126,12 @@ PRINTED: Final = Attack(c_u=0.45, with_position=False)
 
 
 def row_jobs() -> list[Attack]:
-    """The thesis's law with and without the position in it."""
+    """Return the thesis's law with and without the position."""
     return [ATTACKS[0], PRINTED]
 
 
 def bound(answers: Answers) -> Outcome:
-    """The bound of eq. C.1 is 2, not 1: measured overshoots."""
+    """Measure overshoots, which show that the bound of eq. C.1 is 2, not 1."""
     largest = {attack: max(answers[attack].values()) for attack in ATTACKS}
     rows = tuple(
         (
@@ -193,7 +194,7 @@ def _surface_panel() -> Panel:
 
 
 def printed_rows(answers: Answers) -> Outcome:
-    """Eqs. 4.7 and 4.8 as printed lack the position: alone they let the platform drift away."""
+    """Show that eqs. 4.7 and 4.8, which lack the position, let the platform drift away."""
     with_position, without = answers[ATTACKS[0]], answers[PRINTED]
     return Outcome(
         name="study-braking-rows",
@@ -234,7 +235,7 @@ def _level(value: float, label: str) -> Curve:
 
 
 def figure_c1(answers: Answers) -> Outcome:
-    """Figure C.1: the braking control law for four T of travel and of tilt."""
+    """Draw figure C.1: the braking control law for four values of T of travel and of tilt."""
     del answers
     panels = []
     for name, times, limit, unit in (

@@ -1,4 +1,4 @@
-"""Everything of the thesis that is reproduced, by name, in the thesis's order."""
+"""All reproduced items of the thesis by name, in the thesis's order."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ Build = Callable[[Answers], Outcome]
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One table, figure or study: what must be computed for it, and how it is put together."""
+    """One table, figure or study: the jobs it needs, and how their results are combined."""
 
     chapter: str  # "chapter-5", "chapter-6", "appendix-b", "appendix-c" or "studies"
     build: Build
@@ -179,7 +179,7 @@ ITEMS: Final[dict[str, Item]] = dict(
     )
 )
 CHAPTERS: Final = tuple(dict.fromkeys(item.chapter for item in ITEMS.values()))
-# What takes half a minute on one core, and moves whenever a controller, a solver or a law does.
+# These items take half a minute on one core, and change whenever a controller, a solver or a law changes.
 QUICK: Final = (
     "table-5.8",
     "figure-5.11",
@@ -198,7 +198,7 @@ QUICK: Final = (
 
 
 def chosen(words: Sequence[str]) -> list[str]:
-    """Names of items from names, chapters, "quick" or "all", each once, in the thesis's order.
+    """Return the items that names, chapters, "quick" or "all" mean, each once, in the thesis's order.
 
     Raises
     ------
@@ -215,7 +215,7 @@ def chosen(words: Sequence[str]) -> list[str]:
 
 
 def reproduce(names: Sequence[str], *, processes: int, tell: Tell) -> list[Outcome]:
-    """Do the jobs of the items, each once, and put the items together."""
+    """Run the jobs of the items, each once, and build the items from their results."""
     jobs: list[Job] = [job for name in names for job in ITEMS[name].jobs()]
     answers = do_all(jobs, processes=processes, tell=tell)
     return [ITEMS[name].build(answers) for name in names]

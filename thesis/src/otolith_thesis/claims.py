@@ -1,4 +1,4 @@
-"""What the thesis says about its tables of models; each statement is asked of its numbers and of ours."""
+"""The thesis's statements about its tables of models, tested on its numbers and on ours."""
 
 from collections.abc import Callable
 from typing import Final
@@ -10,12 +10,12 @@ from otolith_thesis.outcome import Claim
 
 Values = dict[str, dict[str, float]]  # by scenario, then by model
 HYBRIDS: Final = MODELS[1:]
-Asked = tuple[str, bool, str]  # a statement, whether it holds, the figures that decide it
+Asked = tuple[str, bool, str]  # a statement, whether it holds, and the deciding figures
 Claims = Callable[[Values], list[Asked]]
 
 
 def both(in_print: Values, ours: Values, claims: Claims) -> tuple[Claim, ...]:
-    """Each statement asked of our numbers, with what the printed ones say beside."""
+    """Test each statement on our numbers, and add the figures for the printed numbers."""
     return tuple(
         Claim(text=text, holds=holds, figures=f"ours: {figures}; in print: {printed}")
         for (text, holds, figures), (_, _, printed) in zip(claims(ours), claims(in_print), strict=True)
@@ -23,7 +23,7 @@ def both(in_print: Values, ours: Values, claims: Claims) -> tuple[Claim, ...]:
 
 
 def _means(values: Values) -> dict[str, float]:
-    """Mean over the signals by model, the smallest first."""
+    """Return the mean over the signals by model, the smallest first."""
     mean = {model: float(np.mean([row[model] for row in values.values()])) for model in MODELS}
     return dict(sorted(mean.items(), key=lambda item: item[1]))
 
@@ -42,7 +42,7 @@ def _hybrids_first(values: Values) -> Asked:
 
 
 def fewest(values: Values) -> list[Asked]:
-    """Of Tables 5.5 and 5.9 (sections 5.2.4, 5.3.2)."""
+    """Test the statements on Tables 5.5 and 5.9 (sections 5.2.4, 5.3.2)."""
     n = len(values)
     least = sum(min(row, key=row.__getitem__) == "hybrid-all" for row in values.values())
     most = sum(max(row, key=row.__getitem__) == "implicit" for row in values.values())
@@ -58,7 +58,7 @@ def fewest(values: Values) -> list[Asked]:
 
 
 def least_mean(values: Values) -> list[Asked]:
-    """Of Table C.4 (section C.4.1)."""
+    """Test the statements on Table C.4 (section C.4.1)."""
     means = _means(values)
     first = next(iter(means))
     return [
@@ -72,7 +72,7 @@ def least_mean(values: Values) -> list[Asked]:
 
 
 def savings(values: Values) -> list[Asked]:
-    """Of Table C.5 (section C.4.1)."""
+    """Test the statements on Table C.5 (section C.4.1)."""
     mean = {model: float(np.mean([row[model] for row in values.values()])) for model in HYBRIDS}
     figures = ", ".join(f"{model} {value:.1f} %" for model, value in mean.items())
     return [
@@ -86,7 +86,7 @@ def savings(values: Values) -> list[Asked]:
 
 
 def savings_and_trend(values: Values) -> list[Asked]:
-    """Of Tables 5.6 and 5.10 (sections 5.2.4, 5.3.2)."""
+    """Test the statements on Tables 5.6 and 5.10 (sections 5.2.4, 5.3.2)."""
     return [*savings(values), _trend(values, "sine-0.5", "sine-1")]
 
 
@@ -100,7 +100,7 @@ def _trend(values: Values, small: str, large: str) -> Asked:
 
 
 def tracking(values: Values) -> list[Asked]:
-    """Of Tables 5.7, 5.11, 5.12 and C.6."""
+    """Test the statements on Tables 5.7, 5.11, 5.12 and C.6."""
     best = {min(row, key=row.__getitem__) for row in values.values()}
     worst = max(
         (abs(row[m] / row["implicit"] - 1.0), scenario, m) for scenario, row in values.items() for m in MODELS

@@ -1,4 +1,4 @@
-"""`otolith reproduce`: the thesis's tables, figures and readings beside ours."""
+"""`otolith reproduce`: the thesis's tables, figures and readings next to ours."""
 
 import os
 import time
@@ -66,7 +66,7 @@ def _reproduced(items: Sequence[str], processes: int, console: Console) -> list[
 
 
 def _without_curves(document: dict[str, Any]) -> dict[str, Any]:
-    """The document but for the diagrams' points, which make it a hundred times as long."""
+    """Return the document without the points of diagrams, which make it a hundred times as long."""
     items = {
         name: {key: value for key, value in item.items() if key != "panels"}
         for name, item in document["items"].items()

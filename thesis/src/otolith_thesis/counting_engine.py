@@ -1,9 +1,9 @@
-"""Answers of the structured engine, with the iterations of the thesis's kind counted beside.
+"""The structured engine, which also counts iterations as the thesis does.
 
-A dual active-set method that starts from the answer's own working set changes nothing. So it need not run
-where the structured engine finds that the set of the step before is right, which is two steps in three: the
-others are solved once more, by the dense engine from that set, and its changes are the count. That is not
-part of a step's time: `CountedEngine.clock` stands still meanwhile. Checked by
+A dual active-set method that starts from the answer's own working set changes nothing. So it need not run if
+the structured engine finds that the previous step's set is still right, which holds for two steps in three.
+The other steps are solved again by the dense engine, from the previous step's set, and its changes are
+counted. This does not count as step time: `CountedEngine.clock` stands still meanwhile. Checked by
 test_the_count_is_that_of_the_dense_engine.
 """
 
@@ -25,11 +25,11 @@ from otolith.qp.engines import StageEngine, StructuredEngine, expand
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.registry import SOLVERS
 
-COUNTED: Final = "counted"  # solver of a loop
+COUNTED: Final = "counted"  # name of this engine as the solver of a loop
 
 
 class CountedEngine:
-    """The structured engine, whose `changes` are those of the dense one."""
+    """The structured engine, whose `changes` are those of the dense engine."""
 
     def __init__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> None:
         self._problem, self._blocks = problem, blocks
@@ -40,7 +40,7 @@ class CountedEngine:
         self._set: Ints = np.zeros(self.memory.lower.shape, dtype=np.int64)
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the memory, then count."""
+        """Solve the problem in the memory, then count."""
         before = self._set if start is None else start
         asked = None if hint is None else _Once(hint)
         solution = self._engine.run(start, asked)
@@ -53,17 +53,17 @@ class CountedEngine:
         return replace(solution, changes=counted.changes, hinted=counted.hinted)
 
     def reset(self) -> None:
-        """Forget the last answer."""
+        """Discard the last answer."""
         self._engine.reset()
         self._set = np.zeros_like(self._set)
 
     def clock(self) -> float:
-        """CPU time of this thread [s] without that of counting."""
+        """Return the CPU time of this thread [s] without the time for counting."""
         return time.thread_time() - self._counting
 
 
 class _Once:
-    """A hint that is made once and asked for by two engines."""
+    """A hint that is computed once for two engines."""
 
     def __init__(self, hint: OnRequest) -> None:
         self._hint, self._asked = hint, False
@@ -76,18 +76,18 @@ class _Once:
 
 
 def _settled_at_once(solution: StageSolution) -> bool:
-    """Return whether the set of the step before was right."""
+    """Return whether the working set of the previous step was right."""
     return solution.changes == 0 and solution.iterations == 0 and not solution.hinted
 
 
 def engine_named(solver: str) -> Callable[..., StageEngine]:
-    """What makes the engine of a loop: `COUNTED`, or any of the registry."""
+    """Return the factory of a loop's engine: `COUNTED`, or an engine of the registry."""
     made: Callable[..., StageEngine] = CountedEngine if solver == COUNTED else SOLVERS[solver].load()
     return made
 
 
 def clock_of(cueing: Cueing) -> Callable[[], float]:
-    """The clock that measures a controller's steps [s]."""
+    """Return the clock [s] that measures a controller's steps."""
     if isinstance(cueing, Mpc) and isinstance(cueing.engine, CountedEngine):
         return cueing.engine.clock
     return time.thread_time

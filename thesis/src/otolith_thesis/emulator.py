@@ -1,9 +1,9 @@
-"""Section 6.2 computed: the four cueing models on the ideal platform ("offline") and on the emulator.
+"""Section 6.2: the four cueing models on the ideal platform ("offline") and on the emulator.
 
-The emulator is our hexapod on the surrogate geometry of the platform's file; everything else is as in
-chapter 5, with the tilt rate softened by the slack of eq. 6.2. Counts are those of a dual active set that is
-warm-started from the step before, the thesis's in kind (`otolith_thesis.counting_engine`). Nothing here
-reads or writes files.
+The emulator is our hexapod with the surrogate geometry of the platform's file. Everything else is as in
+chapter 5, with the tilt rate softened by the slack of eq. 6.2. Iterations are those of a dual active-set
+method that is warm-started from the previous step, the same kind as the thesis's
+(`otolith_thesis.counting_engine`). Nothing here reads or writes files.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,15 +26,15 @@ from otolith.scenarios import scenario
 from otolith_thesis.counting_engine import COUNTED, engine_named
 
 MODELS: Final = FOUR_MODELS
-PLANT_OF: Final = {"offline": "ideal", "emulator": "hexapod"}  # in the words of Tables 6.2 and 6.3
-SCENARIOS: Final = {  # those of section 6.1, by their names in the tables
+PLANT_OF: Final = {"offline": "ideal", "emulator": "hexapod"}  # by the terms of Tables 6.2 and 6.3
+SCENARIOS: Final = {  # signals of section 6.1, by their names in the tables
     "Sine wave of low amplitude": "sine-0.5",
     "Step signal": "step-0.1",
     "Sine wave of high amplitude": "sine-1-0.01hz",
     "Combined sine wave": "combined-emulator",
 }
 FIGURES: Final = {"figure-6.2": "combined-emulator", "figure-c.8": "step-0.1", "figure-c.9": "sine-1-0.01hz"}
-PENALTY: Final = 100.0  # of the slack s of eq. 6.2, per rad/s; the thesis does not print its weight
+PENALTY: Final = 100.0  # penalty on the slack s of eq. 6.2, per rad/s; the thesis does not print its weight
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,12 +45,12 @@ class Case:
     where: str  # "offline" or "emulator"
     cueing: str = "hybrid-all"
     solver: str = COUNTED
-    soft: bool = True  # the tilt rate's rows (eq. 6.2)
+    soft: bool = True  # whether the limit of the tilt rate is soft (eq. 6.2)
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     entry: Entry = Entry.REFERENCE
 
     def run(self) -> Run:
-        """Close the loop."""
+        """Simulate the closed loop."""
         platform = load("thesis")
         soft = {"tilt_rate": PENALTY} if self.soft else {}
         settings = MpcSettings(
@@ -70,7 +70,7 @@ class Case:
 
 
 def figures_of(run: Run) -> dict[str, Any]:
-    """What Tables 6.2 and 6.3 report of a run: RMSE [m/s²], changes of the working set, unsolved steps."""
+    """Return the figures of Tables 6.2 and 6.3: RMSE [m/s²], working-set changes, unsolved steps."""
     return {
         "rmse": float(tracking_rmse(run)[0]),
         "changes": distribution(run.changes),
@@ -79,7 +79,7 @@ def figures_of(run: Run) -> dict[str, Any]:
 
 
 def table_rows(tell: Callable[[str], None] = lambda _: None) -> Iterator[dict[str, Any]]:
-    """Rows of Tables 6.2 and 6.3 in their order: scenario, plant, and by model what `figures_of` gives."""
+    """Yield the rows of Tables 6.2 and 6.3: scenario, plant, and `figures_of` by model."""
     for where in ("emulator", "offline"):
         for name in SCENARIOS.values():
             row: dict[str, Any] = {"scenario": name, "plant": where}
@@ -90,9 +90,9 @@ def table_rows(tell: Callable[[str], None] = lambda _: None) -> Iterator[dict[st
 
 
 def figure_runs(figure: str) -> tuple[Run, Run]:
-    """The two runs of figure 6.2, C.8 or C.9: offline, then on the emulator; hybrid with all inputs.
+    """Return the two runs of figure 6.2, C.8 or C.9, of the hybrid with all inputs: offline, emulator.
 
-    Draw them with `otolith.report.comparison_figure`; their names there are "offline" and "emulator".
+    Draw them with `otolith.report.comparison_figure`, in which they are named "offline" and "emulator".
     """
     name = FIGURES[figure]
     offline, emulated = (
@@ -103,7 +103,7 @@ def figure_runs(figure: str) -> tuple[Run, Run]:
 
 
 def scaled(factor: float) -> tuple[WashoutWeight, ...]:
-    """The adaptive weights that come closest to chapter 5, times a factor."""
+    """Return the adaptive weights that come closest to chapter 5, times a factor."""
 
     def times(w1: float, w2: float, w3: float, w4: float) -> tuple[float, float, float, float]:
         return factor * w1, factor * w2, factor * w3, factor * w4
@@ -114,18 +114,18 @@ def scaled(factor: float) -> tuple[WashoutWeight, ...]:
 
 
 class _Recorded:
-    """The commands of a run once more, with nobody watching what becomes of them."""
+    """Repeats the commands of a run, whatever the platform does."""
 
     def __init__(self, run: Run) -> None:
         self._commands, self.period, self._next = run.command, run.period, 0
 
     def reset(self, state: PlatformState) -> None:
-        """Begin again."""
+        """Start from the first command."""
         del state
         self._next = 0
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Give the next of the recorded commands."""
+        """Return the next of the recorded commands."""
         del state, reference
         self._next += 1
         return Command(
@@ -138,7 +138,7 @@ class _Recorded:
 
 
 def in_open_loop(run: Run) -> Run:
-    """The commands of a run of section 6.1, given to the emulator."""
+    """Apply the commands of a run of section 6.1 to the emulator."""
     plant = PLANT_OF["emulator"]
     return simulate(
         _Recorded(run),
@@ -154,14 +154,14 @@ def _rmse(case: Case) -> float:
     return float(tracking_rmse(case.run())[0])
 
 
-WEIGHTS: Final = {  # readings of the washout weights, by the names of docs/hexapod.md
+WEIGHTS: Final = {  # readings of the washout weights, by their names in docs/hexapod.md
     **{name: PRESETS[name] for name in ("printed", "thesis-fit", "constant-fit", "none")},
     **{f"thesis-fit times {factor:g}": scaled(factor) for factor in (0.5, 0.3, 0.2)},
 }
 
 
 def weight_rows() -> Iterator[dict[str, Any]]:
-    """Table 6.3's implicit MPC with each of `WEIGHTS`: RMSE [m/s²] by scenario and place."""
+    """Yield Table 6.3's implicit MPC for each of `WEIGHTS`: RMSE [m/s²] by scenario and plant."""
     for name, weights in WEIGHTS.items():
         row: dict[str, Any] = {"weights": name}
         for signal in SCENARIOS.values():
@@ -173,10 +173,11 @@ def weight_rows() -> Iterator[dict[str, Any]]:
 
 
 def servo_errors(washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]) -> dict[str, float]:
-    """Where the emulator's error on the combined signal comes from: RMSE [m/s²] of the implicit MPC.
+    """Return where the emulator's error on the combined signal comes from: RMSE [m/s²] of the implicit MPC.
 
-    "offline" on the ideal platform; "servos" of the same commands, given to the hexapod; "emulator" with
-    the loop closed. The first step is what servos do to a command, the second what feeding it back does.
+    "offline" is on the ideal platform, "servos" applies the same commands to the hexapod, and "emulator"
+    closes the loop. The first difference is the effect of the servos on a command, the second that of feeding
+    it back.
     """
     offline = Case(
         scenario=SCENARIOS["Combined sine wave"],
@@ -194,7 +195,7 @@ def servo_errors(washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]) -> 
 
 
 def entry_rows() -> Iterator[dict[str, Any]]:
-    """The combined signal on both plants, its guesses entering as eq. 3.1 prints and as a mere start."""
+    """Yield the combined signal on both plants, with guesses as references (eq. 3.1) and initial points."""
     for where in ("emulator", "offline"):
         for entry in (Entry.REFERENCE, Entry.PRIMAL):
             case = Case(scenario=SCENARIOS["Combined sine wave"], where=where, entry=entry)

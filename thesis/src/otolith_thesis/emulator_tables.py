@@ -1,4 +1,4 @@
-"""Section 6.2: the emulator's tables (6.2, 6.3) and their figures."""
+"""Section 6.2: Tables 6.2 and 6.3 of the emulator, and their figures."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -15,29 +15,29 @@ from otolith_thesis.verdict import Number, judged_row
 
 SAME: Final = ("study-solver", "study-start", "study-damping")
 PLACES: Final = ("emulator", "offline")
-NAMES: Final = dict(  # the thesis's section 6.1 in the published rows -> the emulator's scenarios
+NAMES: Final = dict(  # name in the published rows (section 6.1) -> the emulator's scenario
     zip(("sine-0.5", "step-0.1", "sine-1-0.01hz", "combined-fast"), SCENARIOS.values(), strict=True)
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Emulated:
-    """One closed loop of section 6.2."""
+    """One closed loop of section 6.2, as a job."""
 
     case: Case
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"{self.case.cueing} on {self.case.scenario}, {self.case.where}"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 4.0 if "0.01hz" in self.case.scenario else 1.5
 
     def run(self) -> dict[str, Any]:
-        """Figures of the run and, of the hybrid with all inputs, its motion."""
+        """Return the figures of the run, and its motion."""
         run = self.case.run()
         loop = Loop(scenario=self.case.scenario)
         return {**figures_of(run), "motion": closed(loop, run).motion["surge-pitch"]}
@@ -48,12 +48,12 @@ def _emulated(row: Row, model: str) -> Emulated:
 
 
 def emulator_jobs() -> list[Emulated]:
-    """All cells of Tables 6.2 and 6.3."""
+    """Return all cells of Tables 6.2 and 6.3."""
     return [_emulated(row, model) for row in published("table-6.2").rows for model in MODELS]
 
 
 def emulator_table(name: str, answers: Answers) -> Outcome:
-    """Table 6.2 or 6.3."""
+    """Build Table 6.2 or 6.3."""
     printed, counts = published(name), name == "table-6.2"
     numbers: list[Number] = []
     for row in printed.rows:
@@ -98,12 +98,12 @@ def _worse_emulated(numbers: list[Number]) -> Claim:
 
 
 def figure_jobs(figure: str) -> list[Emulated]:
-    """Both runs of figure 6.2, C.8 or C.9."""
+    """Return both runs of figure 6.2, C.8 or C.9."""
     return [Emulated(Case(scenario=FIGURES[figure], where=place, cueing="hybrid-all")) for place in PLACES]
 
 
 def emulator_figure(figure: str, answers: Answers) -> Outcome:
-    """Figure 6.2, C.8 or C.9: emulator and offline simulation, each with its parts."""
+    """Draw figure 6.2, C.8 or C.9: emulator and offline simulation, each with its parts."""
     panels: list[Panel] = []
     for job in figure_jobs(figure):
         force, tilt, travel = motion_panels(answers[job]["motion"], "surge-pitch")

@@ -1,7 +1,7 @@
-"""The explicit MPC's tables: regions, offline time, closed-loop RMSE (5.2, 5.8, C.1 to C.3, benchmark).
+"""The tables of the explicit MPC: regions, offline time, closed-loop RMSE (5.2, 5.8, C.1 to C.3, benchmark).
 
-A row keeps the published values under their own names; `Case.run` computes ours. Nothing is fitted: each
-case is the thesis's, computed as printed, in the reading that `docs/readings.md` explains.
+A row keeps the published values under their own names, and `Case.run` computes ours. Nothing is fitted: each
+case is computed as printed, in the reading that `docs/readings.md` explains.
 """
 
 import itertools
@@ -35,37 +35,37 @@ from otolith_thesis.regions import (
 )
 from otolith_thesis.verdict import Number, judged
 
-REACH_4_DOF: Final = 0.35  # [m] per axis, so that both stay inside the limit circle (section 4.2.1)
+REACH_4_DOF: Final = 0.35  # [m] reach per axis, which keeps both inside the limit circle (section 4.2.1)
 DEGREE: Final = math.pi / 180.0
-LONG: Final = {10: 45.0, 7: 10.0}  # [s] horizons without blocking
+LONG: Final = {10: 45.0, 7: 10.0}  # [s] duration by horizon without blocking
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One row of an explicit table."""
+    """One row of a table of explicit laws."""
 
     table: str
     row: int
 
     @property
     def printed(self) -> Row:
-        """The row as published."""
+        """Return the row as published."""
         return published(self.table).rows[self.row]
 
     @property
     def name(self) -> str:
-        """What the row is about."""
+        """Return the description of the row."""
         described = {key: self.printed[key] for key in _CASE_KEYS if key in self.printed}
         return ", ".join(str(v) if k in _WORDS else f"{_SAY[k]} {v}" for k, v in described.items())
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"{self.table}: {self.name}"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         free = "block_from" not in self.printed and self.table == "table-5.2"
         return LONG.get(self.printed.get("horizon", 0), 1.5) if free else 1.5
 
@@ -75,12 +75,12 @@ class Case:
 
 
 def cases(table: str) -> list[Case]:
-    """All rows of a table."""
+    """Return all rows of a table."""
     return [Case(table, row) for row in range(len(published(table).rows))]
 
 
 def _size(law: Law) -> Row:
-    """Regions by the toolbox's rule and, beside it, in the unit box; `counts` by all definitions."""
+    """Return the number of regions by the toolbox's rule, in the unit box, and by all definitions."""
     found = counts(law)
     return {
         "regions": found[CHOSEN.label],
@@ -91,7 +91,7 @@ def _size(law: Law) -> Row:
 
 
 def _run(settings: ExplicitSettings, name: str, *laws: Law) -> Run:
-    """The explicit controller alone on one scenario."""
+    """Simulate the explicit controller alone on one scenario."""
     thesis = load("thesis")
     design = Design(platform=thesis, explicit=settings, stored_laws=laws)
     return simulate(
@@ -100,7 +100,7 @@ def _run(settings: ExplicitSettings, name: str, *laws: Law) -> Run:
 
 
 def _errors(run: Run, column: str) -> Row:
-    """RMSE [m/s²] at the instants of decision, as the thesis has it, and over every sample of the plant."""
+    """Return the RMSE [m/s²] at the decisions, as in the thesis, and over every sample of the plant."""
     return {
         column: rmse_at_decisions(run, SURGE_PITCH),
         f"{column}, every sample": float(tracking_rmse(run)[0]),
@@ -114,7 +114,7 @@ def _move_blocking(row: Row) -> Row:
 
 
 def _four_dof(row: Row) -> Row:
-    """The 4 DOF law is two independent laws; their product is the joint count."""
+    """Compute the 4 DOF law as two independent laws; the joint count is their product."""
     thesis = load("thesis")
     settings = ExplicitSettings(
         horizon=row["horizon"], period=row["period"], block_from=row.get("block_from")
@@ -129,13 +129,13 @@ def _four_dof(row: Row) -> Row:
 
 
 def _within(limits: Limits, reach: float) -> Limits:
-    """The limits of a pair with a travel of ± `reach` [m]."""
+    """Return the limits of a pair with a travel of ± `reach` [m]."""
     travel, tilt = limits
     return replace(travel, position=(-reach, reach)), tilt
 
 
 def constrained_limits(constraints: str) -> Limits:
-    """The limits of one row of Table C.1."""
+    """Return the limits of one row of Table C.1."""
     travel, tilt = load("thesis").limits(SURGE_PITCH)
     slow_tilt = replace(tilt, velocity=math.pi * DEGREE)
     no_velocity = replace(travel, velocity=math.inf)
@@ -172,7 +172,7 @@ def _weights(row: Row) -> Row:
 
 
 def _benchmark(row: Row) -> Row:
-    """The controller of eq. C.4: wider limits, braking rows, tilt acceleration limited, weights of 0.1."""
+    """Compute the controller of eq. C.4, with wider limits, braking rows and limited tilt acceleration."""
     platform = load("benchmark")
     settings = ExplicitSettings(
         horizon=row["horizon"],
@@ -228,7 +228,7 @@ _REASONS: Final = {
 
 
 def table(name: str, answers: Answers) -> Outcome:
-    """One explicit table with our numbers in it."""
+    """Build one table of explicit laws with our numbers."""
     printed = published(name)
     done = [(case, answers[case]) for case in cases(name)]
     numbers: list[Number] = []
@@ -262,7 +262,7 @@ def _number(case: Case, ours: Row, column: str) -> Number:
 
 
 def _rest(done: list[tuple[Case, Row]]) -> tuple[Grid, ...]:
-    """What is not judged, if anything: times differ by machine and by method, not by reading."""
+    """Return what is not judged, if anything: times differ by machine and method, not by reading."""
     keys = list(dict.fromkeys(key for _, ours in done for key in ours if key not in (*_JUDGED, "counts")))
     minutes = any("minutes" in case.printed for case, _ in done)
     rows = [
@@ -277,7 +277,7 @@ def _rest(done: list[tuple[Case, Row]]) -> tuple[Grid, ...]:
     return (Grid(title="Beside it", header=header, rows=tuple(rows)),) if len(header) > 1 else ()
 
 
-# --- what the thesis says about these tables
+# --- the thesis's statements about these tables
 
 
 def _falls(rows: list[Row], key: str) -> tuple[bool, str]:

@@ -1,4 +1,4 @@
-"""The figures of chapter 5 and appendix C: closed loops drawn as the thesis does, and formulas."""
+"""The figures of chapter 5 and appendix C: closed loops as the thesis draws them, and formulas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Drawn:
     loop: Loop
 
     def outcome(self, answers: Answers) -> Outcome:
-        """Force, tilt and travel of every cued pair."""
+        """Draw force, tilt and travel of every cued pair."""
         closed: Closed = answers[self.loop]
         panels = [panel for pair in self.loop.dofs for panel in motion_panels(closed.motion[pair], pair)]
         cues = ", ".join(f"{count} {kind}" for kind, count in sorted(closed.cues.items())) or "none"
@@ -51,7 +51,7 @@ class Drawn:
 
 
 def _run_grid(closed: Closed) -> Grid:
-    """What a closed loop gave, in figures; the effort is the whole controller's."""
+    """Return the figures of a closed loop; the effort is that of the whole controller."""
     spread = closed.spread()
     effort = (spread["mean"], spread["p99"], spread["max"], closed.unsolved)
     rows = [(SAY[pair], error, closed.travel[pair], *effort) for pair, error in closed.rmse.items()]
@@ -152,7 +152,7 @@ DRAWN: Final = {
 
 
 def motion_panels(motion: Motion, pair: str) -> tuple[Panel, Panel, Panel]:
-    """Specific force with its two parts; tilt and its rate; displacement and velocity."""
+    """Return panels of specific force with its two parts, tilt and its rate, displacement and velocity."""
     t = motion.time
     return (
         Panel(
@@ -190,7 +190,7 @@ def motion_panels(motion: Motion, pair: str) -> tuple[Panel, Panel, Panel]:
 
 
 def figure_4_2(answers: Answers) -> Outcome:
-    """Figure 4.2: the adaptive weight of the displacement."""
+    """Draw figure 4.2: the adaptive weight of the displacement."""
     del answers
     weight = next(w for w in PRESETS["printed"] if w.on == "position")
     s = np.linspace(-0.5, 0.5, 201)
@@ -213,7 +213,7 @@ def figure_4_2(answers: Answers) -> Outcome:
 
 
 def figure_5_1(answers: Answers) -> Outcome:
-    """Figure 5.1: the reference signals."""
+    """Draw figure 5.1: the reference signals."""
     del answers
     groups = (TABLE_5_1[:3], TABLE_5_1[3:4], TABLE_5_1[4:6], TABLE_5_1[6:])
     return Outcome(
@@ -243,7 +243,7 @@ _FREE, _BRAKED = DRAWN["figure-5.3"].loop, DRAWN["figure-5.4"].loop
 
 
 def figure_5_5(answers: Answers) -> Outcome:
-    """Figure 5.5: the braking constraint, and how the velocity goes down as the limit nears."""
+    """Draw figure 5.5: the braking constraint, and how the velocity falls near the limit."""
     panels = []
     for title, loop in (("without braking constraint", _FREE), ("with", _BRAKED)):
         motion = answers[loop].motion[PAIR]
@@ -285,12 +285,12 @@ _TILT_TIMES: Final = {T: _timed(2.5, T) for T in T_TILT}
 
 
 def timed_jobs() -> list[Loop]:
-    """Loops of figures C.2 and C.3."""
+    """Return the loops of figures C.2 and C.3."""
     return [*_TRAVEL_TIMES.values(), *_TILT_TIMES.values()]
 
 
 def figure_c2(answers: Answers) -> Outcome:
-    """Figure C.2: the explicit MPC with four T of travel."""
+    """Draw figure C.2: the explicit MPC for four values of T of the travel."""
     motions = {T: answers[loop].motion[PAIR] for T, loop in _TRAVEL_TIMES.items()}
     peaks = {T: _peak(answers, loop) for T, loop in _TRAVEL_TIMES.items()}
     speeds = {T: _fastest(answers, loop) for T, loop in _TRAVEL_TIMES.items()}
@@ -329,7 +329,7 @@ def figure_c2(answers: Answers) -> Outcome:
 
 
 def figure_c3(answers: Answers) -> Outcome:
-    """Figure C.3: the explicit MPC with four T of the tilt."""
+    """Draw figure C.3: the explicit MPC for four values of T of the tilt."""
     motions = {T: answers[loop].motion[PAIR] for T, loop in _TILT_TIMES.items()}
     base = motions[0.5].tilt_deg
     gap = max(float(np.max(np.abs(motion.tilt_deg - base))) for motion in motions.values())

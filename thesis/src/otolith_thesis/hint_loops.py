@@ -1,8 +1,8 @@
-"""The strong extra column: a certified guess of the active limits, with the minimiser unchanged.
+"""The additional column of a certified guess, which leaves the minimiser unchanged.
 
-The coarse explicit law of the *same* limits and weights proposes a working set, which the solver takes only
-where fewer optimality conditions contradict it than the set of the step before (`otolith.cueing.hints`). It
-is made here from a few training manoeuvres, none of them a signal of the thesis.
+The coarse explicit law of the *same* limits and weights proposes a working set. The solver takes it only if
+fewer optimality conditions contradict it than the previous step's set (`otolith.cueing.hints`). The law is
+learned here from a few training manoeuvres, none of which is a signal of the thesis.
 """
 
 from dataclasses import dataclass
@@ -31,25 +31,25 @@ class Hinted:
     dofs: tuple[str, ...]
     washout: tuple[WashoutWeight, ...]
     scenarios: tuple[str, ...]
-    every: int = 5  # one training manoeuvre in so many: at 5 about four minutes of driving
+    every: int = 5  # only one training manoeuvre in this many is used; 5 gives about four minutes of driving
     effort: Effort = DEFAULT
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"certified guess, {2 * len(self.dofs)} DOF: {', '.join(self.scenarios)}"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 12.0 + sum(self.loop(scenario).cost for scenario in self.scenarios)
 
     def loop(self, scenario: str) -> Loop:
-        """The loop of this job, without a hint."""
+        """Return the loop of this job on one signal, without a hint."""
         return Loop(scenario=scenario, dofs=self.dofs, washout=self.washout)
 
     def run(self) -> dict[str, Closed]:
-        """Make the hint, then close the loops; by signal."""
+        """Learn the hint, then close the loops; return the results by signal."""
         first = self.loop(self.scenarios[0])
         platform, pairs = first.platform, first.pairs
         settings = MpcSettings(braking=BrakingRows.POSITION, washout=self.washout, engine=first.engine)
@@ -77,6 +77,6 @@ def coarse_laws(
     every: int,
     effort: Effort = DEFAULT,
 ) -> CoarseLaws:
-    """The coarse explicit laws of these settings where one training manoeuvre in `every` visits them."""
+    """Learn the coarse explicit laws of these settings from every `every`-th training manoeuvre."""
     recording = record(platform, pairs, settings, along(training()[::every], pairs))
     return fit_laws(platform, pairs, settings, recording, effort)

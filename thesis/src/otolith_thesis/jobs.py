@@ -1,9 +1,9 @@
-"""Jobs done once each, in several processes: tables and figures share closed loops and explicit laws.
+"""Jobs that are run once each in several processes, because tables and figures share loops and laws.
 
-A job is a value: equal jobs are one job. Its answer depends on nothing but itself, so it does not matter
-where and in which order jobs are done. The processes are the standard library's. joblib was tried in their
-place: what is asked for here (Ctrl-C answered by one process alone, no other left behind, an error that names
-its job) took as many lines of its own, so it would have been a dependency more and no code less.
+A job is a value: equal jobs are one job. Its result depends only on the job, so it does not matter where and
+in which order jobs run. The processes are those of the standard library. joblib was tried instead: the
+requirements here (Ctrl-C is handled by one process, no other process is left behind, an error names its job)
+took as many lines of our own, so it would have added a dependency and saved no code.
 """
 
 import signal
@@ -14,28 +14,28 @@ from typing import Any, Protocol
 
 
 class Job(Protocol):
-    """Something to compute; hashable, so that it is done once, and picklable."""
+    """A computation; it is hashable, so that it runs once, and picklable."""
 
     @property
     def label(self) -> str:
-        """A few words for the progress line."""
+        """Return a few words for the progress line."""
 
     @property
     def cost(self) -> float:
-        """Seconds that it takes, roughly: the long ones begin first."""
+        """Return the approximate duration [s]; long jobs start first."""
 
     def run(self) -> Any:
-        """Do it."""
+        """Compute the result."""
 
 
 Answers = Mapping[Any, Any]
-Tell = Callable[[str, float], None]  # label of the job that is done, fraction of all work done
+Tell = Callable[[str, float], None]  # arguments: label of the finished job, fraction of all work done
 
 
 def do_all(jobs: Iterable[Job], *, processes: int, tell: Tell) -> dict[Job, Any]:
-    """Do every job once and return the answers by job.
+    """Run every job once and return the results by job.
 
-    With one process all is done here. An interruption ends the other processes at once.
+    With one process, all jobs run in the calling process. An interruption ends the other processes at once.
     """
     order = sorted(set(jobs), key=lambda job: (-job.cost, job.label))
     total = sum(job.cost for job in order) or 1.0
@@ -52,7 +52,7 @@ def _answered(order: list[Job], processes: int) -> Iterable[tuple[Job, Any]]:
     if processes < 2 or len(order) < 2:
         yield from ((job, job.run()) for job in order)
         return
-    # Spawned, not forked: threads and compiled code do not survive a fork.
+    # Processes are spawned, because threads and compiled code do not survive a fork.
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), initializer=_ignore_interrupt)
     try:
         waiting: dict[Future[Any], Job] = {pool.submit(_run, job): job for job in order}
@@ -71,5 +71,5 @@ def _run(job: Job) -> Any:
 
 
 def _ignore_interrupt() -> None:
-    """Leave Ctrl-C to the process that the user sees; it ends the others."""
+    """Ignore Ctrl-C, which the parent process handles; it ends the others."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

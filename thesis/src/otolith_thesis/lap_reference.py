@@ -1,4 +1,4 @@
-"""The reference of thesis section 6.3: a lap of Hockenheim, as Telban's otolith passes it on."""
+"""The reference of thesis section 6.3: a lap of Hockenheim, filtered by Telban's otolith."""
 
 from typing import Final
 
@@ -12,15 +12,15 @@ from otolith.vehicle.closed_loop import drive
 from otolith.vehicle.driver import Driver
 from otolith.vehicle.roads import road
 
-SPEEDS: Final = (80, 100, 120)  # [km/h] of Tables 6.4 and 6.5
+SPEEDS: Final = (80, 100, 120)  # [km/h] speeds of Tables 6.4 and 6.5
 
 
 def hockenheim_reference(speed: float, *, standing: bool = True, period: float = 0.01) -> Scenario:
-    """What is to be felt on a lap at no more than `speed` [km/h], longitudinally and laterally.
+    """Return what should be felt on a lap with at most `speed` [km/h], longitudinally and laterally.
 
-    As the thesis: accelerations of the car (not what its body's roll and pitch add at the driver's head),
-    through eq. 6.4, and nothing else. From standstill: the hairpin that is braked for longest then comes at
-    80 s, where the thesis sees its hardest braking.
+    As in the thesis, the reference is the acceleration of the car, without the contribution of body roll and
+    pitch at the driver's head, filtered by eq. 6.4 and nothing else. It starts from standstill, because the
+    hairpin with the longest braking then comes at 80 s, where the thesis sees its hardest braking.
 
     Parameters
     ----------

@@ -27,24 +27,24 @@ from otolith_thesis.outcome import Cell, Claim, Curve, Grid, Outcome, Panel
 from otolith_thesis.published import published
 from otolith_thesis.verdict import Number, judged_row
 
-# On the hexapod: every model at the highest speed, the thesis's own at every speed.
+# On the hexapod: every model at the highest speed, the thesis's own model at every speed.
 ON_LEGS: Final = (*(LapOnLegs(s, STUDIED) for s in SPEEDS[:-1]), *(LapOnLegs(FASTEST, m) for m in MODELS))
-NARROW: Final = Lap(FASTEST, MODELS[0], on=TOGETHER)  # what the smaller workspace costs, on the ideal plant
-EVENT: Final = 80.0  # [s] at which the thesis sees its example of a braking that cannot be cued
-NEAR: Final = 10.0  # [s] from there
-BEGINNING: Final = 8.0  # [s] of the lap that the map marks
+NARROW: Final = Lap(FASTEST, MODELS[0], on=TOGETHER)  # effect of the smaller workspace, on the ideal plant
+EVENT: Final = 80.0  # [s] time of the thesis's example of a braking that cannot be cued
+NEAR: Final = 10.0  # [s] distance from that time that counts as near
+BEGINNING: Final = 8.0  # [s] initial part of the lap that the map marks
 LEGS: Final = ", hexapod"
 _DEGREE: Final = 180.0 / np.pi
 
 
 def lap_jobs() -> list[Any]:
-    """All cells of Tables 6.4 and 6.5."""
+    """Return all cells of Tables 6.4 and 6.5."""
     ideal = [Lap(speed, model) for speed in SPEEDS for model in MODELS]
     return [*ideal, *ON_LEGS, NARROW, HintedLaps()]
 
 
 def lap_table(name: str, answers: Answers) -> Outcome:
-    """Table 6.4 or 6.5: the laps on the ideal plant, then those on the hexapod."""
+    """Build Table 6.4 or 6.5: the laps on the ideal plant, then those on the hexapod."""
     printed, counts = published(name), name == "table-6.4"
     numbers: list[Number] = []
     for place in ("", LEGS):
@@ -77,13 +77,13 @@ def lap_table(name: str, answers: Answers) -> Outcome:
 
 
 def _by_model(answers: Answers, speed: int, *, on_legs: bool) -> dict[str, Closed]:
-    """The laps at one speed by the thesis's four models, or those of them that are run on the hexapod."""
+    """Return the laps at one speed by model; on the hexapod, only for the models that are run on it."""
     if on_legs:
         return {job.cueing: answers[job].closed for job in ON_LEGS if job.speed == speed}
     return {model: answers[Lap(speed, model)] for model in MODELS}
 
 
-# --- what the thesis says
+# --- the thesis's statements
 
 
 def _counted(answers: Answers) -> tuple[Claim, ...]:
@@ -104,7 +104,7 @@ def _counted(answers: Answers) -> tuple[Claim, ...]:
 
 
 def _saved(answers: Answers, model: str) -> list[float]:
-    """Saved of the implicit MPC's mean changes at each speed, on the ideal plant."""
+    """Return the share of the implicit MPC's mean changes that is saved at each speed, on the ideal plant."""
     spreads = [{m: answers[Lap(speed, m)].spread()["mean"] for m in (MODELS[0], model)} for speed in SPEEDS]
     return [1.0 - spread[model] / spread[MODELS[0]] for spread in spreads]
 
@@ -126,7 +126,7 @@ def _tracked(answers: Answers) -> tuple[Claim, ...]:
     )
 
 
-# --- what the tables leave out
+# --- figures that the tables do not show
 
 
 def _ideal_grid(answers: Answers) -> Grid:
@@ -144,7 +144,7 @@ def _ideal_grid(answers: Answers) -> Grid:
 
 
 def _effort(one: Closed, base: Closed) -> tuple[Cell, ...]:
-    """Changes, time and what became of the motion against the model without a guess."""
+    """Return changes, time, and the change of the RMSE against the model without a guess."""
     spread = one.spread()
     moved = max(abs(one.rmse[pair] / base.rmse[pair] - 1.0) for pair in FOUR_DOF)
     changes = (spread["mean"], spread["p99"], spread["max"])
@@ -152,7 +152,7 @@ def _effort(one: Closed, base: Closed) -> tuple[Cell, ...]:
 
 
 def _seconds(one: Closed) -> float:
-    """CPU time [s] of all decisions of a lap."""
+    """Return the CPU time [s] of all decisions of a lap."""
     return 1e-6 * one.step_us["mean"] * len(one.changes)
 
 
@@ -179,7 +179,7 @@ def _on_legs(one: OnLegs) -> tuple[Cell, ...]:
 
 
 def _workspace_grid(answers: Answers) -> Grid:
-    """The implicit MPC at the highest speed: the thesis's limits, the legs' limits, the legs themselves."""
+    """Compare the implicit MPC at the highest speed: the thesis's limits, the legs' limits, the hexapod."""
     laps = {
         "thesis's limits, ideal plant": answers[Lap(FASTEST, MODELS[0])],
         "legs' limits, ideal plant": answers[NARROW],
@@ -210,23 +210,23 @@ LAP_FIGURES: Final = {  # figure -> speed [km/h], axis pair
     "figure-c.12": (100, "surge-pitch"),
     "figure-c.13": (100, "sway-roll"),
 }
-CUED: Final = "standing start"  # of the laps here; the thesis does not say which
+CUED: Final = "standing start"  # start of the laps here; the thesis does not state it
 DRIVES: Final = {CUED: Drive(FASTEST, True), "flying start": Drive(FASTEST, False)}
 
 
 def lap_figure_jobs(figure: str) -> list[Any]:
-    """The run of one lap figure; of figure 6.4 also the drives."""
+    """Return the run of one lap figure; for figure 6.4 also the drives."""
     job = Lap(LAP_FIGURES[figure][0], STUDIED)
     return [job, *DRIVES.values()] if figure == "figure-6.4" else [job]
 
 
 def map_jobs() -> list[Drive]:
-    """The drives of figure 6.3."""
+    """Return the drives of figure 6.3."""
     return list(DRIVES.values())
 
 
 def map_figure(answers: Answers) -> Outcome:
-    """Figure 6.3: the circuit as it is driven, and where the car is at 80 s."""
+    """Draw figure 6.3: the driven path, and the position of the car at 80 s."""
     drives: dict[str, Driven] = {start: answers[job] for start, job in DRIVES.items()}
     path = drives[CUED]
     panel = Panel(
@@ -251,7 +251,7 @@ def map_figure(answers: Answers) -> Outcome:
 
 
 def _stretch(label: str, one: Driven, start: float, end: float) -> Curve:
-    """The part of the path between two times [s]."""
+    """Return the part of the path between two times [s]."""
     on = (one.time >= start) & (one.time <= end)
     return Curve(label=label, x=one.place[on, 0], y=one.place[on, 1])
 
@@ -263,7 +263,7 @@ def _where(drives: Mapping[str, Driven]) -> str:
 
 
 def lap_figure(figure: str, answers: Answers) -> Outcome:
-    """One direction of one lap; on figure 6.4 also what happens at 80 s."""
+    """Draw one direction of one lap; for figure 6.4 also examine the braking at 80 s."""
     speed, pair = LAP_FIGURES[figure]
     motion = answers[Lap(speed, STUDIED)].motion[pair]
     direction = {name: word for word, name in SAYS.items()}[pair]
@@ -280,7 +280,7 @@ def lap_figure(figure: str, answers: Answers) -> Outcome:
 
 
 def _at_80_s(answers: Answers, motion: Motion) -> tuple[Claim, ...]:
-    """What the text says of figure 6.4, asked of the hardest braking; the laps are cued from standstill."""
+    """Test the text on figure 6.4 at the hardest braking; the laps start from standstill."""
     drives: dict[str, Driven] = {start: answers[job] for start, job in DRIVES.items()}
     begins = {start: one.braking.start for start, one in drives.items()}
     nearest = min(begins, key=lambda start: abs(begins[start] - EVENT))
@@ -315,7 +315,7 @@ def _at_80_s(answers: Answers, motion: Motion) -> tuple[Claim, ...]:
 
 
 def _tilt_rate() -> float:
-    """The limit of pitch in the thesis [deg/s]."""
+    """Return the thesis's limit of the pitch rate [deg/s]."""
     return load("thesis").tilt_coordination.pitch_degps
 
 

@@ -1,12 +1,13 @@
 """The laps of section 6.3 as jobs: Hockenheim in 4 DOF, on the ideal plant and on the hexapod.
 
-The changes are the structured engine's own: to count as `otolith_thesis.counting_engine` does would take
-ten minutes for twelve laps. They are no iterations of the thesis's kind, so that Table 6.4 compares what
-guesses save.
+Changes are those of the structured engine: counting as `otolith_thesis.counting_engine` does would take ten
+minutes for twelve laps. They are not iterations of the thesis's kind, so Table 6.4 compares only the savings
+by guesses.
 
-The thesis's limits reach beyond the legs (a disc of 0.5 m with 30 deg of tilt). On the hexapod the laps
-are therefore cued with what surge, sway, roll and pitch can do in every combination (platform `davsi-4dof`),
-and with the soft tilt rate of eq. 6.2: the servos, of which the model knows nothing, can violate it.
+The thesis's limits exceed the reach of the legs (a disc of 0.5 m with 30 deg of tilt). On the hexapod the
+laps are therefore cued with what surge, sway, roll and pitch can do in every combination (platform
+`davsi-4dof`), and with the soft tilt rate of eq. 6.2: the servos, which the model does not include, can
+violate it.
 """
 
 import functools
@@ -40,12 +41,12 @@ from otolith_thesis.lap_reference import SPEEDS, hockenheim_reference
 from otolith_thesis.loop import EXPLICIT, FOUR_DOF, MODELS, Closed, Loop, closed
 
 SAYS: Final = {"longitudinal": "surge-pitch", "lateral": "sway-roll"}
-TOGETHER: Final = "davsi-4dof"  # platform: what the four axes can do in every combination
+TOGETHER: Final = "davsi-4dof"  # platform whose limits all four axes can reach together
 SOFT: Final = {"tilt_rate": PENALTY}  # eq. 6.2
 FASTEST: Final = SPEEDS[-1]  # [km/h]
-STUDIED: Final = MODELS[-1]  # the thesis's own model, of all its figures
-BRAKES: Final = 0.5  # [m/s²] is more than rolling and drag take
-EVERY: Final = 10  # one training manoeuvre in so many makes the hint of the certified guess
+STUDIED: Final = MODELS[-1]  # the thesis's own model, shown in all its figures
+BRAKES: Final = 0.5  # [m/s²] a larger deceleration is braking, not rolling resistance and drag
+EVERY: Final = 10  # only one training manoeuvre in this many is used for the certified guess
 
 
 @functools.lru_cache(maxsize=len(SPEEDS))
@@ -54,7 +55,7 @@ def _reference(speed: int) -> Scenario:
 
 
 def _loop(cueing: str, platform: str = "thesis") -> Loop:
-    """The controller of chapter 5 in 4 DOF."""
+    """Return the controller of chapter 5 in 4 DOF."""
     return Loop(scenario="lap", cueing=cueing, dofs=FOUR_DOF, solver="structured", on=platform)
 
 
@@ -64,21 +65,21 @@ class Lap:
 
     speed: int  # [km/h]
     cueing: str
-    share: float = 1.0  # of the reference that is asked for
+    share: float = 1.0  # share of the reference that is cued
     on: str = "thesis"  # platform
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"{self.cueing} on {self.share:g} × a lap at {self.speed} km/h"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 6.0 if self.on == "thesis" else 9.0
 
     def run(self) -> Closed:
-        """Drive, then cue."""
+        """Drive the lap, then cue it."""
         loop = _loop(self.cueing, self.on)
         reference = perceived(_reference(self.speed), lambda force, _: self.share * force, name="a factor")
         return closed(loop, _cued(loop, loop.controller(), Ideal(), reference))
@@ -90,17 +91,18 @@ def _cued(loop: Loop, cueing: Cueing, plant: Plant, reference: Scenario) -> Run:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnLegs:
-    """What a lap on the hexapod gave."""
+    """The result of a lap on the hexapod."""
 
     closed: Closed
-    interventions: int  # of the supervisor
-    broken: dict[str, int]  # nodes beyond a limit of the platform's file, by quantity; those that were
-    seconds: float  # [s] of CPU for the whole lap, controller, plant and record
+    interventions: int  # number of interventions of the supervisor
+    # Number of nodes beyond a limit of the platform's file, by quantity, without zeros
+    broken: dict[str, int]
+    seconds: float  # [s] CPU time of the whole lap with controller, plant and record
 
 
 @dataclass(frozen=True, slots=True)
 class LapOnLegs:
-    """One lap of Hockenheim in 4 DOF on the hexapod, within what its legs can do."""
+    """One lap of Hockenheim in 4 DOF on the hexapod, within the limits of its legs."""
 
     speed: int  # [km/h]
     cueing: str
@@ -108,16 +110,16 @@ class LapOnLegs:
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"{self.cueing} on a lap at {self.speed} km/h, hexapod"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 12.0
 
     def run(self) -> OnLegs:
-        """Drive, then cue."""
+        """Drive the lap, then cue it."""
         loop, reference = _loop(self.cueing, self.on), _reference(self.speed)
         settings = MpcSettings(braking=BrakingRows.POSITION, soft=SOFT)
         design = Design(platform=loop.platform, dofs=loop.pairs, explicit=EXPLICIT[2], mpc=settings)
@@ -136,23 +138,23 @@ class LapOnLegs:
 
 @dataclass(frozen=True, slots=True)
 class HintedLaps:
-    """The laps by the implicit MPC on the ideal plant, with one certified guess for all."""
+    """The laps of the implicit MPC on the ideal plant, with one certified guess for all."""
 
     speeds: tuple[int, ...] = SPEEDS
     every: int = EVERY
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"certified guess, laps at {', '.join(map(str, self.speeds))} km/h"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 20.0 + 8.0 * len(self.speeds)
 
     def run(self) -> dict[int, Closed]:
-        """Make the hint from training manoeuvres, then cue every lap; by speed."""
+        """Learn the hint from training manoeuvres, then cue every lap; return the results by speed."""
         loop = _loop(MODELS[0])
         platform, pairs, settings = loop.platform, loop.pairs, MpcSettings(braking=BrakingRows.POSITION)
         laws = coarse_laws(platform, pairs, settings, every=self.every)
@@ -172,7 +174,7 @@ class HintedLaps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Braking:
-    """The braking of a lap that takes the most speed away."""
+    """The braking of a lap that reduces the speed most."""
 
     start: float  # [s]
     end: float  # [s]
@@ -182,15 +184,15 @@ class Braking:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Driven:
-    """A lap as it was driven, before anything is cued."""
+    """A lap as it was driven, before it is cued."""
 
     time: Vec  # (n,) [s]
-    place: Mat  # (n, 2) [m] of the car in world
+    place: Mat  # (n, 2) [m] position of the car in world
     braking: Braking
-    harshest: float  # [s] when the car's longitudinal acceleration is lowest
+    harshest: float  # [s] time of the car's lowest longitudinal acceleration
 
     def at(self, t: float) -> Vec:
-        """Where the car is (2,) [m] at a time [s]."""
+        """Return the position of the car (2,) [m] at a time [s]."""
         return np.array([np.interp(t, self.time, along) for along in self.place.T])
 
 
@@ -203,16 +205,16 @@ class Drive:
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"driving Hockenheim at {self.speed} km/h, {'standing' if self.standing else 'flying'} start"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 1.0
 
     def run(self) -> Driven:
-        """Drive."""
+        """Drive the lap."""
         lap = drive(
             road("hockenheim").limited(self.speed / 3.6), load_car(), Driver(), standing=self.standing
         )
@@ -226,7 +228,7 @@ class Drive:
 
 
 def hardest_braking(t: Vec, speed: Vec) -> Braking:
-    """Of all stretches over which the speed [m/s] falls by `BRAKES`, the one over which it falls farthest."""
+    """Return the stretch with deceleration above `BRAKES` over which the speed [m/s] falls most."""
     falling = np.concatenate([[False], np.diff(speed) < -BRAKES * np.diff(t), [False]])
     edges = np.flatnonzero(np.diff(falling.astype(np.int64)))
     starts, ends = edges[::2], edges[1::2]

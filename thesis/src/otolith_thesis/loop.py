@@ -53,8 +53,8 @@ _SECONDS: Final = {
     (QPOASES, 1): 9.0,
     (ACADO, 1): 2.5,
     (ACADO, 2): 11.0,
-}  # per ten seconds of scenario
-# The laws that give the guesses: sections 4.1.1 and 4.2.1.
+}  # duration [s] per ten seconds of scenario
+# The laws that give the guesses, by number of axis pairs: sections 4.1.1 and 4.2.1.
 EXPLICIT: Final = {
     1: ExplicitSettings(),
     2: ExplicitSettings(horizon=2, period=0.25, block_from=None),
@@ -69,43 +69,43 @@ class Loop:
     cueing: str = "implicit"
     dofs: tuple[str, ...] = TWO_DOF
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
-    solver: str = COUNTED  # or, where only the motion matters, "structured"
+    solver: str = COUNTED  # or "structured" if only the motion matters
     entry: Entry = Entry.REFERENCE
     braking: BrakingRows = BrakingRows.POSITION
-    literal: bool = False  # steps from 1 s to 4 s as printed
-    circle: float | None = None  # [m] instead of the platform's
-    braking_times: tuple[float, float] | None = None  # T of travel and of tilt [s] instead of the platform's
-    explicit: ExplicitSettings | None = None  # instead of the law that gives the thesis's guesses
+    literal: bool = False  # whether steps last from 1 s to 4 s, as printed
+    circle: float | None = None  # [m] replaces the platform's limit circle
+    braking_times: tuple[float, float] | None = None  # T of travel and of tilt [s], replaces the platform's
+    explicit: ExplicitSettings | None = None  # replaces the law that gives the thesis's guesses
     on: str = "thesis"  # platform
-    terminal: float = 1.0  # weight of the last stage's cost, as a multiple of the others'
+    terminal: float = 1.0  # weight of the last stage's cost, relative to the other stages
     damping: float = 0.0  # λ of ACADO's regularisation (Table D.1)
     start: Start = Start.PREVIOUS
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"{self.cueing} on {self.scenario}, {2 * len(self.dofs)} DOF"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         kind = "explicit" if self.cueing == "explicit" else self.solver
         return _SECONDS[kind, len(self.dofs)] * self.reference.duration / 10.0
 
     @property
     def pairs(self) -> tuple[Dof, ...]:
-        """The axis pairs that are cued."""
+        """Return the axis pairs that are cued."""
         return tuple(DOFS[name] for name in self.dofs)
 
     @property
     def reference(self) -> Scenario:
-        """The scenario along every cued axis."""
+        """Return the scenario along every cued axis."""
         along = [scenario(self.scenario, literal=self.literal, axis=pair.along) for pair in self.pairs]
         return functools.reduce(Scenario.combined_with, along)
 
     @property
     def platform(self) -> Platform:
-        """The platform, with another limit circle or braking law where one is asked for."""
+        """Return the platform, with another limit circle or braking law if one is given."""
         platform = load(self.on)
         changed: dict[str, BaseModel] = {}
         if self.circle is not None:
@@ -118,7 +118,7 @@ class Loop:
 
     @property
     def engine(self) -> Callable[..., StageEngine]:
-        """What makes the implicit MPC's solver."""
+        """Return the factory of the implicit MPC's solver."""
 
         def started(problem: StageProblem, **options: Any) -> StageEngine:
             return StartedEngine(problem, start=self.start, **options)
@@ -132,30 +132,30 @@ class Loop:
         return engine_named(self.solver)
 
     def controller(self) -> Cueing:
-        """The cueing algorithm of this loop."""
+        """Return the cueing algorithm of this loop."""
         design = _design(replace(self, scenario="", cueing=""))
         if self.damping != 0.0:
             return _damped(self, design)
         cueing: Cueing = CUEING[self.cueing].load()(design)
         if self.terminal != 1.0 and isinstance(cueing, Mpc):
             weighted = TerminalWeight(cueing.problem, self.terminal)
-            cueing.problem = weighted  # type: ignore[assignment]  # it adds to one, and passes the rest on
+            cueing.problem = weighted  # type: ignore[assignment]  # it extends a problem and delegates to it
         return cueing
 
     def run(self) -> "Closed":
-        """Close the loop."""
+        """Simulate the closed loop."""
         return close_with(self, self.controller())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """What one axis pair did, at the controller's nodes."""
+    """The motion of one axis pair, at the controller's nodes."""
 
     time: Vec  # (m,) [s]
     wanted: Vec  # [m/s²]
     felt: Vec  # [m/s²]
-    translation: Vec  # [m/s²] the part that acceleration gives
-    tilt_part: Vec  # [m/s²] the part that tilting gives
+    translation: Vec  # [m/s²] part from acceleration
+    tilt_part: Vec  # [m/s²] part from tilt
     tilt_deg: Vec
     tilt_rate_deg: Vec  # [deg/s]
     position: Vec  # [m]
@@ -164,26 +164,26 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closed:
-    """What a closed loop gave."""
+    """The result of a closed loop."""
 
     rmse: dict[str, float]  # [m/s²] by axis pair
-    decided: dict[str, float]  # [m/s²] the same of the instants of decision alone
+    decided: dict[str, float]  # [m/s²] RMSE at the decisions only, by axis pair
     travel: dict[str, float]  # [m] RMS of the displacement by axis pair
     changes: Ints  # (m,) working-set changes of each step
     step_us: dict[str, float]  # distribution of the time of a step [µs]
-    unsolved: int  # steps without a certified answer
-    missed: int  # guesses that could not be had
-    cues: dict[str, int]  # false cues of `otolith.metrics.false_cues` by kind
-    excess: dict[str, float]  # largest excess over a limit at any instant, by quantity [SI]
+    unsolved: int  # number of steps without a certified answer
+    missed: int  # number of guesses that were not available
+    cues: dict[str, int]  # number of false cues (`otolith.metrics.false_cues`) by kind
+    excess: dict[str, float]  # largest excess over each limit at any sample, by quantity [SI]
     motion: dict[str, Motion]  # by axis pair
 
     def spread(self) -> dict[str, float]:
-        """Distribution of the working-set changes."""
+        """Return the distribution of the working-set changes."""
         return distribution(self.changes)
 
 
 def close_with(loop: Loop, cueing: Cueing) -> Closed:
-    """Close the loop with a cueing algorithm made elsewhere."""
+    """Simulate the closed loop with a given cueing algorithm."""
     plant = PLANTS[CUEING[loop.cueing].plant].load()(loop.platform)
     run = simulate(
         cueing,
@@ -211,7 +211,7 @@ def _damped(loop: Loop, design: Design) -> Mpc:
 
 @functools.lru_cache(maxsize=4)
 def _design(loop: Loop) -> Design:
-    """One design for all scenarios and models of a reading, so that its laws are enumerated once."""
+    """Return one design for all scenarios and models of a reading, so that its laws are enumerated once."""
     return Design(
         platform=loop.platform,
         dofs=loop.pairs,
@@ -222,7 +222,7 @@ def _design(loop: Loop) -> Design:
 
 
 def closed(loop: Loop, run: Run) -> Closed:
-    """The figures of a run that tables and diagrams need."""
+    """Return the figures of a run that tables and diagrams need."""
     rmse, travel = tracking_rmse(run), travel_rms(run)
     return Closed(
         rmse={pair.name: float(rmse[pair.translation]) for pair in loop.pairs},
@@ -239,9 +239,9 @@ def closed(loop: Loop, run: Run) -> Closed:
 
 
 def rmse_at_decisions(run: Run, pair: Dof) -> float:
-    """RMSE [m/s²] at the instants of decision alone, one plant step after them.
+    """Return the RMSE [m/s²] at the decisions only, one plant step after each.
 
-    On a plant without lag that is the error of the explicit model's own output y_k = a_k + g tilt_k (4.1).
+    On a plant without lag this is the error of the explicit model's own output y_k = a_k + g tilt_k (4.1).
     """
     error = (run.felt_force - run.reference_force)[:: round(run.period / run.plant_period), pair.translation]
     return float(np.sqrt(np.mean(error**2)))

@@ -1,9 +1,9 @@
-"""The four cueing models of section 3.1 side by side: Tables 5.3 to 5.12 and C.4 to C.6.
+"""Comparison of the four cueing models of section 3.1: Tables 5.3 to 5.12 and C.4 to C.6.
 
-Iterations are working-set changes of a dual active-set method on the condensed problem, each step started
-from the set of the step before: the thesis's qpOASES in kind (`otolith_thesis.counting_engine`). Every table
-is computed in two readings of the washout weights (presets `thesis-fit` and `printed`); its numbers are
-those of `thesis-fit`, the others stand in a grid below.
+Iterations are working-set changes of a dual active-set method on the condensed problem, where each step
+starts from the previous step's set, the same kind as the thesis's qpOASES (`otolith_thesis.counting_engine`).
+Every table is computed in two readings of the washout weights (presets `thesis-fit` and `printed`). Its
+numbers are those of `thesis-fit`; the others are in a grid below.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -31,8 +31,9 @@ from otolith_thesis.outcome import Cell, Grid, Outcome
 from otolith_thesis.published import Published, published
 from otolith_thesis.verdict import Number, judged, judged_row
 
-OFTEN: Final = 5  # one training manoeuvre in so many makes the hint of a certified guess
-SELDOM: Final = 15  # with constant weights: a hint for every pair of them, each a single law
+OFTEN: Final = 5  # only one training manoeuvre in this many is used for a certified guess
+# The same with constant weights, where each pair of weights has its own hint, a single law
+SELDOM: Final = 15
 GUESSES: Final = {"thesis-fit": ("velocity", 0.1), "printed": ("tilt_rate", 1.0)}
 READINGS: Final = ("thesis-fit", "printed")
 SAME: Final = (
@@ -46,7 +47,7 @@ SAME: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """One of the thesis's comparisons: along which axes, with which washout."""
+    """One of the thesis's comparisons: the cued axes and the kind of washout."""
 
     dofs: tuple[str, ...]
     scenarios: tuple[str, ...]
@@ -54,13 +55,13 @@ class Setting:
 
     @property
     def counts_both(self) -> bool:
-        """True when the changes are counted in both readings: adaptive weights in 2 DOF, the main table."""
+        """Return whether changes are counted in both readings, as for the main table in 2 DOF."""
         return len(self.dofs) == 1 and not self.constant
 
     def loop(self, scenario: str, model: str, reading: str) -> Loop:
-        """The closed loop of one cell."""
+        """Return the closed loop of one cell."""
         weights = best_constant(scenario, reading) if self.constant else PRESETS[reading]
-        # The other reading is there for its motion but in Table 5.5.
+        # Outside Table 5.5, only the motion of the other reading is needed.
         motion_only = reading != READINGS[0] and not self.counts_both
         return Loop(
             scenario=scenario,
@@ -71,7 +72,7 @@ class Setting:
         )
 
     def loops(self) -> list[Loop]:
-        """All cells in both readings."""
+        """Return all cells in both readings."""
         return [
             self.loop(scenario, model, reading)
             for reading in READINGS
@@ -80,7 +81,7 @@ class Setting:
         ]
 
     def hinted(self) -> list[Hinted]:
-        """The loops with a certified guess, in the reading that fits: one hint for each washout."""
+        """Return the loops with a certified guess in the fitting reading, one hint for each washout."""
         groups: dict[tuple[WashoutWeight, ...], list[str]] = {}
         for scenario in self.scenarios:
             groups.setdefault(self.loop(scenario, "implicit", READINGS[0]).washout, []).append(scenario)
@@ -91,11 +92,11 @@ class Setting:
         ]
 
     def counted(self) -> list[Loop | Hinted]:
-        """All jobs of a table of iterations."""
+        """Return all jobs of a table of iterations."""
         return [*self.loops(), *self.hinted()]
 
     def values(self, answers: Answers, reading: str, of: Callable[[Closed], float]) -> Values:
-        """One figure of every cell."""
+        """Return one figure of every cell."""
         return {
             scenario: {model: of(answers[self.loop(scenario, model, reading)]) for model in MODELS}
             for scenario in self.scenarios
@@ -103,10 +104,10 @@ class Setting:
 
 
 def best_constant(scenario: str, reading: str) -> tuple[WashoutWeight, ...]:
-    """The thesis's tuned constant weights of one signal (Table 5.3), in one of two readings.
+    """Return the thesis's tuned constant weights of one signal (Table 5.3), in one of two readings.
 
-    As printed, on tilt rate and position. As it fits, the first on the velocity and a tenth of the
-    second on the position: the one scale that brings errors and travels of the table nearest together
+    As printed, they are on tilt rate and position. As it fits, the first is on the velocity, and a tenth of
+    the second on the position: the one scale that brings errors and travels closest to the table
     (`study-constant-weights`).
     """
     row = next(row for row in published("table-5.3").rows if row["scenario"] == scenario)
@@ -114,7 +115,7 @@ def best_constant(scenario: str, reading: str) -> tuple[WashoutWeight, ...]:
 
 
 def constant_weights(first: float, second: float, reading: str) -> tuple[WashoutWeight, ...]:
-    """Constant weights of the thesis's pair (tilt rate, displacement) in one of the two readings."""
+    """Return constant weights for the thesis's pair (tilt rate, displacement) in one of the two readings."""
     state, factor = GUESSES[reading]
     return constant({state: first, "position": factor * second})
 
@@ -145,7 +146,7 @@ def _mean_changes(closed: Closed) -> float:
 
 
 def iterations(table: str, setting: Setting, answers: Answers) -> Outcome:
-    """Tables 5.5, 5.9 and C.4: mean iterations, with the distributions that the means hide."""
+    """Build Tables 5.5, 5.9 and C.4: mean iterations, with the distributions that the means hide."""
     printed = published(table)
     ours = setting.values(answers, READINGS[0], _mean_changes)
     other = setting.values(answers, READINGS[1], _mean_changes)
@@ -167,10 +168,10 @@ def iterations(table: str, setting: Setting, answers: Answers) -> Outcome:
 
 
 def percentages(table: str, counts: str, setting: Setting, answers: Answers) -> Outcome:
-    """Tables 5.6, 5.10 and C.5: fewer changes than the implicit MPC's, in percent of these.
+    """Build Tables 5.6, 5.10 and C.5: savings of changes relative to the implicit MPC [%].
 
-    The thesis prints magnitudes, so that a model that needs more iterations counts as an improvement in
-    its averages; ours have a sign, positive where a model needs fewer.
+    The thesis prints magnitudes, so a model that needs more iterations counts as an improvement in its
+    averages. Our numbers have a sign, positive if a model needs fewer.
     """
     printed = published(table)
     means = setting.values(answers, READINGS[0], _mean_changes)
@@ -202,7 +203,7 @@ def percentages(table: str, counts: str, setting: Setting, answers: Answers) -> 
 
 
 def errors(table: str, setting: Setting, answers: Answers, pair: str) -> Outcome:
-    """Tables 5.7, 5.11, 5.12 and C.6: RMSE of the felt specific force."""
+    """Build Tables 5.7, 5.11, 5.12 and C.6: RMSE of the felt specific force."""
     printed = published(table)
     ours = setting.values(answers, READINGS[0], lambda closed: closed.rmse[pair])
     other = setting.values(answers, READINGS[1], lambda closed: closed.rmse[pair])
@@ -220,14 +221,14 @@ def errors(table: str, setting: Setting, answers: Answers, pair: str) -> Outcome
 
 
 def _weighed(setting: Setting) -> tuple[str, ...]:
-    """The studies of the limits and weights that a comparison is about."""
+    """Return the studies of the limits and weights that concern a comparison."""
     if setting.constant:
         return ("study-constant-weights",)
     return ("study-weights", "study-circle") if len(setting.dofs) == 2 else ("study-weights",)
 
 
 def _in_all(values: Values) -> dict[str, float]:
-    """Saved in percent of the sum over all signals, which one that hardly needs a change cannot rule."""
+    """Return savings in percent of the sum over all signals, which no signal with few changes dominates."""
     total = {model: sum(row[model] for row in values.values()) for model in MODELS}
     return _saved({"all": total})["all"]
 
@@ -253,7 +254,7 @@ def _grid(title: str, values: Values, *, averaged: bool = False) -> Grid:
 
 
 def _by_model(setting: Setting, answers: Answers) -> dict[str, dict[str, Closed]]:
-    """Closed loops by model, then by signal, the one with a certified guess last."""
+    """Return closed loops by model, then by signal; the certified guess is the last model."""
     found = {
         model: {s: answers[setting.loop(s, model, READINGS[0])] for s in setting.scenarios}
         for model in MODELS
@@ -275,7 +276,7 @@ def _distributions(setting: Setting, answers: Answers) -> Grid:
 
 
 def _pooled(setting: Setting, answers: Answers) -> Grid:
-    """All signals together: where the changes are, what a step costs, guesses missed and steps unsolved."""
+    """Return figures over all signals: changes, cost of a step, missed guesses and unsolved steps."""
     rows: list[tuple[Cell, ...]] = []
     models = _by_model(setting, answers)
     for model, by_signal in models.items():
@@ -303,12 +304,12 @@ def _pooled(setting: Setting, answers: Answers) -> Grid:
 
 
 def _middle(closed: Sequence[Closed], figure: str) -> float:
-    """The middle one of the signals' step times [µs]."""
+    """Return the median over the signals of a figure of the step times [µs]."""
     return float(np.median([one.step_us[figure] for one in closed]))
 
 
 def _moved(by_signal: dict[str, Closed], base: dict[str, Closed]) -> str:
-    """Largest relative change of the RMSE against the implicit MPC without a guess."""
+    """Return the largest relative change of the RMSE against the implicit MPC without a guess."""
     gaps = [
         abs(one.rmse[pair] / base[scenario].rmse[pair] - 1.0)
         for scenario, one in by_signal.items()
@@ -323,5 +324,5 @@ def _share_of_worst(changes: Sequence[int] | np.ndarray) -> float:
 
 
 def loops_of(settings: Iterable[Setting]) -> list[Loop]:
-    """The closed loops that tables of these settings need."""
+    """Return the closed loops that tables of these settings need."""
     return [loop for setting in settings for loop in setting.loops()]

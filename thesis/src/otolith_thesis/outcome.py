@@ -1,4 +1,4 @@
-"""What reproducing a table, a figure or a study gives: plain values, ready for JSON and for a page."""
+"""The result of reproducing a table, figure or study: plain values, ready for JSON and for a page."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,24 +11,24 @@ from otolith_thesis.verdict import Number, Verdict
 
 Kind = Literal["table", "figure", "study"]
 Cell = str | float | int | bool | None
-POINTS: Final = 1000  # of a curve at most; more than a page shows
+POINTS: Final = 1000  # largest number of points of a curve; more than a page shows
 
 
 class Bearing(StrEnum):
-    """What a study found out about the numbers of a table."""
+    """The conclusion of a study about the numbers of a table."""
 
-    ADOPTED = "adopted"  # it decided between readings; the table's numbers are those of the better one
-    EXPLAINS = "explains"  # it accounts for differences that remain, in whole or in part
-    EXCLUDED = "excluded"  # what it tried does not account for them
+    ADOPTED = "adopted"  # it decided between readings; the table shows the better one
+    EXPLAINS = "explains"  # it explains remaining differences, at least in part
+    EXCLUDED = "excluded"  # it does not explain them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """A sentence of the thesis about its table, and whether our numbers bear it out."""
+    """A statement of the thesis about its table, and whether our numbers confirm it."""
 
     text: str
     holds: bool
-    figures: str  # the numbers that decide it
+    figures: str  # the deciding numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +42,7 @@ class Grid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Points to join by a line; `right` reads on the right-hand axis."""
+    """Points joined by a line; if `right`, it belongs to the right-hand axis."""
 
     label: str
     x: Vec
@@ -51,7 +51,7 @@ class Curve:
     right: bool = False
 
     def thinned(self) -> dict[str, Any]:
-        """Plain values of at most `POINTS` points."""
+        """Return plain values of at most `POINTS` points."""
         every = max(1, -(-len(self.x) // POINTS))
         x, y = self.x[::every], self.y[::every]
         return {
@@ -73,10 +73,10 @@ class Panel:
     curves: tuple[Curve, ...]
     right_label: str = ""
     log_x: bool = False
-    equal: bool = False  # one scale for both axes, as a map needs
+    equal: bool = False  # whether both axes have one scale, as on a map
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values."""
+        """Return plain JSON values."""
         return {
             "title": self.title,
             "x_label": self.x_label,
@@ -96,26 +96,26 @@ class Outcome:
     kind: Kind
     title: str
     section: str
-    text: str = ""  # what was done, and what it shows
+    text: str = ""  # what was done and what it shows
     numbers: tuple[Number, ...] = ()
     claims: tuple[Claim, ...] = ()
     grids: tuple[Grid, ...] = ()
     panels: tuple[Panel, ...] = ()
-    reasons: tuple[str, ...] = ()  # names of the studies that test why numbers differ
-    bears_on: Mapping[str, Bearing] = field(default_factory=dict)  # of a study: by table, from its figures
+    reasons: tuple[str, ...] = ()  # names of the studies that examine why numbers differ
+    bears_on: Mapping[str, Bearing] = field(default_factory=dict)  # for a study: its conclusion by table
 
     @property
     def conclusion_holds(self) -> bool:
-        """Return whether every claim does."""
+        """Return whether every claim holds."""
         return all(claim.holds for claim in self.claims)
 
     def counts(self) -> dict[str, int]:
-        """How many numbers got which verdict."""
+        """Count the numbers by verdict."""
         found = Counter(number.verdict for number in self.numbers)
         return {verdict.value: found[verdict] for verdict in Verdict}
 
     def as_json(self) -> dict[str, Any]:
-        """Plain JSON values: `agree` counts the numbers within 10 %."""
+        """Return plain JSON values; `agree` counts the numbers within 10 %."""
         counts = self.counts()
         return {
             "kind": self.kind,
@@ -153,5 +153,5 @@ def _number(number: Number) -> dict[str, Any]:
 
 
 def columns_of(numbers: Sequence[Number]) -> list[str]:
-    """The columns of a table in their order."""
+    """Return the columns of a table in order."""
     return list(dict.fromkeys(number.column for number in numbers))

@@ -1,17 +1,17 @@
-"""The way to a QP's answer that ACADO's generated solver takes: from the last multipliers, by a homotopy.
+"""The method of ACADO's generated solver: it solves a QP from the last multipliers by a homotopy.
 
-ACADO's interface makes a new qpOASES problem at every step and initialises it with the multipliers of the
-last one alone (`qp.init(H, g, A, …, nWSR, y)`); it does not hot-start. qpOASES then makes up a problem of
-which these multipliers and the point zero are the solution, and follows the solution while gradient and
-bounds move linearly to the right ones; every change of the working set on that way is an iteration
-(Ferreau, Bock & Diehl, 2008, section 3; Ferreau, Kirches, Potschka, Bock & Diehl, 2014, section 3).
+ACADO's interface makes a new qpOASES problem at every step and initialises it only with the last multipliers
+(`qp.init(H, g, A, …, nWSR, y)`); it does not hot-start. qpOASES then constructs a problem that these
+multipliers and the point zero solve, and follows the solution while gradient and bounds move linearly to the
+right ones. Every change of the working set along this path is an iteration (Ferreau, Bock & Diehl, 2008,
+section 3; Ferreau, Kirches, Potschka, Bock & Diehl, 2014, section 3).
 
-Notation: min ½ zᵀH z + gᵀz, l ≤ R z ≤ u with R = (I_b; A), multipliers y signed as in `otolith.qp.problem`.
-L Lᵀ = H, T = L⁻¹Rᵀ, so that RH⁻¹Rᵀ = TᵀT. At τ from 0 to 1 the problem has the gradient (1 - τ)(-Rᵀy₀) + τ g;
-a row of the first working set, where y₀ ≠ 0, has the bound τ b; any other (1 - τ)(±FAR) + τ b.
+Notation: min ½ zᵀH z + gᵀz, l ≤ R z ≤ u with R = (I_b; A), multipliers y signed as in `otolith.qp.problem`. L
+Lᵀ = H, T = L⁻¹Rᵀ, so that RH⁻¹Rᵀ = TᵀT. At τ from 0 to 1 the problem has the gradient (1 - τ)(-Rᵀy₀) + τ g; a
+row of the first working set, where y₀ ≠ 0, has the bound τ b; any other row has (1 - τ)(±FAR) + τ b.
 
-Where in space the way begins plays no part: with another point p in place of zero, z - (1 - τ)p takes the
-place of z, and nothing else changes. Checked by test_the_point_from_which_the_way_starts_plays_no_part.
+The starting point of the path does not matter: with another point p instead of zero, z - (1 - τ)p replaces z,
+and nothing else changes. Checked by test_the_point_from_which_the_way_starts_plays_no_part.
 """
 
 from dataclasses import dataclass, replace
@@ -26,23 +26,25 @@ from otolith.qp.engines import CondensedEngine
 from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
-FAR: Final = 1e4  # how far rows outside the first working set begin from their value (qpOASES' relaxation)
-OPEN: Final = 1e6  # stands for a bound that is infinite
-LIMIT: Final = 1000  # changes
-_DEPENDENT: Final = 1e-10  # squared distance, relative, from the span of the active rows
-_MOVES: Final = 1e-12  # rate below which a row or a multiplier stands still
+# Initial distance of rows outside the first working set from their bounds (qpOASES' relaxation)
+FAR: Final = 1e4
+OPEN: Final = 1e6  # replaces an infinite bound
+LIMIT: Final = 1000  # largest number of changes
+# Relative squared distance from the span of the active rows, below which a row depends on them
+_DEPENDENT: Final = 1e-10
+_MOVES: Final = 1e-12  # rate below which a row or a multiplier is constant
 
 
 class _Way(NamedTuple):
-    """What stays the same along the way."""
+    """The data that are constant along the path."""
 
     gram: Mat  # (rows, rows) TᵀT
-    of_gradient: Vec  # (rows,) TᵀL⁻¹ of the gradient's rate
-    rates: tuple[Vec, Vec]  # (rows,) of lower and upper bounds
+    of_gradient: Vec  # (rows,) TᵀL⁻¹ times the gradient's rate
+    rates: tuple[Vec, Vec]  # (rows,) rates of lower and upper bounds
 
 
 class _State:
-    """Where the way is: rows r (rows,), multipliers y (rows,), sides ±1 of active rows, their order."""
+    """The point on the path: rows r (rows,), multipliers y (rows,), sides ±1 of active rows, their order."""
 
     def __init__(self, gram: Mat, y: Vec, point: Vec) -> None:
         self.side: Ints = np.sign(y).astype(np.int64)
@@ -57,10 +59,10 @@ class FromMultipliers:
     """A dense solver that starts from the multipliers of its last answer, as ACADO's qpOASES does."""
 
     tolerance: float
-    y: Vec | None = None  # (rows,) of the last answer; None: none yet, or it was lost
+    y: Vec | None = None  # (rows,) multipliers of the last answer; None if there is none
 
     def solve(self, qp: Qp, start: Ints | None = None) -> Solution:
-        """Solve `qp`; `start` is not its kind."""
+        """Solve `qp`; `start` is ignored."""
         del start
         found = follow(qp, np.zeros(len(qp.upper)) if self.y is None else self.y)
         if not found.residual < self.tolerance and found.status is Status.OPTIMAL:
@@ -80,23 +82,23 @@ class ParametricEngine:
         self.memory = self._engine.memory
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the memory; a start or a hint is not its kind."""
+        """Solve the problem in the memory; `start` and `hint` are ignored."""
         del start, hint
         return self._engine.run()
 
     def reset(self) -> None:
-        """Forget the multipliers."""
+        """Discard the multipliers."""
         self._engine.reset()
         self._dense.y = None
 
 
 def follow(qp: Qp, y0: Vec, point: Vec | None = None) -> Solution:
-    """The answer, and the changes of the working set on the way to it.
+    """Return the solution, with the number of working-set changes along the path to it.
 
     Parameters
     ----------
-    y0 : (rows,) multipliers to start from; their signs are the first working set.
-    point : (n,) where the way starts in space, zero without it.
+    y0 : (rows,) initial multipliers; their signs are the first working set.
+    point : (n,) starting point of the path; None for zero.
     """
     R = np.vstack([np.eye(qp.bounds, len(qp.g)), qp.A])
     L = np.linalg.cholesky(qp.H)
@@ -120,7 +122,7 @@ def follow(qp: Qp, y0: Vec, point: Vec | None = None) -> Solution:
 
 
 def _walk(way: _Way, at: _State, lower: Vec, upper: Vec) -> int:
-    """Follow the solution from τ = 0 to 1; the number of changes, -1 when the way is lost."""
+    """Follow the solution from τ = 0 to 1; return the number of changes, -1 if the path is lost."""
     tau, changes = 0.0, 0
     while changes <= LIMIT:
         W = np.array(at.active, dtype=np.int64)
@@ -145,7 +147,7 @@ def _walk(way: _Way, at: _State, lower: Vec, upper: Vec) -> int:
 def _first(
     way: _Way, at: _State, W: Ints, dy: Vec, dr: Vec, sides: tuple[Vec, Vec], rest: float
 ) -> tuple[float, tuple[int, int] | None]:
-    """The step to the first row that meets a bound (row, side), or multiplier that vanishes (row, 0)."""
+    """Return the step to the first row that meets a bound (row, side) or zero multiplier (row, 0)."""
     step, event = rest, None
     for side, bound, rate in zip((-1, 1), sides, way.rates, strict=True):
         closing, gap = side * (dr - rate), np.maximum(side * (bound - at.rows), 0.0)
@@ -162,7 +164,7 @@ def _first(
 
 
 def _change(gram: Mat, at: _State, W: Ints, row: int, side: int) -> bool:
-    """Drop a row (side 0) or take it in, for another one where it depends on the active ones."""
+    """Remove a row (side 0) or add it, in exchange for another one if it depends on the active rows."""
     if side == 0:
         _drop(at, row)
         return True
@@ -187,7 +189,7 @@ def _drop(at: _State, row: int) -> None:
 
 
 def _independent(gram: Mat, rows: Ints) -> list[int]:
-    """The rows, without those that depend on the ones before them."""
+    """Return the rows without those that depend on earlier ones."""
     if _regular(gram, rows):
         return [int(row) for row in rows]
     chosen: list[int] = []
@@ -198,7 +200,7 @@ def _independent(gram: Mat, rows: Ints) -> list[int]:
 
 
 def _regular(gram: Mat, rows: Ints) -> bool:
-    """Return whether no row depends on the ones before it."""
+    """Return whether no row depends on earlier ones."""
     own = gram[np.ix_(rows, rows)]
     try:
         pivots = np.diag(np.linalg.cholesky(own)) ** 2

@@ -1,11 +1,11 @@
 """The thesis's study of perception models: Tables B.1 to B.4, figures B.1 to B.3, eqs. B.3 to B.5.
 
-Its numbers come out digit for digit in this reading, found by trying: samples every 0.05 s; the input is 1
-from the sample at 2 s to the one at 15 s, both included, hence held until 15.05 s; the run ends at 45 s; and
-the "final value" is that of the last sample. The rise time is then counted in samples, not in seconds, and
-is towards that last value, a few thousandths, so it says nothing about how fast an organ answers. In
-Table B.2 the columns of Young and Ormsby are exchanged, and Young's was computed with a short lag of
-0.04 s where Table B.1 prints 0 (`YOUNG_IN_TABLE_B2`).
+Its numbers agree digit for digit in the following reading, which was found by trial. Samples are 0.05 s
+apart. The input is 1 from the sample at 2 s to the one at 15 s, both included, so it is held until 15.05 s.
+The run ends at 45 s, and the "final value" is the last sample. The rise time is counted in samples, not in
+seconds, and relates to that last value of a few thousandths, so it does not state how fast an organ responds.
+In Table B.2 the columns of Young and Ormsby are exchanged, and Young's was computed with a short lag of 0.04
+s where Table B.1 prints 0 (`YOUNG_IN_TABLE_B2`).
 """
 
 from collections.abc import Mapping
@@ -23,9 +23,9 @@ from otolith.perception import canals, otoliths
 from otolith.perception.canals import CanalParameters
 from otolith.perception.otoliths import OtolithParameters
 
-PERIOD: Final = 0.05  # [s] of the thesis's samples
-START, END, DURATION = 2.0, 15.0, 45.0  # [s] of the unit step and of the run
-SETTLED: Final = 0.02  # share of the largest error within which a response has settled
+PERIOD: Final = 0.05  # [s] sampling period of the thesis
+START, END, DURATION = 2.0, 15.0, 45.0  # [s] start and end of the unit step, duration of the run
+SETTLED: Final = 0.02  # share of the largest error below which a response has settled
 OMEGA: Final = np.logspace(-3.0, 3.0, 301)  # [rad/s]
 
 CANALS: Final[Mapping[str, CanalParameters]] = MappingProxyType(  # Table B.1
@@ -39,17 +39,17 @@ OTOLITHS: Final[Mapping[str, OtolithParameters]] = MappingProxyType(  # Table B.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepCharacteristics:
-    """What Tables B.2 and B.4 report of a response."""
+    """The figures of a response in Tables B.2 and B.4."""
 
-    rise_time: float  # from 10 % to 90 % of a value [s]
-    settling_time: float  # instant from which the error stays within 2 % of its largest [s]
+    rise_time: float  # [s] from 10 % to 90 % of a value
+    settling_time: float  # [s] time from which the error stays within 2 % of its maximum
     minimum: float
     maximum: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Responses:
-    """One model in figures B.1 to B.3: its answer to the unit step, and its frequency response."""
+    """Step response and frequency response of one model in figures B.1 to B.3."""
 
     time: Vec  # (n,) [s]
     output: Vec  # (n,)
@@ -68,33 +68,33 @@ class Sensitivity:
 
 
 def table_b2() -> dict[str, StepCharacteristics]:
-    """Table B.2 by the models' names in Table B.1, from that table's parameters; rise time in seconds."""
+    """Compute Table B.2 from the parameters of Table B.1, by model; the rise time is in seconds."""
     return {name: in_thesis_reading(model.system()) for name, model in CANALS.items()}
 
 
 def table_b4() -> dict[str, StepCharacteristics]:
-    """Table B.4 by the models' names in Table B.3; rise time in seconds."""
+    """Compute Table B.4 from the parameters of Table B.3, by model; the rise time is in seconds."""
     return {name: in_thesis_reading(model.system()) for name, model in OTOLITHS.items()}
 
 
 def figure_b1() -> dict[str, Responses]:
-    """Step and frequency responses of the semicircular canals."""
+    """Compute step and frequency responses of the semicircular canals."""
     return {name: responses(model.system()) for name, model in CANALS.items()}
 
 
 def figure_b2() -> dict[str, Responses]:
-    """Step and frequency responses of the otoliths."""
+    """Compute step and frequency responses of the otoliths."""
     return {name: responses(model.system()) for name, model in OTOLITHS.items()}
 
 
 def figure_b3(factor: float, model: OtolithParameters = otoliths.TELBAN) -> Sensitivity:
-    """The otolith with its gain times `factor`: 0.5 in figure B.3a; 1.5 or 2 in B.3b, which does not say."""
+    """Compute the otolith with its gain times `factor`: 0.5 in figure B.3a, probably 1.5 or 2 in B.3b."""
     system = replace(model, k=factor * model.k).system()
     return Sensitivity(factor=factor, otolith=responses(system), sensitivity=responses(sensitivity(system)))
 
 
 def in_thesis_reading(system: StateSpace) -> StepCharacteristics:
-    """Characteristics as in Tables B.2 and B.4, but for the rise time, which is given in seconds there.
+    """Return the characteristics of Tables B.2 and B.4, but with the rise time in seconds.
 
     The thesis prints the number of samples, 20 times as much.
     """
@@ -103,11 +103,11 @@ def in_thesis_reading(system: StateSpace) -> StepCharacteristics:
 
 
 def step_response(system: StateSpace, period: float, *, hold_last: bool = False) -> tuple[Vec, Vec]:
-    """Time and output (n,) under 1 from 2 s to 15 s, exact at the samples.
+    """Return time and output (n,) for an input of 1 from 2 s to 15 s, exact at the samples.
 
     Parameters
     ----------
-    hold_last : the sample at 15 s still sees the 1, so that it is held for one period more.
+    hold_last : whether the sample at 15 s still has the input 1, which is then held for one more period.
     """
     time: Vec = np.arange(round(DURATION / period) + 1, dtype=np.float64) * period
     last = END + 0.5 * period if hold_last else END - 0.5 * period
@@ -116,7 +116,9 @@ def step_response(system: StateSpace, period: float, *, hold_last: bool = False)
 
 
 def step_characteristics(time: Vec, output: Vec, *, towards: float) -> StepCharacteristics:
-    """Characteristics of a sampled response, straight between the samples, that ends where it settles.
+    """Return the characteristics of a sampled response that ends at its settled value.
+
+    Between samples the response is linear.
 
     Parameters
     ----------
@@ -134,7 +136,7 @@ def step_characteristics(time: Vec, output: Vec, *, towards: float) -> StepChara
 
 
 def responses(system: StateSpace, *, period: float = 0.01, omega: Vec = OMEGA) -> Responses:
-    """Answer to the unit step of 2 s to 15 s, and Bode data of a single-input, single-output system."""
+    """Return the response to a unit step from 2 s to 15 s, and Bode data, of a scalar system."""
     time, output = step_response(system, period)
     response = system.frequency_response(omega)[:, 0, 0]
     return Responses(
@@ -147,15 +149,15 @@ def responses(system: StateSpace, *, period: float = 0.01, omega: Vec = OMEGA) -
 
 
 def sensitivity(T: StateSpace) -> StateSpace:
-    """1 / (1 + T) (eq. B.3) of a single-input, single-output system: u − y of T in unit feedback."""
+    """Return 1 / (1 + T) (eq. B.3), the error u − y of T in unit feedback, for one input and one output."""
     K = 1.0 / (1.0 + T.D)  # (1, 1): e = K (u − C x)
     return replace(T, A=T.A - T.B @ K @ T.C, B=T.B @ K, C=-K @ T.C, D=K)
 
 
 def sensitivity_extrema(model: OtolithParameters) -> list[tuple[float, float]]:
-    """Frequencies [rad/s] and values where |1 / (1 + T)| of an otolith is stationary (eq. B.5), exactly.
+    """Return frequencies [rad/s] and values where |1 / (1 + T)| of an otolith is stationary (eq. B.5).
 
-    With |S|² = n(w) / d(w), w = ω², they are the positive roots of n' d − n d'.
+    They are exact: with |S|² = n(w) / d(w), w = ω², they are the positive roots of n' d − n d'.
     """
     den = Polynomial([1.0, model.T_S]) * Polynomial([1.0, model.T_L])
     n, d = _squared_modulus(den), _squared_modulus(den + Polynomial([model.k, model.k * model.T_a]))
@@ -165,18 +167,18 @@ def sensitivity_extrema(model: OtolithParameters) -> list[tuple[float, float]]:
 
 
 def _squared_modulus(p: Polynomial) -> Polynomial:
-    """|p(jω)|² of p = p₀ + p₁ s + p₂ s² as a polynomial in w = ω²: (p₀ − p₂ w)² + p₁² w."""
+    """Return |p(jω)|² of p = p₀ + p₁ s + p₂ s² as a polynomial in w = ω²: (p₀ − p₂ w)² + p₁² w."""
     p0, p1, p2 = (float(c) for c in np.asarray(p.coef, dtype=np.float64))
     return Polynomial([p0**2, p1**2 - 2.0 * p0 * p2, p2**2])
 
 
 def _first_crossing(time: Vec, y: Vec, level: float) -> float:
-    """First instant at which y passes `level`, in either direction."""
+    """Return the first time at which y passes `level`, in either direction."""
     passes = (y[:-1] - level) * (y[1:] - level) <= 0.0
     return _crossing(time, y, int(np.flatnonzero(passes & (y[:-1] != y[1:]))[0]), level)
 
 
 def _crossing(time: Vec, y: Vec, k: int, level: float) -> float:
-    """Instant at which the straight line from sample k to the next passes `level`."""
+    """Return the time at which the straight line from sample k to the next passes `level`."""
     share = (level - y[k]) / (y[k + 1] - y[k])
     return float(time[k] + share * (time[k + 1] - time[k]))

@@ -62,19 +62,19 @@ def _table(name: str, ours: Mapping[str, StepCharacteristics], fast: str) -> Out
 
 
 def table_b2(answers: Answers) -> Outcome:
-    """Table B.2, from the parameters of Table B.1 as printed."""
+    """Build Table B.2 from the printed parameters of Table B.1."""
     del answers
     return _table("table-b.2", study.table_b2(), "telban")
 
 
 def table_b4(answers: Answers) -> Outcome:
-    """Table B.4, from the parameters of Table B.3 as printed."""
+    """Build Table B.4 from the printed parameters of Table B.3."""
     del answers
     return _table("table-b.4", study.table_b4(), "telban")
 
 
 def exchanged(answers: Answers) -> Outcome:
-    """Table B.2: the columns of Young and Ormsby are exchanged, and one was computed with a short lag."""
+    """Show that in Table B.2 the columns of Young and Ormsby are exchanged, and one has a short lag."""
     del answers
     printed = {row["model"]: row for row in published("table-b.2").rows}
     lagged = study.in_thesis_reading(study.YOUNG_IN_TABLE_B2.system())
@@ -126,7 +126,7 @@ def _panels(models: Mapping[str, Responses]) -> tuple[Panel, ...]:
 
 
 def figure_b1(answers: Answers) -> Outcome:
-    """Figure B.1."""
+    """Draw figure B.1."""
     del answers
     return Outcome(
         name="figure-b.1",
@@ -138,7 +138,7 @@ def figure_b1(answers: Answers) -> Outcome:
 
 
 def figure_b2(answers: Answers) -> Outcome:
-    """Figure B.2."""
+    """Draw figure B.2."""
     del answers
     return Outcome(
         name="figure-b.2",
@@ -150,7 +150,7 @@ def figure_b2(answers: Answers) -> Outcome:
 
 
 def figure_b3(answers: Answers) -> Outcome:
-    """Figure B.3; "by the same factor" is read as 1.5."""
+    """Draw figure B.3, where "by the same factor" is read as 1.5."""
     del answers
     found = [study.figure_b3(factor) for factor in (0.5, 1.0, 1.5)]
     return Outcome(

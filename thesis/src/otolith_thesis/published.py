@@ -1,7 +1,7 @@
-"""Numbers printed in the thesis, from the data files beside this module.
+"""Numbers printed in the thesis, from the data files of this package.
 
-A row keeps the thesis's words as keys. Where a table puts the four cueing models side by side, their
-names in `otolith.registry` are keys of the row.
+The keys of a row are the thesis's words. Where a table compares the four cueing models, the keys are their
+names in `otolith.registry`.
 """
 
 import tomllib
@@ -24,7 +24,7 @@ class Published:
     title: str
     section: str  # where the thesis discusses it, e.g. "5.2.4"
     rows: tuple[Row, ...]
-    average: Row = field(default_factory=dict)  # the table's own last line, where it has one
+    average: Row = field(default_factory=dict)  # the last line of the table, if it has one
 
 
 @cache
@@ -37,7 +37,7 @@ def _printed() -> dict[str, Row]:
 
 
 def published(table: str) -> Published:
-    """The printed table of that name, e.g. "table-5.2".
+    """Return the printed table of that name, e.g. "table-5.2".
 
     Raises
     ------

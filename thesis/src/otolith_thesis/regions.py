@@ -1,10 +1,10 @@
-"""What counts as a region in Tables 5.2, 5.8, C.1 and C.3: the toolbox's rule, and others beside it.
+"""What counts as a region in Tables 5.2, 5.8, C.1 and C.3: the toolbox's rule, and other definitions.
 
-The thesis computes its explicit laws with the Multi-Parametric Toolbox 3 (section D.2). That takes a
-polyhedron as full-dimensional when twice the radius of its largest ball exceeds `region_tol`, 1e-7 by
-default, in the parameters' own units (Herceg, Kvasnica, Jones & Morari, 2013; its class `Polyhedron`). The
-thesis names no bound on parameters beside the limits of its states. So where a state has none, ours reaches
-`OPEN`: further out nothing is found (`study-open-parameters`).
+The thesis computes its explicit laws with the Multi-Parametric Toolbox 3 (section D.2). It takes a polyhedron
+as full-dimensional if twice the radius of its largest ball exceeds `region_tol`, 1e-7 by default, in the
+parameters' own units (Herceg, Kvasnica, Jones & Morari, 2013; class `Polyhedron`). The thesis names no bounds
+on parameters except the limits of its states. So a state without a limit is bounded by `OPEN` here, beyond
+which no region is found (`study-open-parameters`).
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from otolith.mpqp import Law, ball_radii, enumerate_regions, overlapping_sets
 from otolith.platforms import load
 
 TOOLBOX: Final = 0.5e-7  # [SI] radius: half of `region_tol`
-FINEST: Final = 1e-8  # [SI] radius of the smallest regions that any definition below counts
+FINEST: Final = 1e-8  # [SI] radius of the smallest region that a definition below counts
 OPEN: Final = (
     500.0  # [m/s] reach of a velocity without a limit; the reference reaches ten times as far [m/s²]
 )
@@ -31,14 +31,14 @@ RULE: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """How large the largest ball in a region must be for the region to count."""
+    """The size of the largest ball in a region from which the region counts."""
 
     radius: float
     own_units: bool
 
     @property
     def label(self) -> str:
-        """As a column's head."""
+        """Return the heading of its column."""
         return f"{2.0 * self.radius:.0e} across" if self.own_units else f"{self.radius:.0e} of box"
 
 
@@ -51,9 +51,10 @@ UNIT_BOX: Final = Definition(1e-7, own_units=False)
 
 
 def law_of(settings: ExplicitSettings, limits: Limits | None = None, *, finest: float = FINEST) -> Law:
-    """The explicit law of surge-pitch with every region that holds a ball of radius `finest` [SI].
+    """Return the explicit law of surge-pitch with every region that holds a ball of radius `finest` [SI].
 
-    With the parameter box scaled to [-1, 1]^p the ball is no smaller than finest over half the widest range.
+    In the parameter box scaled to [-1, 1]^p the ball has at least the radius `finest` over half the widest
+    range.
     """
     thesis = load("thesis")
     limits = limits or thesis.limits(SURGE_PITCH)
@@ -63,10 +64,10 @@ def law_of(settings: ExplicitSettings, limits: Limits | None = None, *, finest: 
 
 
 def open_settings(reach: float = OPEN) -> ExplicitSettings:
-    """Settings of Table C.1: N = 5 without blocking, parameters without a limit covered up to `reach`.
+    """Return the settings of Table C.1: N = 5, no blocking, unlimited parameters bounded by `reach`.
 
-    The reference reaches ten times as far, as an input without a limit may follow it anywhere; at
-    `UNLIMITED` only as far as in all other laws.
+    The reference is bounded by ten times as much, because an input without a limit may follow it anywhere; at
+    `UNLIMITED` it is bounded as in all other laws.
     """
     if reach == UNLIMITED:
         return ExplicitSettings(block_from=None)
@@ -74,7 +75,7 @@ def open_settings(reach: float = OPEN) -> ExplicitSettings:
 
 
 def counts(law: Law) -> dict[str, int]:
-    """Regions of the law, mirror images included, by every definition."""
+    """Count the regions of the law, mirror images included, by every definition."""
     own = ball_radii(law)
     found = {}
     for definition in DEFINITIONS:
@@ -84,5 +85,5 @@ def counts(law: Law) -> dict[str, int]:
 
 
 def overlapping(law: Law) -> int:
-    """Active sets beside those of the law, of regions that overlap with the law's, by the toolbox's rule."""
+    """Count the active sets outside the law whose regions overlap with the law's, by the toolbox's rule."""
     return len(overlapping_sets(law, TOOLBOX))

@@ -1,6 +1,6 @@
-"""What the thesis does not print, tried: the terminal weight, ACADO's regularisation, how the solver starts.
+"""Details that the thesis does not print: the terminal weight, ACADO's regularisation, the solver's start.
 
-Each variant changes one thing of the implicit MPC, so that its effect can be separated from all others.
+Each variant changes one property of the implicit MPC, so that its effect is separated from all others.
 """
 
 from contextlib import redirect_stdout
@@ -23,21 +23,21 @@ from otolith.qp.engines import CondensedEngine, StageMemory, expand
 from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
-_REST: Final = 1e-12  # of a gradient at z = 0, below which nothing is asked for
-QPOASES: Final = "qpoases"  # solver of a loop, where casadi is installed (extra `check`)
-ACADO: Final = "acado"  # solver of a loop: qpOASES's way as ACADO starts it, see `otolith_thesis.parametric`
+_REST: Final = 1e-12  # a smaller gradient at z = 0 counts as rest
+QPOASES: Final = "qpoases"  # solver of a loop; needs casadi (extra `check`)
+ACADO: Final = "acado"  # solver of a loop: qpOASES as ACADO starts it, see `otolith_thesis.parametric`
 
 
 def has_qpoases() -> bool:
-    """Return whether the thesis's own solver can be run."""
+    """Return whether the thesis's own solver is installed."""
     return find_spec("casadi") is not None
 
 
 class Start(StrEnum):
-    """Where the active-set method starts from."""
+    """The working set from which the active-set method starts."""
 
-    PREVIOUS = "previous"  # the last answer's working set, as it was
-    SHIFTED = "shifted"  # the same, one stage on
+    PREVIOUS = "previous"  # the last answer's working set
+    SHIFTED = "shifted"  # the last answer's working set, shifted by one stage
     COLD = "cold"  # nothing active
 
 
@@ -50,7 +50,7 @@ class StartedEngine:
         self._set = np.zeros(self.memory.lower.shape, dtype=np.int64)
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the memory."""
+        """Solve the problem in the memory."""
         del start, hint
         begin = self._set if self._start is Start.SHIFTED else np.zeros_like(self._set)
         solution = self._engine.run(begin)
@@ -58,7 +58,7 @@ class StartedEngine:
         return solution
 
     def reset(self) -> None:
-        """Forget the last answer."""
+        """Discard the last answer."""
         self._engine.reset()
         self._set[:] = 0
 
@@ -71,10 +71,12 @@ class _WarmQpOases:
         self._solver: Any = None
 
     def solve(self, qp: Qp, start: Ints) -> Solution:
-        """Solve from qpOASES's own last working set; `start` is not its kind."""
+        """Solve from qpOASES's own last working set; `start` is ignored."""
         del start
         b, none = qp.bounds, np.full(len(qp.g) - qp.bounds, np.inf)
-        with redirect_stdout(StringIO()):  # it prints its notice at any level, where results may be wanted
+        with redirect_stdout(
+            StringIO()
+        ):  # it prints its notice at any print level, which would mix with results
             solver = self._solver = self._solver or self._made(qp)
             found = solver(
                 h=qp.H,
@@ -88,7 +90,9 @@ class _WarmQpOases:
         z, of_rows, of_bounds = (np.asarray(found[name].full()).ravel() for name in ("x", "lam_a", "lam_x"))
         y = np.concatenate([of_bounds[:b], of_rows])
         residual = kkt_residual(qp, z, y)
-        if np.max(np.abs(qp.g)) < _REST and not y.any():  # its accuracy is absolute, and this is rest
+        if (
+            np.max(np.abs(qp.g)) < _REST and not y.any()
+        ):  # its accuracy is absolute, so rest is exact only within it
             residual = float(np.max(np.abs(qp.H @ z + qp.g)))
         status = Status.OPTIMAL if residual < self.tolerance else Status.UNCERTIFIED
         return Solution(status, z, y, int(solver.stats()["iter_count"]), residual)
@@ -102,26 +106,26 @@ class _WarmQpOases:
 
 
 class QpOasesEngine:
-    """The thesis's own solver on the condensed problem, hot-started (Table D.1); needs casadi."""
+    """The thesis's own solver on the condensed problem, hot-started (Table D.1); it needs casadi."""
 
     def __init__(self, problem: StageProblem, *, tolerance: float, blocks: tuple[int, ...] = ()) -> None:
-        self._problem, self._tolerance = problem, 10.0 * tolerance  # what its default accuracy reaches
+        self._problem, self._tolerance = problem, 10.0 * tolerance  # its default accuracy
         self.memory = CondensedEngine(problem, tolerance=tolerance, blocks=blocks).memory
         self.reset()
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Solve what lies in the memory."""
+        """Solve the problem in the memory."""
         del start, hint
         return self._solver.solve(expand(self._problem, self.memory))
 
     def reset(self) -> None:
-        """Forget the last answer."""
-        dense = cast(DenseSolver, _WarmQpOases(self._tolerance))  # the same one method
+        """Discard the last answer."""
+        dense = cast(DenseSolver, _WarmQpOases(self._tolerance))  # it has the same method
         self._solver = CondensedSolver(self._problem, dense)
 
 
 class TerminalWeight:
-    """A problem whose last stage counts `factor` times (eq. 4.6 names a terminal cost, no weight)."""
+    """A problem whose last stage has a weight (eq. 4.6 has a terminal cost, but no weight is printed)."""
 
     def __init__(self, problem: Problem, factor: float) -> None:
         self._problem, self._factor = problem, factor
@@ -130,7 +134,7 @@ class TerminalWeight:
         return getattr(self._problem, name)
 
     def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
-        """Write as the problem does, then weigh the last stage."""
+        """Write as the problem does, then weight the last stage."""
         self._problem.write(memory, x, plan, wanted, u_ref)
         memory.output[-1] *= np.sqrt(self._factor)
         memory.error[-1] *= np.sqrt(self._factor)
@@ -139,9 +143,9 @@ class TerminalWeight:
 
 @dataclass(frozen=True, slots=True)
 class Damped:
-    """A guess as control reference, with ACADO's Levenberg-Marquardt term λ‖u − u_plan‖² in it.
+    """A guess as control reference that includes ACADO's Levenberg-Marquardt term λ‖u − u_plan‖².
 
-    R‖u − g‖² + λ‖u − p‖² has the minimiser of (R + λ)‖u − (R g + λ p)/(R + λ)‖²: the term draws the
+    R‖u − g‖² + λ‖u − p‖² has the minimiser of (R + λ)‖u − (R g + λ p)/(R + λ)‖². So the term draws the
     controls to the previous plan p like a reference (Table D.1: λ = 1e-4, a tenth of R).
     """
 
@@ -151,15 +155,15 @@ class Damped:
 
     @property
     def active(self) -> bool:
-        """Return whether the guess within is asked for."""
+        """Return whether the inner guess is used."""
         return self.guess.active
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
         self.guess.reset()
 
     def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
-        """Mix guess and previous plan; None where a guess was wanted and could not be had."""
+        """Mix guess and previous plan; None if a guess was requested and not available."""
         inner = self.guess.controls(x, wanted, plan)
         if inner is None and self.active:
             return None

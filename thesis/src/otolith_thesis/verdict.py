@@ -1,12 +1,12 @@
-"""Ours beside a published number, and what to call the difference.
+"""Comparison of our number with a published one, and the verdict on the difference.
 
-The rule, the same for every number of every table:
+One rule holds for every number of every table:
 
-- agrees: within 2 %, or within half a unit of the last printed digit where that is more;
+- agrees: within 2 %, or within half a unit of the last printed digit if that is more;
 - close: within 10 %;
-- same order: within a factor of 2, and the number keeps its place in its row. It keeps it when no pair
-  of numbers of the row that stand apart by more than 2 % in both is ordered otherwise here than there;
-- differs: all else.
+- same order: within a factor of 2, and the number keeps its place in its row. It keeps its place if no two
+numbers of the row that differ by more than 2 % in both versions are in a different order;
+- differs: everything else.
 """
 
 import math
@@ -22,7 +22,7 @@ TIE: Final = 0.02
 
 
 class Verdict(StrEnum):
-    """How a number of ours stands to the published one."""
+    """The verdict on our number relative to the published one."""
 
     AGREES = "agrees"
     CLOSE = "within 10 %"
@@ -32,31 +32,36 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Number:
-    """One published number, ours beside it."""
+    """One published number and ours."""
 
     row: str
     column: str
     published: float
     ours: float
-    digits: int = 4  # printed after the point
-    at_least: bool = False  # the thesis gives a lower bound of a computation that it stopped
+    digits: int = 4  # number of printed digits after the point
+    at_least: bool = False  # whether the thesis gives only a lower bound, from a computation that was stopped
     verdict: Verdict = Verdict.DIFFERS
 
     @property
     def ratio(self) -> float | None:
-        """Ours over published; None where nothing is published but 0."""
+        """Return ours over published; None if the published number is 0."""
         return self.ours / self.published if self.published else None
 
 
 def judged(group: Sequence[Number]) -> tuple[Number, ...]:
-    """The numbers of one row of a table with their verdicts."""
+    """Return the numbers of one row of a table with their verdicts."""
     return tuple(_with_verdict(number, group) for number in group)
 
 
 def judged_row(
     row: str, printed: Mapping[str, Any], ours: Mapping[str, float], *, digits: int = 4
 ) -> tuple[Number, ...]:
-    """A row of a table whose columns are the keys of `ours`, with verdicts; `printed` has the same keys."""
+    """Return a row of a table, whose columns are the keys of `ours`, with verdicts.
+
+    Parameters
+    ----------
+    printed : the published row, with the same keys.
+    """
     return judged(
         [
             Number(row=row, column=column, published=float(printed[column]), ours=value, digits=digits)
@@ -79,7 +84,7 @@ def _with_verdict(number: Number, group: Sequence[Number]) -> Number:
 
 
 def verdict(number: Number, *, ranked: bool) -> Verdict:
-    """The rule above; `ranked` says whether the number keeps its place in its row."""
+    """Apply the rule above; `ranked` states whether the number keeps its place in its row."""
     gap, size = abs(number.ours - number.published), abs(number.published)
     if not math.isfinite(number.ours):
         return Verdict.DIFFERS
@@ -99,7 +104,7 @@ def _same_way(a: Number, b: Number) -> bool:
 
 
 def _apart(a: float, b: float) -> int:
-    """The sign of a − b, 0 where they are tied."""
+    """Return the sign of a − b, 0 if they are tied."""
     if abs(a - b) <= TIE * max(abs(a), abs(b)):
         return 0
     return 1 if a > b else -1

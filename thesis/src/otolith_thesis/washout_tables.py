@@ -1,7 +1,7 @@
 """Tables 5.3 and 5.4: constant and adaptive washout weights of the implicit MPC, and their false cues.
 
-The thesis does not say what it counts as one false cue. Ours are those of `otolith.metrics.false_cues`, an
-executable definition with a threshold of 0.17 m/s²; counts are compared in size and ranking only.
+The thesis does not define a false cue. Ours are those of `otolith.metrics.false_cues`, with a threshold of
+0.17 m/s². So counts are compared only in size and order.
 """
 
 from typing import Final
@@ -14,7 +14,7 @@ from otolith_thesis.published import Row, published
 from otolith_thesis.studies.common import PAIR
 from otolith_thesis.verdict import Number, judged
 
-SHARED: Final = (0.001, 0.9)  # the one pair of constant weights of Table 5.4: tilt rate, displacement
+SHARED: Final = (0.001, 0.9)  # the constant weights of Table 5.4 on tilt rate and displacement
 REASONS: Final = ("study-constant-weights", "study-terminal", "study-false-cues")
 
 
@@ -31,13 +31,13 @@ def _adaptive(scenario: str) -> Loop:
 
 
 def best_jobs() -> list[Loop]:
-    """Loops of Table 5.3 in both readings."""
+    """Return the loops of Table 5.3 in both readings."""
     rows = published("table-5.3").rows
     return [_best(row["scenario"], reading) for row in rows for reading in READINGS]
 
 
 def compared_jobs() -> list[Loop]:
-    """Loops of Table 5.4."""
+    """Return the loops of Table 5.4."""
     signals = [row["scenario"] for row in published("table-5.4").rows]
     constant = [_shared(signal, reading) for signal in signals for reading in READINGS]
     return constant + [_adaptive(signal) for signal in signals]
@@ -59,7 +59,7 @@ def _number(row: Row, column: str, ours: float) -> Number:
 
 
 def best(answers: Answers) -> Outcome:
-    """Table 5.3 with the thesis's weights."""
+    """Build Table 5.3 with the thesis's weights."""
     printed = published("table-5.3")
     numbers: list[Number] = []
     other: list[tuple[Cell, ...]] = []
@@ -112,7 +112,7 @@ def _grows(by_signal: dict[str, Closed], signals: tuple[str, ...]) -> bool:
 
 
 def compared(answers: Answers) -> Outcome:
-    """Table 5.4: one pair of constant weights for all signals against the adaptive ones."""
+    """Build Table 5.4: one pair of constant weights for all signals against the adaptive weights."""
     printed = published("table-5.4")
     numbers: list[Number] = []
     better, cues = 0, {"constant": 0.0, "adaptive": 0.0}

@@ -1,1 +1,1 @@
-"""The reproduction as a page: plain values in, one HTML file out; its style sheet serves screen and paper."""
+"""The reproduction as a page: one HTML file from plain values, with a style sheet for screen and paper."""

@@ -12,23 +12,23 @@ from matplotlib.transforms import ScaledTranslation
 
 from otolith.report.palette import CYCLE, GREY
 
-ACROSS: Final = 3  # panels side by side
+ACROSS: Final = 3  # largest number of panels in a row
 PANEL: Final = (3.4, 2.35)  # [in]
 FONT: Final = 8.0  # [pt]
-BELOW: Final = 0.37  # [in] from the axes down to the legend: ticks and label lie between
+BELOW: Final = 0.37  # [in] distance from the axes down to the legend, with ticks and label between
 
 
 def columns(panels: int) -> int:
-    """How many panels stand side by side."""
+    """Return the number of panels in a row."""
     return 2 if panels == 4 else min(ACROSS, panels)
 
 
 def draw(panels: Sequence[Mapping[str, Any]]) -> Figure:
-    """All panels of an item, three across, with a legend below each.
+    """Draw all panels of an item, up to three in a row, with a legend below each.
 
     Parameters
     ----------
-    panels : plain values with title, x_label, y_label, right_label, log_x, perhaps equal (one scale for
+    panels : plain values with title, x_label, y_label, right_label, log_x, optionally equal (one scale for
         both axes), and curves; a curve has label, x, y, dash and right.
     """
     across = columns(len(panels))
@@ -46,7 +46,7 @@ def draw(panels: Sequence[Mapping[str, Any]]) -> Figure:
 
 
 def draw_on(left: Axes, panel: Mapping[str, Any]) -> None:
-    """One panel on axes that are there, its legend below them."""
+    """Draw one panel on existing axes, with its legend below."""
     right = left.twinx() if panel["right_label"] else left
     drawn = []
     for place, curve in enumerate(panel["curves"]):
@@ -91,7 +91,7 @@ def draw_on(left: Axes, panel: Mapping[str, Any]) -> None:
 
 
 def svg(figure: Figure) -> str:
-    """The figure as an SVG element to stand within a page; equal figures, equal text."""
+    """Return the figure as an SVG element for a page; equal figures give equal text."""
     text = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "otolith", "path.simplify_threshold": 0.3}):
         figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)

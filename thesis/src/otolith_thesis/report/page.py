@@ -1,6 +1,6 @@
-"""The reproduction of the thesis as one HTML page that needs nothing else, on screen and on paper.
+"""The reproduction of the thesis as one self-contained HTML page, for screen and paper.
 
-It reads the plain values that `otolith reproduce` writes, so that a page can be made again from its JSON.
+It reads the plain values that `otolith reproduce` writes, so a page can be made again from its JSON.
 """
 
 import math
@@ -13,7 +13,7 @@ from otolith.report.page import page as frame
 from otolith_thesis.report.drawing import columns, draw, svg
 
 Values = Mapping[str, Any]
-CHAPTERS: Final = {  # what an item's name and kind say -> heading
+CHAPTERS: Final = {  # key of `chapter_of` -> heading
     "5": "Chapters 4 and 5: simplified actuator dynamics",
     "6": "Chapter 6: emulator and track",
     "b": "Appendix B: perception",
@@ -21,7 +21,7 @@ CHAPTERS: Final = {  # what an item's name and kind say -> heading
 }
 MARKS: Final = {"agrees": "●", "within 10 %": "◐", "same order": "○", "differs": "×"}
 CLASSES: Final = {"agrees": "v1", "within 10 %": "v2", "same order": "v3", "differs": "v4"}
-BEARINGS: Final = {  # what a study found out about a table -> heading
+BEARINGS: Final = {  # conclusion of a study about a table -> heading
     "adopted": "Decided by test, and read so above:",
     "explains": "Explained by test, in whole or in part:",
     "excluded": "Tested, and excluded as a reason:",
@@ -36,7 +36,7 @@ UNITS: Final = {
     "constant_rmse": "constant weights: RMSE [m/s²]",
     "constant_travel": "travel RMS [m] ",
 }
-MOST: Final = 6  # digits after the point
+MOST: Final = 6  # largest number of digits after the point
 NEUTRAL: Final = "Tested besides:"
 ABSENT: Final = "Tested by what is not part of this run:"
 PANEL_WIDTH: Final = 22  # [rem] on screen
@@ -52,12 +52,12 @@ RULE: Final = (
 
 
 def page(document: Values) -> str:
-    """The page of a reproduction.
+    """Return the page of a reproduction.
 
     Parameters
     ----------
-    document : plain values with version, date, seconds and items; an item is what
-        `otolith_thesis.Outcome.as_json` gives, by its name.
+    document : plain values with version, date, seconds and items; the items are results of
+        `otolith_thesis.Outcome.as_json` by name.
     """
     items: Mapping[str, Values] = document["items"]
     parts = [Part("In short", _summary(items))]
@@ -85,20 +85,20 @@ STUDIES: Final = (
 
 
 def chapter_of(name: str) -> str:
-    """A key of `CHAPTERS` for an item's name, e.g. "5" for "figure-4.2"."""
+    """Return the key of `CHAPTERS` for an item's name, e.g. "5" for "figure-4.2"."""
     first = name.split("-", 1)[1][0]
     return "5" if first == "4" else first
 
 
 def heading_of(name: str, item: Values) -> str:
-    """An item's heading: "Table 5.5. Mean iterations …"; a study's is its finding."""
+    """Return an item's heading, "Table 5.5. Mean iterations …"; that of a study is its finding."""
     kind, _, number = name.partition("-")
     title = str(item["title"])
     return title if item["kind"] == "study" else f"{kind.capitalize()} {number.upper()}. {title}"
 
 
 def number(value: Any) -> str:
-    """A cell's value for reading: four significant digits, whole numbers whole."""
+    """Format a cell's value: four significant digits, integers in full."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -109,7 +109,7 @@ def number(value: Any) -> str:
 
 
 def beside(published: float, ours: float) -> tuple[str, str]:
-    """A published number as it is printed, ours with as many digits after the point, or three that count."""
+    """Return a published number as printed, and ours with as many decimals, or three significant digits."""
     printed = f"{published:.10g}"
     decimals = len(printed.partition(".")[2]) if "e" not in printed else 0
     if not math.isfinite(ours) or ours == 0.0 or "e" in printed:
@@ -119,7 +119,7 @@ def beside(published: float, ours: float) -> tuple[str, str]:
 
 
 def wordy(cells: Sequence[Any]) -> bool:
-    """Return whether a column holds words, which stand to the left, not numbers."""
+    """Return whether a column holds words, which are aligned to the left, and not numbers."""
     words = [cell for cell in cells if isinstance(cell, str) and cell]
     return len(words) == len([cell for cell in cells if cell not in ("", None)]) and not any(
         word[0].isdigit() or word[0] in "-−+±>–" for word in words
@@ -127,7 +127,7 @@ def wordy(cells: Sequence[Any]) -> bool:
 
 
 def pivot(numbers: Sequence[Values]) -> tuple[list[str], dict[str, dict[str, Values]]]:
-    """Columns of a table in their order, and its numbers by row and column."""
+    """Return the columns of a table in order, and its numbers by row and column."""
     columns = list(dict.fromkeys(one["column"] for one in numbers))
     rows: dict[str, dict[str, Values]] = {}
     for one in numbers:
@@ -136,7 +136,7 @@ def pivot(numbers: Sequence[Values]) -> tuple[list[str], dict[str, dict[str, Val
 
 
 def column_of(name: str) -> str:
-    """A column's head: words and unit of what the data files name by a key."""
+    """Return the heading of a column: words and unit for a key of the data files."""
     return UNITS.get(name, name.replace("_", " "))
 
 
@@ -150,7 +150,7 @@ def _lead(document: Values) -> str:
 
 
 def _summary(items: Mapping[str, Values]) -> str:
-    """The rule, and how many numbers got which verdict, table by table."""
+    """Return the rule, and the number of verdicts table by table."""
     rule = "".join(
         f'<li><span class="mark {CLASSES[name]}">{MARKS[name]}</span> '
         f"<strong>{name}</strong>: {escape(text)}</li>"
@@ -191,7 +191,7 @@ def _label(name: str) -> str:
 
 
 def _contents(parts: Sequence[Part], items: Mapping[str, Values]) -> str:
-    """Links to the chapters and, by their short names, to the items of each."""
+    """Return links to the chapters and, by their short names, to the items of each."""
     chapters = {CHAPTERS[key]: key for key in CHAPTERS}
     rows = []
     for place, part in keyed(parts).items():
@@ -229,7 +229,7 @@ def _item(name: str, item: Values, items: Mapping[str, Values]) -> str:
 
 
 def _figure(panels: Sequence[Values]) -> str:
-    """Panels at one size, however many stand side by side; a narrow screen stacks them."""
+    """Return panels of one size, however many are in a row; a narrow screen stacks them."""
     across = columns(len(panels))
     drawings = "".join(svg(draw([panel])) for panel in panels)
     style = f"max-width: {PANEL_WIDTH * across}rem; --across: {across}"
@@ -247,7 +247,7 @@ def _claims(item: Values) -> str:
 
 
 def _numbers(numbers: Sequence[Values]) -> str:
-    """Published above, ours below, the ratio beside: one cell per number."""
+    """Return a table with one cell per number: published above, ours below, and the ratio."""
     if not numbers:
         return ""
     columns, rows = pivot(numbers)
@@ -277,7 +277,7 @@ def _cell(one: Values | None, column: str) -> str:
 
 
 def _grids(grids: Sequence[Values], *, folded: bool) -> str:
-    """Further tables of an item; folded where its numbers or its figure are what it is about."""
+    """Return further tables of an item, folded if it also has numbers or a figure."""
     text = "".join(map(_grid, grids))
     if not text or not folded:
         return text
@@ -305,12 +305,12 @@ def _grid(grid: Values) -> str:
 
 
 def sorted_reasons(name: str, items: Mapping[str, Values]) -> list[tuple[str, list[str]]]:
-    """Studies of a table by what they found out about it: a heading and their names, none empty.
+    """Group the studies of a table by their conclusion: headings with names, without empty groups.
 
     Parameters
     ----------
-    name : of the table.
-    items : all items of the run. What a study that is not among them would say is not known.
+    name : name of the table.
+    items : all items of the run; the conclusion of a study that is not among them is unknown.
     """
     groups: dict[str, list[str]] = {heading: [] for heading in (*BEARINGS.values(), NEUTRAL, ABSENT)}
     for study in items[name]["reasons"]:
@@ -320,7 +320,7 @@ def sorted_reasons(name: str, items: Mapping[str, Values]) -> list[tuple[str, li
 
 
 def unexplained(name: str, items: Mapping[str, Values]) -> str:
-    """The sentence for a table with numbers that differ, of which no study in the run explains any."""
+    """Return the sentence for a table with differences that no study in the run explains; else empty."""
     item = items[name]
     count = item["verdicts"]["differs"] if item["numbers"] else 0
     studies = [items[study] for study in item["reasons"] if study in items]
@@ -333,7 +333,7 @@ def unexplained(name: str, items: Mapping[str, Values]) -> str:
 
 
 def _reasons(name: str, items: Mapping[str, Values]) -> str:
-    """What experiments found out about this table's differences; those made in the same run are links."""
+    """Return what studies found about this table's differences; studies of the same run are links."""
     parts = [f"<p><strong>{escape(told)}</strong></p>"] if (told := unexplained(name, items)) else []
     for heading, studies in sorted_reasons(name, items):
         entries = "".join(

@@ -1,1 +1,1 @@
-"""Experiments that decide between readings of the thesis, and test why our numbers differ from its."""
+"""Experiments that decide between readings of the thesis, and examine why our numbers differ from its own."""

@@ -1,4 +1,4 @@
-"""What the studies share: fits to a table, and its columns."""
+"""Functions that the studies share: fits to a table, and its columns."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -11,7 +11,7 @@ from otolith_thesis.outcome import Bearing
 from otolith_thesis.published import Row, published
 
 PAIR: Final = "surge-pitch"
-ERRORS: Final = ("table-5.7", "table-5.11", "table-5.12", "table-c.6")  # of the four models
+ERRORS: Final = ("table-5.7", "table-5.11", "table-5.12", "table-c.6")  # tables of errors of the four models
 ITERATIONS: Final = ("table-5.5", "table-5.9", "table-c.4", "table-6.2")
 PERCENTAGES: Final = ("table-5.6", "table-5.10", "table-c.5")
 COUNTED: Final = (*ITERATIONS, *PERCENTAGES)
@@ -19,35 +19,35 @@ SMALL_SET: Final = ("sine-0.5", "sine-1", "step-sine-0.5")
 
 
 def fit(ours: Sequence[float], printed: Sequence[float]) -> float:
-    """Median of |ln(ours / published)|."""
+    """Return the median of |ln(ours / published)|."""
     return float(np.median(np.abs(np.log(np.asarray(ours) / np.asarray(printed)))))
 
 
 def rmse(answers: Answers, loops: Mapping[Any, Loop], pair: str = PAIR) -> list[float]:
-    """RMSE [m/s²] of every loop along an axis pair."""
+    """Return the RMSE [m/s²] of every loop along an axis pair."""
     return [answers[loop].rmse[pair] for loop in loops.values()]
 
 
 def column(table: str, key: str = "implicit") -> list[float]:
-    """One column of a published table."""
+    """Return one column of a published table."""
     return [float(row[key]) for row in published(table).rows]
 
 
 def bearing(tables: Sequence[str], found: bool, then: Bearing) -> dict[str, Bearing]:
-    """What a study says of its tables: `then` when it found what it looked for, else "excluded"."""
+    """Return a study's conclusion for its tables: `then` if `found`, otherwise "excluded"."""
     return dict.fromkeys(tables, then if found else Bearing.EXCLUDED)
 
 
 def signals(table: str) -> list[str]:
-    """The signals of a published table."""
+    """Return the signals of a published table."""
     return [row["scenario"] for row in published(table).rows]
 
 
 def cells(values: Sequence[float]) -> tuple[str, ...]:
-    """Four digits after the point, as the thesis prints."""
+    """Format with four digits after the point, as the thesis prints."""
     return tuple(f"{value:.4f}" for value in values)
 
 
 def row_of(table: str, scenario: str) -> Row:
-    """A published row by its signal."""
+    """Return a published row by its signal."""
     return next(row for row in published(table).rows if row["scenario"] == scenario)

@@ -1,4 +1,4 @@
-"""Which iterations the thesis counts: ACADO's start of its solver, and over which steps the mean is taken."""
+"""Which iterations the thesis counts: how ACADO starts its solver, and over which steps the mean is taken."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,14 +14,14 @@ from otolith_thesis.solver_variants import ACADO
 from otolith_thesis.studies.common import COUNTED, PAIR, bearing, fit, row_of, signals
 
 TABLE: Final = "table-5.5"
-FOLLOWED: Final = ("sine-1", "step-1")  # signals on which ACADO's way is followed
-COMPARED: Final = {  # table of iterations -> its loops, the table of its percentages
+FOLLOWED: Final = ("sine-1", "step-1")  # signals on which ACADO's start is tested
+COMPARED: Final = {  # table of iterations -> its loops, and the table of its percentages
     "table-5.5": (ADAPTIVE_2, "table-5.6"),
     "table-c.4": (CONSTANT_2, "table-c.5"),
     "table-5.9": (ADAPTIVE_4, "table-5.10"),
 }
-NEAR: Final = 0.0953  # ln 1.1: what a fit within 10 % is
-PART: Final = 0.8  # of a fit that may be left where a reading explains a part of it
+NEAR: Final = 0.0953  # ln 1.1, the largest fit within 10 %
+PART: Final = 0.8  # largest remaining share of a fit if a reading explains a part of it
 
 # --- ACADO's start
 
@@ -31,7 +31,7 @@ PRINTED: Final = "published"
 
 
 def _loops(table: str) -> list[Loop]:
-    """The four models on the signals that are followed, signal by signal."""
+    """Return the four models on the tested signals, signal by signal."""
     setting, _ = COMPARED[table]
     return [setting.loop(s, m, READINGS[0]) for s in FOLLOWED for m in MODELS]
 
@@ -41,12 +41,12 @@ def _started(loop: Loop) -> Loop:
 
 
 def acado_jobs() -> list[Loop]:
-    """The four models by ACADO's start and by the previous working set."""
+    """Return the four models with ACADO's start and with the previous working set."""
     return [job for table in COMPARED for loop in _loops(table) for job in (loop, _started(loop))]
 
 
 def acado(answers: Answers) -> Outcome:
-    """Iterations of a solver that is initialised with the last multipliers, as ACADO's code does."""
+    """Compare the iterations of a solver that starts from the last multipliers, as ACADO's code does."""
     means = {table: _means(table, answers) for table in COMPARED}
     fits = {table: _fits(of_table) for table, of_table in means.items()}
     saved = {
@@ -93,7 +93,7 @@ def acado(answers: Answers) -> Outcome:
 
 
 def _means(table: str, answers: Answers) -> dict[str, list[float]]:
-    """Mean changes of every loop by either start, and as published."""
+    """Return the mean changes of every loop with either start, and as published."""
     loops = _loops(table)
     return {
         PREVIOUS: [_mean(answers[loop]) for loop in loops],
@@ -107,7 +107,7 @@ def _fits(means: dict[str, list[float]]) -> dict[str, float]:
 
 
 def _moved(answers: Answers, loop: Loop) -> float:
-    """Largest relative difference of the RMSE between the two starts."""
+    """Return the largest relative difference of the RMSE between the two starts."""
     base, other = answers[loop].rmse, answers[_started(loop)].rmse
     return float(max(abs(other[pair] / base[pair] - 1.0) for pair in base))
 
@@ -132,7 +132,7 @@ def _mean(closed: Closed) -> float:
 
 
 def _saved(values: list[float]) -> list[float]:
-    """Saved by each guess in percent of the sum over the signals, the models of a signal side by side."""
+    """Return the savings of each guess in percent of the sum over the signals."""
     sums = np.reshape(values, (-1, len(MODELS))).sum(axis=0)
     return [float(value) for value in 100.0 * (1.0 - sums[1:] / sums[0])]
 
@@ -141,16 +141,16 @@ def _told(fits: dict[str, float]) -> str:
     return ", ".join(f"{name}: {100.0 * (np.exp(value) - 1.0):.0f} %" for name, value in fits.items())
 
 
-# --- over which steps the mean is taken
+# --- the steps over which the mean is taken
 
 
 def _active(closed: Closed) -> float:
-    """Mean over the steps at which the reference is not zero."""
+    """Return the mean over the steps at which the reference is not zero."""
     return float(np.mean(closed.changes[np.abs(closed.motion[PAIR].wanted) > 0.0]))
 
 
 def _confirmed(closed: Closed) -> float:
-    """Mean where the look that finds nothing more to change counts too."""
+    """Return the mean if the last check, which finds nothing to change, also counts."""
     return _mean(closed) + 1.0
 
 
@@ -162,12 +162,12 @@ MEANS: Final[dict[str, Callable[[Closed], float]]] = {
 
 
 def mean_jobs() -> list[Loop]:
-    """The loops of Table 5.5 in the reading that fits."""
+    """Return the loops of Table 5.5 in the fitting reading."""
     return [ADAPTIVE_2.loop(s, m, READINGS[0]) for s in ADAPTIVE_2.scenarios for m in MODELS]
 
 
 def means(answers: Answers) -> Outcome:
-    """Other readings of "mean iterations" on the very loops of Table 5.5."""
+    """Compare other readings of "mean iterations" on the same loops of Table 5.5."""
     printed = [float(row_of(TABLE, s)[m]) for s in signals(TABLE) for m in MODELS]
     found = {name: [of(answers[loop]) for loop in mean_jobs()] for name, of in MEANS.items()}
     fits = {name: fit(np.maximum(values, 1e-3).tolist(), printed) for name, values in found.items()}

@@ -15,12 +15,12 @@ from otolith_thesis.published import Row, published
 from otolith_thesis.studies.common import PAIR, bearing
 
 THRESHOLDS: Final = (0.05, 0.1, 0.17, 0.3, 0.5)  # [m/s²] least mismatch
-SHORTEST: Final = (0.05, 0.3)  # [s]
+SHORTEST: Final = (0.05, 0.3)  # [s] shortest duration of a false cue
 TABLES: Final = ("table-5.3", "table-5.4")
 
 
 def _loops() -> list[tuple[Loop, int]]:
-    """Each loop with its published count; the best constant weights, then the adaptive ones."""
+    """Return each loop with its published count: the best constant weights, then the adaptive ones."""
     best, adaptive = (published(table).rows for table in TABLES)
     return [
         *((Loop(scenario=s, washout=best_constant(s, READINGS[0])), n) for s, n in _counts(best)),
@@ -33,19 +33,19 @@ def _counts(rows: Sequence[Row]) -> list[tuple[str, int]]:
 
 
 def jobs() -> list[Loop]:
-    """The loops of both tables."""
+    """Return the loops of both tables."""
     return [loop for loop, _ in _loops()]
 
 
 def _heads() -> list[tuple[str, str]]:
-    """Signal and number of the table, in the order of the loops."""
+    """Return signal and number of the table, in the order of the loops."""
     return [
         (row["scenario"], table.removeprefix("table-")) for table in TABLES for row in published(table).rows
     ]
 
 
 def _by_mismatch(closed: Closed, threshold: float, shortest: float) -> int:
-    """Stretches, as long or longer, in which felt and wanted differ by the threshold or more."""
+    """Count stretches of at least this duration in which felt and wanted differ by the threshold or more."""
     motion = closed.motion[PAIR]
     apart: Bools = np.abs(motion.felt - motion.wanted) >= threshold
     lasting = [float(motion.time[stop - 1] - motion.time[first]) for first, stop in spans(apart)]
@@ -53,7 +53,7 @@ def _by_mismatch(closed: Closed, threshold: float, shortest: float) -> int:
 
 
 def study(answers: Answers) -> Outcome:
-    """Ten definitions of a false cue against eighteen published counts."""
+    """Compare ten definitions of a false cue with eighteen published counts."""
     loops = _loops()
     printed = [count for _, count in loops]
     found = {

@@ -1,4 +1,4 @@
-"""What a guess is, and what iterations count."""
+"""What a guess is, and which iterations count."""
 
 from dataclasses import replace
 from typing import Final
@@ -10,19 +10,19 @@ from otolith_thesis.outcome import Bearing, Cell, Claim, Grid, Outcome
 from otolith_thesis.solver_variants import QPOASES, Start, has_qpoases
 from otolith_thesis.studies.common import COUNTED, ERRORS, PAIR, SMALL_SET, bearing, cells, row_of
 
-LAMBDA: Final = 1e-4  # Levenberg-Marquardt term of Table D.1
+LAMBDA: Final = 1e-4  # factor of the Levenberg-Marquardt term in Table D.1
 SOLVED_BY_BOTH: Final = ("sine-1", "step-1")
 
 # --- what a guess is
 
 
 def guess_jobs() -> list[Loop]:
-    """The four models with the guess as reference and as primal start."""
+    """Return the four models with the guess as reference and as initial point."""
     return [Loop(scenario=s, cueing=m, entry=entry) for s in SMALL_SET for m in MODELS for entry in Entry]
 
 
 def guess(answers: Answers) -> Outcome:
-    """Eq. 3.1: the guess is a control reference in the cost; as a primal start it changes nothing."""
+    """Show that a guess (eq. 3.1) is a reference in the cost, and has no effect as an initial point."""
     rows: list[tuple[Cell, ...]] = []
     moved, primal_moved = 0.0, 0.0
     for s in SMALL_SET:
@@ -79,12 +79,12 @@ def guess(answers: Answers) -> Outcome:
 
 
 def start_jobs() -> list[Loop]:
-    """The implicit MPC with three starts of the solver."""
+    """Return the implicit MPC with three starts of the solver."""
     return [Loop(scenario=s, start=start) for s in SMALL_SET for start in Start]
 
 
 def start(answers: Answers) -> Outcome:
-    """A cold solver would need ten times the thesis's iterations: its baseline was hot-started."""
+    """Show that the thesis's baseline was hot-started: a cold solver would need ten times its iterations."""
     means = {
         (s, one): answers[Loop(scenario=s, start=one)].spread()["mean"] for s in SMALL_SET for one in Start
     }
@@ -116,13 +116,13 @@ def start(answers: Answers) -> Outcome:
 
 
 def solver_jobs() -> list[Loop]:
-    """The same loops by our dense solver and by the thesis's, where that is installed."""
+    """Return the same loops with our dense solver and with the thesis's, if that is installed."""
     ours = [Loop(scenario=s, cueing=m) for s in SOLVED_BY_BOTH for m in ("implicit", "hybrid-all")]
     return ours + ([replace(loop, solver=QPOASES) for loop in ours] if has_qpoases() else [])
 
 
 def solver(answers: Answers) -> Outcome:
-    """Return whether another active-set method counts otherwise: the thesis's qpOASES, hot-started."""
+    """Test whether another active-set method counts differently: the thesis's qpOASES, hot-started."""
     rows, ratios = [], []
     for s in SOLVED_BY_BOTH:
         for m in ("implicit", "hybrid-all"):
@@ -163,7 +163,7 @@ def solver(answers: Answers) -> Outcome:
 
 
 def damping_jobs() -> list[Loop]:
-    """The four models with and without ACADO's regularisation."""
+    """Return the four models with and without ACADO's regularisation."""
     return [
         Loop(scenario=s, cueing=m, damping=value)
         for s in SMALL_SET
@@ -173,7 +173,7 @@ def damping_jobs() -> list[Loop]:
 
 
 def damping(answers: Answers) -> Outcome:
-    """ACADO's Levenberg-Marquardt term, a tenth of R, draws the controls to the previous plan."""
+    """Measure the effect of ACADO's Levenberg-Marquardt term, which draws controls to the previous plan."""
     rows: list[tuple[Cell, ...]] = []
     largest = 0.0
     for s in SMALL_SET:

@@ -14,7 +14,7 @@ from otolith_thesis.published import published
 from otolith_thesis.studies.common import fit
 
 COMBINED: Final = NAMES["combined-fast"]
-SIGNALS: Final = ("sine-0.5", "combined-fast")  # the one that fits offline best, and the one that does not
+SIGNALS: Final = ("sine-0.5", "combined-fast")  # the signal that fits best offline, and the one that does not
 WEIGHTS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
     "thesis-fit": PRESETS["thesis-fit"],
     "thesis-fit × 0.5": scaled(0.5),
@@ -33,12 +33,12 @@ def _row(weights: tuple[WashoutWeight, ...]) -> list[Emulated]:
 
 
 def weights_jobs() -> list[Emulated]:
-    """The implicit MPC with every set of weights, on two signals and both plants."""
+    """Return the implicit MPC with every set of weights, on two signals and both plants."""
     return [job for weights in WEIGHTS.values() for job in _row(weights)]
 
 
 def weights(answers: Answers) -> Outcome:
-    """One size of the weights does not fit both plants."""
+    """Show that one size of the weights does not fit both plants."""
     cells = [(signal, place) for signal in SIGNALS for place in PLACES]
     rows_printed = {(row["scenario"], row["plant"]): row for row in published("table-6.3").rows}
     printed = [float(rows_printed[cell]["implicit"]) for cell in cells]
@@ -76,23 +76,23 @@ def weights(answers: Answers) -> Outcome:
 
 
 def _farthest(ours: Sequence[float], printed: Sequence[float]) -> float:
-    """The largest factor, whichever way."""
+    """Return the largest ratio between the two, in either direction."""
     return max(max(a / b, b / a) for a, b in zip(ours, printed, strict=True))
 
 
 def _entered(model: str, place: str, entry: Entry) -> Emulated:
-    # A model without a guess is the same either way, and one run with it.
+    # A model without a guess does not depend on the entry, so one run suffices.
     used = Entry.REFERENCE if model == MODELS[0] else entry
     return Emulated(Case(scenario=COMBINED, where=place, cueing=model, entry=used))
 
 
 def guess_jobs() -> list[Emulated]:
-    """The four models on the combined signal, the guess as reference and as start."""
+    """Return the four models on the combined signal, with the guess as reference and as initial point."""
     return [_entered(model, place, entry) for model in MODELS for place in PLACES for entry in Entry]
 
 
 def guess(answers: Answers) -> Outcome:
-    """What the guess as a reference costs on the emulator."""
+    """Measure the cost of the guess as a reference on the emulator."""
     rows: list[tuple[Cell, ...]] = []
     mean: dict[tuple[str, Entry], float] = {}
     for place in PLACES:

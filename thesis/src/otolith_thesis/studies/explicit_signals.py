@@ -1,4 +1,4 @@
-"""When Table C.2 looks at the error, and its one number that stands apart even so."""
+"""At which instants Table C.2 evaluates the error, and its one number that still differs."""
 
 from dataclasses import dataclass, field
 from typing import Final
@@ -24,16 +24,16 @@ NEAR: Final = 0.10
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """One thing read otherwise: signals by their name in Table C.2, the law, its braking rows, their T."""
+    """One changed reading: signals by their name in Table C.2, the law, its braking rows, and their T."""
 
     name: str
     signals: dict[str, str] = field(default_factory=dict)
     block_from: int | None = 2
     braking: BrakingRows = BrakingRows.POSITION
-    times: tuple[float, float] | None = None  # [s] of travel and of tilt
+    times: tuple[float, float] | None = None  # [s] T of travel and of tilt
 
     def loop(self, signal: str, column: str) -> Loop:
-        """The closed loop of one cell."""
+        """Return the closed loop of one cell."""
         rows = self.braking if column == "rmse_with" else BrakingRows.NONE
         return Loop(
             scenario=self.signals.get(signal, signal),
@@ -64,12 +64,12 @@ READINGS: Final = (
 
 
 def jobs() -> list[Loop]:
-    """Every cell in every reading."""
+    """Return every cell in every reading."""
     return [reading.loop(*cell) for reading in READINGS for cell in CELLS]
 
 
 def study(answers: Answers) -> Outcome:
-    """Return whether one reading brings the number near without losing the others."""
+    """Test whether one reading brings the number near without losing the others."""
     printed = [float(row_of(TABLE, signal)[column]) for signal, column in CELLS]
     ours = {
         reading.name: [answers[reading.loop(*cell)].decided[PAIR] for cell in CELLS] for reading in READINGS
@@ -131,7 +131,7 @@ def study(answers: Answers) -> Outcome:
 
 
 def _nearest(ours: dict[str, list[float]], printed: list[float]) -> str:
-    """The reading that leaves the least on the number that stands apart."""
+    """Return the reading with the smallest difference for the number that stands apart."""
     worst = {name: abs(values[0] / printed[0] - 1.0) for name, values in ours.items()}
     name = min(worst, key=worst.__getitem__)
     return f"the nearest, {name}, leaves {100.0 * worst[name]:.0f} %"

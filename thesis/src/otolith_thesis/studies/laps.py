@@ -20,7 +20,7 @@ def _lap(share: float) -> Lap:
 
 
 def size_jobs() -> list[Lap]:
-    """The lap at 120 km/h, and shares of it."""
+    """Return the lap at 120 km/h, and shares of it."""
     return [_lap(share) for share in SHARES]
 
 
@@ -33,7 +33,7 @@ def _printed_changes() -> float:
 
 
 def size(answers: Answers) -> Outcome:
-    """The error of a lap against how much of it is asked for."""
+    """Compare the error of a lap for several shares of its reference."""
     printed = {
         row["direction"]: float(row["implicit"])
         for row in published("table-6.5").rows

@@ -1,4 +1,4 @@
-"""Misprints of equations and tables, decided without a closed loop or nearly so."""
+"""Misprints of equations and tables, decided almost without closed loops."""
 
 from typing import Any, Final
 
@@ -14,14 +14,14 @@ from otolith_thesis.outcome import Bearing, Claim, Grid, Outcome
 from otolith_thesis.published import published
 from otolith_thesis.studies.common import bearing
 
-OMEGA_N: Final = 2.5  # [rad/s] with ζ and ω_w below, a usual washout
+OMEGA_N: Final = 2.5  # [rad/s] together with ζ and ω_w below, a common washout
 ZETA: Final = 1.0
 OMEGA_W: Final = 0.2  # [rad/s]
-ENDS: Final = np.array([1e-4, 1e4])  # [rad/s] as good as 0 and infinity
+ENDS: Final = np.array([1e-4, 1e4])  # [rad/s] in place of 0 and infinity
 
 
 def filters(answers: Answers) -> Outcome:
-    """Eqs. 2.2 and 2.4: called high-pass, printed as low-pass."""
+    """Show that eqs. 2.2 and 2.4, which are called high-pass, are printed as low-pass."""
     del answers
     n2, second = OMEGA_N**2, [1.0, 2.0 * ZETA * OMEGA_N, OMEGA_N**2]
     third = list(np.polymul(second, [1.0, OMEGA_W]))
@@ -73,12 +73,12 @@ def _mirrored(sign: float) -> Loop:
 
 
 def sign_jobs() -> list[Loop]:
-    """A 4 DOF run and its mirror image."""
+    """Return a 4 DOF run and its mirror image."""
     return [_mirrored(+1.0), _mirrored(-1.0)]
 
 
 def signs(answers: Answers) -> Outcome:
-    """Eq. 2.3 against eqs. 4.4 and 4.18: three conventions for the sign of the tilt."""
+    """Compare the three sign conventions of the tilt in eqs. 2.3, 4.4 and 4.18."""
     theta, phi, g = 0.2, -0.13, np.array([0.0, 0.0, 1.0])
     printed = np.array([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)])
     as_product = _about(0, theta) @ _about(1, phi) @ g
@@ -120,7 +120,7 @@ def signs(answers: Answers) -> Outcome:
 
 
 def table_6_1(answers: Answers) -> Outcome:
-    """Table 6.1: the rows of pitch and roll are exchanged, the actuator's row has a stray sign."""
+    """Show that Table 6.1 exchanges pitch and roll, and that the actuator's row has a wrong sign."""
     del answers
     hexapod = load("davsi").six_legs()
     reach = {axis: _travel(hexapod, index) for axis, index in (("roll", 3), ("pitch", 4))}
@@ -157,7 +157,7 @@ def table_6_1(answers: Answers) -> Outcome:
 
 
 def _travel(hexapod: Any, axis: int) -> tuple[float, float]:
-    """How far one rotation goes to either side [deg] until a leg ends; bisection."""
+    """Return how far one rotation reaches in both directions [deg] until a leg ends, by bisection."""
     low, high = hexapod.stroke
 
     def within(angle: float) -> bool:
@@ -180,7 +180,7 @@ _PERCENTAGES: Final = {"table-5.5": "table-5.6", "table-5.9": "table-5.10", "tab
 
 
 def arithmetic(answers: Answers) -> Outcome:
-    """Tables 5.6, 5.10 and C.5 follow from 5.5, 5.9 and C.4, but for their signs."""
+    """Show that Tables 5.6, 5.10 and C.5 follow from 5.5, 5.9 and C.4, except for their signs."""
     del answers
     rows, worse = [], []
     for counts, percent in _PERCENTAGES.items():

@@ -1,4 +1,4 @@
-"""What the thesis counts as a region: how thin one may be, how far the parameters reach, overlaps."""
+"""What the thesis counts as a region: the least thickness, the range of the parameters, overlaps."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -24,21 +24,22 @@ from otolith_thesis.regions import (
 from otolith_thesis.studies.common import bearing
 
 TABLES: Final = ("table-5.2", "table-c.1", "table-c.3")
-NEAR: Final = 0.05  # what issue and page call agreement of an explicit count
-OPEN_ROWS: Final = ("states but velocity", "states but velocity, stringent")  # without a limit on the inputs
+NEAR: Final = 0.05  # largest relative difference that counts as agreement of a number of regions
+# Rows without limits on the inputs
+OPEN_ROWS: Final = ("states but velocity", "states but velocity, stringent")
 REACHES: Final = (UNLIMITED, 100.0, OPEN, 2.0 * OPEN)  # [m/s]
 SAMPLES: Final = 20_000
 
-# --- how thin a region may be
+# --- the least thickness of a region
 
 
 def tolerance_jobs() -> list[Case]:
-    """All rows whose published count is one, not a lower bound."""
+    """Return all rows whose published count is exact and not a lower bound."""
     return [case for table in TABLES for case in cases(table) if not case.printed.get("more_than")]
 
 
 def tolerance(answers: Answers) -> Outcome:
-    """One definition for every count: which one brings all of them near."""
+    """Find the one definition that brings all counts near the published ones."""
     jobs = tolerance_jobs()
     found = {job: answers[job]["counts"] for job in jobs}
     worst = {
@@ -95,19 +96,19 @@ def _short(table: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """One law of Table C.1 whose unlimited parameters are covered so far."""
+    """One law of Table C.1 whose unlimited parameters are bounded by `reach`."""
 
     constraints: str
-    reach: float  # [m/s] of the velocity; the reference as in `open_settings`
+    reach: float  # [m/s] bound of the velocity; that of the reference follows from `open_settings`
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"law with limits on {self.constraints}, velocity up to {self.reach:g} m/s"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 1.0
 
     def run(self) -> dict[str, int]:
@@ -117,12 +118,12 @@ class Reach:
 
 
 def reach_jobs() -> list[Reach]:
-    """Both rows at every reach."""
+    """Return both rows at every reach."""
     return [Reach(constraints, reach) for constraints in OPEN_ROWS for reach in REACHES]
 
 
 def open_parameters(answers: Answers) -> Outcome:
-    """Table C.1 without limits on the inputs: the parameters must be open too."""
+    """Show that Table C.1 without limits on the inputs needs unbounded parameters too."""
     printed = {row["constraints"]: row["regions"] for row in published("table-c.1").rows}
     found = {job: answers[job] for job in reach_jobs()}
     gap = {job: abs(one["regions"] / printed[job.constraints] - 1.0) for job, one in found.items()}
@@ -176,29 +177,29 @@ def _reference(reach: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """One law of Table C.1 checked against an independent QP."""
+    """One law of Table C.1 verified against an independent QP."""
 
     constraints: str
 
     @property
     def label(self) -> str:
-        """For the progress line."""
+        """Return the text for the progress line."""
         return f"proof of the law with limits on {self.constraints}"
 
     @property
     def cost(self) -> float:
-        """Seconds, roughly."""
+        """Return the approximate duration [s]."""
         return 5.0
 
     def run(self) -> Verification:
-        """Enumerate and verify."""
+        """Enumerate and verify the law."""
         law = law_of(open_settings(UNLIMITED), constrained_limits(self.constraints))
-        fresh = enumerate_regions(law.problem)  # at the tolerance of all laws in use
+        fresh = enumerate_regions(law.problem)  # at the tolerance of all other laws
         return verify(fresh, SAMPLES, np.random.default_rng(0))
 
 
 def overlap_jobs() -> list[Proof | Reach]:
-    """The two rows without limits on the inputs: proofs, and overlapping sets."""
+    """Return the two rows without limits on the inputs: verifications, and overlapping sets."""
     return [
         *(Proof(name) for name in OPEN_ROWS),
         *(Reach(name, reach) for name in OPEN_ROWS for reach in (UNLIMITED, OPEN)),
@@ -206,7 +207,7 @@ def overlap_jobs() -> list[Proof | Reach]:
 
 
 def overlaps(answers: Answers) -> Outcome:
-    """Return whether counting active sets that hold at the same parameter explains Table C.1."""
+    """Test whether counting active sets that are optimal at the same parameter explains Table C.1."""
     printed = {row["constraints"]: row["regions"] for row in published("table-c.1").rows}
     proofs = {name: answers[Proof(name)] for name in OPEN_ROWS}
     sums = {

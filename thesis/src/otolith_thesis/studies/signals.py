@@ -12,9 +12,9 @@ from otolith_thesis.model_tables import ADAPTIVE_4
 from otolith_thesis.outcome import Bearing, Cell, Claim, Grid, Outcome
 from otolith_thesis.studies.common import ERRORS, bearing, cells, column, fit, rmse, row_of, signals
 
-CIRCLES: Final = (0.25, 0.5)  # [m] radius as printed, radius as it reproduces
+CIRCLES: Final = (0.25, 0.5)  # [m] radius as printed, and radius that reproduces the tables
 
-# --- how long the step lasts
+# --- the duration of the step
 
 _STEPS: Final = ("step-1", "step-2", "step-sine-0.5", "step-sine-1")
 _EXPLICIT_STEPS: Final = ("step-0.5", "step-1", "step-2")
@@ -31,12 +31,12 @@ def _step_loops(*, literal: bool) -> dict[tuple[str, str], Loop]:
 
 
 def step_jobs() -> list[Loop]:
-    """Both readings of the step, implicit and explicit."""
+    """Return both readings of the step, implicit and explicit."""
     return [loop for literal in (False, True) for loop in _step_loops(literal=literal).values()]
 
 
 def step(answers: Answers) -> Outcome:
-    """The "step signal (from 1-4 seconds)": until 4 s, or for 4 s."""
+    """Decide whether the "step signal (from 1-4 seconds)" lasts until 4 s or for 4 s."""
     keys = {"table-5.7": "implicit", "table-c.2": "rmse_with"}
     long, short = (_step_loops(literal=literal) for literal in (False, True))
     printed = [float(row_of(table, s)[keys[table]]) for table, s in long]
@@ -77,12 +77,12 @@ def _circle_loops(radius: float) -> dict[str, Loop]:
 
 
 def circle_jobs() -> list[Loop]:
-    """Both radii on the signals of Tables 5.11 and 5.12."""
+    """Return both radii on the signals of Tables 5.11 and 5.12."""
     return [loop for radius in CIRCLES for loop in _circle_loops(radius).values()]
 
 
 def circle(answers: Answers) -> Outcome:
-    """√(s_x² + s_y²) ≤ 0.5²: a radius of 0.25 m as printed, or of 0.5 m with both sides squared."""
+    """Decide whether √(s_x² + s_y²) ≤ 0.5² means a radius of 0.25 m, as printed, or 0.5 m."""
     printed = column("table-5.11") + column("table-5.12")
     fits = {}
     for radius in CIRCLES:

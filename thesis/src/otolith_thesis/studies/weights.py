@@ -1,4 +1,4 @@
-"""Which states the washout weights are on, and what the last stage weighs."""
+"""Which states the washout weights act on, and the weight of the last stage."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,7 +15,7 @@ from otolith_thesis.studies.common import ERRORS, PAIR, bearing, cells, column, 
 
 TERMINAL: Final = (0.0, 1.0, 10.0, 100.0)
 
-# --- which states the washout weights of eq. 4.13 are on
+# --- the states on which the washout weights of eq. 4.13 act
 
 _SECOND: Final = ("tilt_rate", "tilt", "velocity")
 _FOURTH: Final = ("position", "velocity", "tilt")
@@ -35,7 +35,7 @@ READINGS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
     **{f"{a}, {b}": _adaptive(a, b) for a in _SECOND for b in _FOURTH if a != b},
     "tilt_rate, position; ω in rad/s": _adaptive("tilt_rate", "position", in_degrees=False),
     "velocity, position; ω in rad/s": _adaptive("velocity", "position", in_degrees=False),
-    # What brings the constant weights of Table 5.3 nearest to it, tried on the adaptive ones.
+    # The change that brings the constant weights closest to Table 5.3, applied to the adaptive ones.
     "velocity, position × 1/10": _adaptive("velocity", "position", share=0.1),
 }
 
@@ -48,12 +48,12 @@ def _weight_loops() -> dict[str, dict[str, Loop]]:
 
 
 def weights_jobs() -> list[Loop]:
-    """Every reading on every signal of Table 5.7."""
+    """Return every reading on every signal of Table 5.7."""
     return [loop for loops in _weight_loops().values() for loop in loops.values()]
 
 
 def weights(answers: Answers) -> Outcome:
-    """Eqs. 4.12 and 4.13: on which states the adaptive weights act."""
+    """Compare the states on which the adaptive weights of eqs. 4.12 and 4.13 may act."""
     printed = column("table-5.7")
     found = {name: rmse(answers, loops) for name, loops in _weight_loops().items()}
     fits = {name: fit(ours, printed) for name, ours in found.items()}
@@ -123,12 +123,12 @@ def _constant_loops(on: str, scale: float) -> dict[str, Loop]:
 
 
 def constant_jobs() -> list[Loop]:
-    """Every reading on every signal of Table 5.3."""
+    """Return every reading on every signal of Table 5.3."""
     return [loop for on, scale in _CONSTANT for loop in _constant_loops(on, scale).values()]
 
 
 def constant_weights(answers: Answers) -> Outcome:
-    """Table 5.3: the tuned weights belong on other states, or are on another scale, than the table says."""
+    """Show that the tuned weights of Table 5.3 act on other states, or on another scale, than printed."""
     printed, travel = column("table-5.3", "rmse"), column("table-5.3", "travel")
     fits: dict[tuple[str, float], tuple[float, float]] = {}
     rows = []
@@ -179,12 +179,12 @@ def _terminal_loops(factor: float) -> dict[str, Loop]:
 
 
 def terminal_jobs() -> list[Loop]:
-    """Four terminal weights on every signal."""
+    """Return four terminal weights on every signal."""
     return [loop for factor in TERMINAL for loop in _terminal_loops(factor).values()]
 
 
 def terminal(answers: Answers) -> Outcome:
-    """The terminal weight is not printed: how much of the difference it can explain."""
+    """Measure how much of the difference the terminal weight, which is not printed, can explain."""
     printed = column("table-5.7")
     found = {factor: rmse(answers, _terminal_loops(factor)) for factor in TERMINAL}
     fits = {factor: fit(ours, printed) for factor, ours in found.items()}
