@@ -1,4 +1,4 @@
-"""How motion is felt: models of the vestibular organs, and the thresholds of what is noticed."""
+"""How motion is felt: models of the vestibular organs, and thresholds of perception."""
 
 from otolith.perception import canals, otoliths
 from otolith.perception.models import Vestibular, sense

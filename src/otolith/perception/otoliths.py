@@ -1,7 +1,7 @@
-"""Otolith organs: specific force [m/s²] -> sensed specific force [m/s²].
+"""Otolith organs: from specific force [m/s²] to perceived specific force [m/s²].
 
-Notation (thesis, eq. B.2, and eq. 6.4 for Telban's): k (T_a s + 1) / ((T_L s + 1)(T_S s + 1)).
-A sustained force is felt at k times its size, a quick one at k T_a / T_L: initialise on purpose.
+Notation (thesis, eq. B.2, and eq. 6.4 for Telban's): k (T_a s + 1) / ((T_L s + 1)(T_S s + 1)). A sustained
+force is perceived at k times its size, a quick one at k T_a / T_L, so the initial state matters.
 """
 
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from otolith.core.lti import StateSpace
 class OtolithParameters:
     """Gain and time constants of eq. B.2."""
 
-    k: float  # gain at rest
-    T_a: float  # [s] of the lead
-    T_L: float  # [s] of the long lag
-    T_S: float  # [s] of the short lag
+    k: float  # steady-state gain
+    T_a: float  # [s] time constant of the lead
+    T_L: float  # [s] time constant of the long lag
+    T_S: float  # [s] time constant of the short lag
 
     def system(self) -> StateSpace:
-        """The organ as a continuous system."""
+        """Return the organ as a continuous system."""
         return StateSpace.from_polynomials(
             [self.k * self.T_a, self.k], np.polymul([self.T_L, 1.0], [self.T_S, 1.0]).tolist()
         )
@@ -37,20 +37,20 @@ FROM_THRESHOLDS = OtolithParameters(k=0.0225, T_a=22.05, T_L=0.62, T_S=0.016)
 
 
 def telban() -> StateSpace:
-    """Telban & Cardullo's otolith, the thesis's choice (eq. 6.4)."""
+    """Return Telban & Cardullo's otolith, the thesis's choice (eq. 6.4)."""
     return TELBAN.system()
 
 
 def young() -> StateSpace:
-    """Young & Meiry's otolith."""
+    """Return Young & Meiry's otolith."""
     return YOUNG.system()
 
 
 def ormsby() -> StateSpace:
-    """Ormsby's otolith."""
+    """Return Ormsby's otolith."""
     return ORMSBY.system()
 
 
 def from_thresholds() -> StateSpace:
-    """The otolith that explains measured detection thresholds."""
+    """Return the otolith that explains measured detection thresholds."""
     return FROM_THRESHOLDS.system()

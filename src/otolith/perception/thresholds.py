@@ -1,4 +1,4 @@
-"""Tilt rates that are not felt as rotation (thesis, Table B.5), in the table's own units."""
+"""Tilt rates that are not perceived as rotation (thesis, Table B.5), in the units of the table."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class TiltThreshold:
-    """What one source takes as the threshold of tilt rate; None where it gives none."""
+    """The threshold of tilt rate in one source; None where the source gives none."""
 
     source: str
     pitch_degps: float | None

@@ -1,4 +1,4 @@
-"""Platforms that move as commanded."""
+"""Plants: platforms that move as commanded."""
 
 from otolith.plant.ideal import Ideal
 

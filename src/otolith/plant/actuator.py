@@ -1,7 +1,7 @@
-"""Axes that follow their commands late: a dead time, then the first-order lag of eq. 4.9.
+"""Axes that follow their commands with a dead time and the first-order lag of eq. 4.9.
 
-The simplified dynamics of chapter 5 with one effect more. A dead time is what a network, a drive and an
-interpolator make of any platform; a controller that does not know of it tracks and keeps limits worse.
+This extends the simplified dynamics of chapter 5. Networks, drives and interpolators give every platform a
+dead time. A controller that does not model it tracks less well and violates limits.
 """
 
 from collections import deque
@@ -14,7 +14,7 @@ from otolith.interfaces import Command, Outcome, PlatformState, Status
 from otolith.plant.ideal import Ideal
 from otolith.platforms import Platform
 
-EDGE: Final = 1e-9  # [s] within which two times are one
+EDGE: Final = 1e-9  # [s] times that differ by less are equal
 
 _NOTHING: Final = Command(
     acceleration=np.zeros(6),
@@ -26,9 +26,9 @@ _NOTHING: Final = Command(
 
 
 class Actuator:
-    """The ideal platform, each of whose commands takes effect `dead_time` [s] after it is given.
+    """The ideal platform, whose commands take effect `dead_time` [s] after they are given.
 
-    Solved exactly, whether or not the dead time is a whole number of steps.
+    The solution is exact, even if the dead time is not a whole number of steps.
     """
 
     def __init__(
@@ -40,13 +40,13 @@ class Actuator:
         self.reset(PlatformState())
 
     def reset(self, state: PlatformState) -> None:
-        """Put the platform to `state`, with no command on its way."""
+        """Set the platform to `state`, with no pending command."""
         self._axes.reset(state)
         self._now, self._in_effect = 0.0, _NOTHING
         self._coming: deque[tuple[float, Command]] = deque()
 
     def step(self, command: Command, dt: float) -> PlatformState:
-        """Follow what was commanded a dead time ago, for dt [s]."""
+        """Follow the commands that were given a dead time ago, for dt [s]."""
         start, end = self._now, self._now + dt
         if not self._coming or self._coming[-1][1] is not command:
             self._coming.append((start + self.dead_time, command))
@@ -59,11 +59,11 @@ class Actuator:
         return state
 
     def _follow(self, duration: float) -> PlatformState:
-        """Hold the command in effect; durations are rounded, so that their discretisation is found again."""
+        """Hold the current command; durations are rounded so that their discretisation is cached."""
         return self._axes.step(self._in_effect, round(max(0.0, duration), 12))
 
 
 def actuator(platform: Platform) -> Actuator:
-    """The actuators that the platform's file describes."""
+    """Return the actuators that the platform's file describes."""
     described = platform.actuators
     return Actuator(described.lag_s, described.dead_time_s, head=platform.head)

@@ -1,18 +1,18 @@
 """Dynamics of a hexapod, compiled: one rigid body on six legs whose mass moves along them.
 
-Notation: ν = (v, ω) velocity of the motion reference point in world; c centre of mass from it, in world;
-I inertia about it; m mass, μ leg mass; J, J̇ of `otolith.platforms.kinematics`; F leg forces.
+Notation: ν = (v, ω) velocity of the motion reference point in world; c centre of mass from that point, in
+world; I inertia about it; m mass, μ mass of a leg; J, J̇ of `otolith.platforms.kinematics`; F leg forces.
 
     (M + μ JᵀJ) ν̇ = Jᵀ (F − μ J̇ ν) + w − h,   M = [[m 1, −m [c]×], [m [c]×, I]]
     w = (−m g ẑ, −m g c × ẑ),   h = (m ω × (ω × c), ω × I ω)
 
 Derivation: Newton and Euler about the reference point; each leg adds μ L̈ = μ (J ν̇ + J̇ ν) to its force
-(lumped legs: their own rotation and weight are left out). The servo of a leg is digital, at the period Δ:
-F = weight + k (ℓ − L) + d (ℓ̇ − L̇), held over Δ and cut at the leg's force.
+(legs are lumped: their own rotation and weight are neglected). The servo of a leg is digital, with period Δ:
+F = weight + k (ℓ − L) + d (ℓ̇ − L̇), held over Δ and limited to the leg's force.
 
-Stability: at rest, in a mode of M⁻¹JᵀJ with eigenvalue λ, x⁺ of the held force has the polynomial
-z² + (λ d Δ + λ k Δ²/2 − 2) z + 1 − λ d Δ + λ k Δ²/2, with both roots inside the unit circle exactly when
-k Δ/2 < d < 2/(λ Δ) (Jury). Checked by test_gains_decide_stability_where_the_bound_says.
+Stability: at rest, in a mode of M⁻¹JᵀJ with eigenvalue λ, the held force gives x⁺ the characteristic
+polynomial z² + (λ d Δ + λ k Δ²/2 − 2) z + 1 − λ d Δ + λ k Δ²/2. Both roots are inside the unit circle exactly
+if k Δ/2 < d < 2/(λ Δ) (Jury). Checked by test_gains_decide_stability_where_the_bound_says.
 """
 
 import math
@@ -29,7 +29,7 @@ from otolith.platforms.kinematics import inverse, jacobian_rate, solve
 
 
 class Machine(NamedTuple):
-    """What the kernels need of an `otolith.platforms.hexapod.Hexapod`, in a form that they can take."""
+    """The numbers of an `otolith.platforms.hexapod.Hexapod` that the kernels need."""
 
     joints: Mat  # (6, 3) [m]
     anchors: Mat  # (6, 3) [m]
@@ -39,11 +39,11 @@ class Machine(NamedTuple):
     leg_mass: float  # μ [kg]
     stiffness: float  # k [N/m]
     damping: float  # d [N s/m]
-    force: float  # [N] at which a servo's force is cut
+    force: float  # [N] limit of a servo's force
 
 
 def machine(hexapod: Hexapod) -> Machine:
-    """The machine's numbers as plain arrays, which compiled kernels read."""
+    """Return the machine's numbers as plain arrays, which compiled kernels read."""
     return Machine(*(getattr(hexapod, name) for name in Machine._fields))
 
 
@@ -56,7 +56,7 @@ def _cross(a: Vec, b: Vec, out: Vec) -> None:
 
 @kernel
 def carry(place: Vec, of: Machine, forces: Vec) -> bool:
-    """Write the leg forces (6,) [N] that carry the platform's weight at rest; False where none do."""
+    """Write the leg forces (6,) [N] that carry the platform's weight at rest; return False if none do."""
     R, J = np.empty((3, 3)), np.empty((6, 6))
     rotation_of(place, R)
     inverse(place, of.joints, of.anchors, np.empty(6), J, np.empty((6, 3)))
@@ -73,7 +73,9 @@ def carry(place: Vec, of: Machine, forces: Vec) -> bool:
 def servo(legs: Mat, targets: Mat, of: Machine) -> None:
     """Write the servos' forces [N] into the last row of `legs` (3, 6): lengths, speeds, forces.
 
-    Targets (3, 6): lengths, speeds, weights.
+    Parameters
+    ----------
+    targets : (3, 6) lengths, speeds and weights.
     """
     for i in range(6):
         force = targets[2, i] + of.stiffness * (targets[0, i] - legs[0, i])
@@ -118,7 +120,7 @@ def _loads(R: Mat, velocity: Vec, of: Machine, loads: Vec) -> None:
     for i in range(3):
         loads[i] = -m * turned[i]
     loads[2] -= m * GRAVITY
-    _cross(c, loads[:3], turned)  # ω × I ω about the reference point: the body's own plus c × m ω × (ω × c)
+    _cross(c, loads[:3], turned)  # body's ω × I ω plus c × m ω × (ω × c)
     for i in range(3):
         loads[3 + i] = turned[i] - moment[i]
 
@@ -133,14 +135,14 @@ def advance(
     of: Machine,
     dt: float,
 ) -> bool:
-    """One servo period: sample the legs, hold their forces over dt, move. False where the legs fold.
+    """Advance one servo period: sample the legs, hold their forces over dt, move; False if the legs fold.
 
     Parameters
     ----------
-    place (7,), velocity (6,), acceleration (6,) : of the reference point, advanced in place;
-        the acceleration is that of the period.
-    legs : (3, 6) written: lengths, speeds and forces at the period's start.
-    targets : (3, 6) lengths, speeds and weights of the servos.
+    place, velocity, acceleration : (7,), (6,) and (6,) of the reference point, advanced in place; the
+        acceleration is that of the period.
+    legs : (3, 6) output: lengths, speeds and forces at the start of the period.
+    targets : (3, 6) lengths, speeds and weights for the servos.
     """
     R, J, rate = np.empty((3, 3)), np.empty((6, 6)), np.empty((6, 6))
     arms, M = np.empty((6, 3)), np.empty((6, 6))
@@ -173,7 +175,7 @@ def advance(
 
 
 def modes(hexapod: Hexapod) -> Vec:
-    """Eigenvalues λ (6,) [1/kg] of M⁻¹JᵀJ in the neutral pose, ascending."""
+    """Return the eigenvalues λ (6,) [1/kg] of M⁻¹JᵀJ in the neutral pose, ascending."""
     J, M = hexapod.jacobian(np.zeros(6)), np.empty((6, 6))
     mass_matrix(np.eye(3), J, machine(hexapod), M)
     found: Vec = np.sort(np.linalg.eigvals(np.linalg.solve(M, J.T @ J)).real)
@@ -181,11 +183,11 @@ def modes(hexapod: Hexapod) -> Vec:
 
 
 def damping_bounds(hexapod: Hexapod, period: float) -> tuple[float, float]:
-    """Servo dampings [N s/m] between which a digital servo of that period [s] is stable."""
+    """Return the servo dampings [N s/m] between which a digital servo with this period [s] is stable."""
     return 0.5 * hexapod.stiffness * period, 2.0 / (float(modes(hexapod)[-1]) * period)
 
 
 def frequencies(hexapod: Hexapod) -> Vec:
-    """Undamped frequencies (6,) [Hz] of the platform on its servos, ascending."""
+    """Return the undamped natural frequencies (6,) [Hz] of the platform on its servos, ascending."""
     found: Vec = np.sqrt(hexapod.stiffness * modes(hexapod)) / (2.0 * math.pi)
     return found

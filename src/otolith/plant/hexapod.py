@@ -25,7 +25,7 @@ from otolith.safety.supervisor import Intervention
 
 @kernel
 def _observe(place: Vec, velocity: Vec, acceleration: Vec, head: Vec, motion: Mat, force: Vec) -> None:
-    """Write pose, twist and their second derivative (3, 6), and what is felt at the head (3,)."""
+    """Write pose, twist and their second derivative (3, 6), and the specific force at the head (3,)."""
     pose_of(place, motion[0])
     twist_of(motion[0], velocity, motion[1])
     pose_acceleration_of(motion[0], motion[1], acceleration, motion[2])
@@ -33,18 +33,18 @@ def _observe(place: Vec, velocity: Vec, acceleration: Vec, head: Vec, motion: Ma
 
 
 def observed(place: Vec, velocity: Vec, acceleration: Vec, head: Vec) -> PlatformState:
-    """The state that sensors would tell, of a rigid body's motion in world."""
+    """Return the state that sensors would measure, given a rigid body's motion in world."""
     motion, force = np.empty((3, 6)), np.empty(3)
     _observe(place, velocity, acceleration, head, motion, force)
     return PlatformState(pose=motion[0], twist=motion[1], acceleration=motion[2], specific_force=force)
 
 
 def periods(dt: float, period: float) -> int:
-    """Whole servo periods in a step of dt [s].
+    """Return the number of servo periods in a step of dt [s].
 
     Raises
     ------
-    ValueError : there is no whole number of them.
+    ValueError : it is not a whole number.
     """
     n = round(dt / period)
     if n < 1 or abs(n * period - dt) > 1e-9:
@@ -53,18 +53,18 @@ def periods(dt: float, period: float) -> int:
 
 
 class HexapodPlant:
-    """Six legs with digital servos under one rigid body; lumped legs, no friction, no play.
+    """A rigid body on six legs with digital servos; the legs are lumped, without friction or play.
 
     The commanded accelerations become set-points behind the lag of eq. 4.9 and pass the supervisor
-    (`otolith.plant.servo_targets`); the servos know the platform's weight in the set-point's pose, and
-    nothing of its inertia. Force and rate are sensed at the head, rotation and lever arm included.
+    (`otolith.plant.servo_targets`). The servos know the platform's weight in the pose of the set-point, but
+    not its inertia. Force and rate are sensed at the head, including rotation and lever arm.
 
     Raises
     ------
-    InputError : the servos' gains are not stable.
+    InputError : the servos' gains are unstable.
     """
 
-    dead_time: Final = 0.0  # its servos know where they shall be; what their springs add is no delay
+    dead_time: Final = 0.0  # servos follow set-points without a dead time; their springs add none
 
     def __init__(self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD) -> None:
         self.servo_targets = ServoTargets(hexapod, lag=lag, period=period)
@@ -75,21 +75,21 @@ class HexapodPlant:
 
     @property
     def interventions(self) -> tuple[Intervention, ...]:
-        """When and why the supervisor gave less than was asked."""
+        """Return when and why the supervisor reduced the motion."""
         return self.servo_targets.supervisor.interventions
 
     def reset(self, state: PlatformState) -> None:
-        """Put the platform to `state`; the errors are the supervisor's."""
+        """Set the platform to `state`; errors are those of the supervisor."""
         self.servo_targets.reset(state)
         place_of(state.pose, self._place)
         velocity_of(state.pose, state.twist, self._velocity)
         acceleration_of(state.pose, state.twist, state.acceleration, self._acceleration)
 
     def step(self, command: Command, dt: float) -> PlatformState:
-        """Follow the commanded accelerations (6,) for dt [s], a multiple of the servos' period."""
+        """Follow the commanded accelerations (6,) for dt [s], a multiple of the servo period."""
         drive = self.servo_targets
         for _ in range(periods(dt, drive.period)):
-            before = drive.targets.copy()  # of the period's start, when the legs are sampled
+            before = drive.targets.copy()  # targets at the start of the period, when the legs are sampled
             drive.tick(command.acceleration)
             moved = advance(
                 self._place,
@@ -106,10 +106,10 @@ class HexapodPlant:
 
 
 def hexapod(platform: Platform) -> HexapodPlant:
-    """The platform on its own legs.
+    """Return the platform on its own legs.
 
     Raises
     ------
-    InputError : its file describes no legs, or their servos are not stable.
+    InputError : its file describes no legs, or their servos are unstable.
     """
     return HexapodPlant(platform.six_legs(), lag=platform.actuators.lag_s)

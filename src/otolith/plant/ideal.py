@@ -1,6 +1,6 @@
 """The ideal platform of chapter 5: every axis follows its commanded acceleration.
 
-Notation: per axis ṗ = v, v̇ = a, ȧ = (a_cmd − a) / T with lag T (eq. 4.9); a = a_cmd when T = 0 (eq. 4.1).
+Notation: per axis ṗ = v, v̇ = a, ȧ = (a_cmd − a) / T with lag T (eq. 4.9); a = a_cmd if T = 0 (eq. 4.1).
 """
 
 from functools import lru_cache
@@ -16,7 +16,7 @@ from otolith.core.rotation import felt_along
 from otolith.interfaces import Command, PlatformState
 from otolith.platforms import Platform
 
-SHORTEST: Final = 1e-6  # [s] of a lag that is not none
+SHORTEST: Final = 1e-6  # [s] shortest lag except zero
 
 
 @kernel
@@ -29,16 +29,16 @@ def move_axes(motion: Mat, A: Mat, B: Mat, command: Vec) -> None:
 
 
 class Ideal:
-    """Six independent axes, each a double integrator behind a first-order lag; solved exactly.
+    """Six independent axes, each a double integrator behind a first-order lag, solved exactly.
 
     Parameters
     ----------
     lag : T [s].
-    head : (3,) [m] the driver's head from the reference point. Where it is given, the force felt there is
-        sensed, rotation and lever arm included; otherwise the planar models' force stands.
+    head : (3,) [m] the driver's head from the reference point. If given, the force there is sensed, including
+        rotation and lever arm; otherwise the planar models' force is used.
     """
 
-    dead_time: Final = None  # it moves as the models say
+    dead_time: Final = None  # moves as the controllers' models assume
 
     def __init__(self, lag: float = 0.01, *, head: tuple[float, float, float] | None = None) -> None:
         if not 0.0 <= lag < np.inf:
@@ -50,7 +50,7 @@ class Ideal:
         self._motion = np.zeros((3, 6))  # pose, twist, acceleration
 
     def reset(self, state: PlatformState) -> None:
-        """Put the platform to `state`."""
+        """Set the platform to `state`."""
         self._motion[0], self._motion[1], self._motion[2] = state.pose, state.twist, state.acceleration
 
     def step(self, command: Command, dt: float) -> PlatformState:
@@ -72,7 +72,7 @@ class Ideal:
 
 @lru_cache(maxsize=64)
 def axis_dynamics(lag: float, dt: float) -> tuple[Mat, Mat]:
-    """Exact (A (3, 3), B (3, 1)) of one axis (p, v, a) over dt with the command held."""
+    """Return the exact (A (3, 3), B (3, 1)) of one axis (p, v, a) over dt with the command held."""
     if lag == 0.0:
         A = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
         B = np.array([[0.5 * dt**2], [dt], [1.0]])
@@ -83,12 +83,12 @@ def axis_dynamics(lag: float, dt: float) -> tuple[Mat, Mat]:
 
 
 def ideal(platform: Platform | None = None) -> Ideal:
-    """The plant that the implicit model assumes (eq. 4.9), with the lag of the platform's file."""
+    """Return the plant that the implicit model assumes (eq. 4.9), with the lag of the platform's file."""
     if platform is None:
         return Ideal()
     return Ideal(platform.actuators.lag_s, head=platform.head)
 
 
 def without_lag(platform: Platform | None = None) -> Ideal:
-    """The plant that the explicit model assumes: accelerations follow at once (eq. 4.1)."""
+    """Return the plant that the explicit model assumes, whose accelerations follow at once (eq. 4.1)."""
     return Ideal(lag=0.0, head=None if platform is None else platform.head)

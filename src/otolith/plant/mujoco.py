@@ -1,14 +1,14 @@
-"""The same hexapod in MuJoCo: another model, another integrator, another author; it checks our own.
+"""The same hexapod in MuJoCo, an independent model and integrator, which checks our own.
 
-A leg is a universal joint on the base, a slide with the leg's moving mass as its armature, and a
-`connect` constraint at the platform's joint. Our lumped legs have no weight and no rotation of their own;
-here they have little; with a hundredth of it the constraints chatter (5 m/s² in heave). Set-points,
-supervisor and servos are ours, so that two dynamics are compared and not two controllers.
+A leg is a universal joint on the base, a slide whose armature is the leg's moving mass, and a `connect`
+constraint at the platform's joint. Our lumped legs have no weight and no rotation. Here they have little
+mass; with a hundredth of it the constraints chatter (5 m/s² in heave). Set-points, supervisor and servos are
+ours, so that dynamics are compared and not controllers.
 
-Its joints are springs, and that is where the two differ: with their time constant, four steps, and the
-step itself made 4 and 32 times shorter, the largest single difference of what is felt on the hardest
-scenario (`step-2`, at its jump) falls from 8.3e-3 over 3.7e-3 to 1.1e-3 m/s². MuJoCo's defaults drift by
-0.6 mm. A servo period is several steps of MuJoCo's with the forces held.
+MuJoCo's joints are springs, which causes the difference: if their time constant, four steps, and the step
+itself are made 4 and 32 times shorter, the largest difference of the felt force in the hardest scenario
+(`step-2`, at its jump) falls from 8.3e-3 to 3.7e-3 and 1.1e-3 m/s². MuJoCo's defaults drift by 0.6 mm. A
+servo period is several steps of MuJoCo with the forces held.
 """
 
 from typing import Any, Final
@@ -27,18 +27,18 @@ from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod
 from otolith.safety.supervisor import Intervention
 
-STEPS: Final = 8  # of MuJoCo in a servo period; twice as many take twice the time
-LEG: Final = 0.1  # [kg], [kg m²] of each part of a leg, beside its armature
-SETTLING: Final = 100  # servo periods at rest after which the soft constraints carry the weight
-STIFF: Final = 4.0  # steps, the time constant of the joints' springs; 2 change nothing from 32 steps on
+STEPS: Final = 8  # MuJoCo's steps in a servo period; twice as many take twice the time
+LEG: Final = 0.1  # [kg], [kg m²] mass and inertia of each part of a leg, in addition to its armature
+SETTLING: Final = 100  # servo periods at rest until the soft constraints carry the weight
+STIFF: Final = 4.0  # time constant of the joints' springs, in steps; from 32 steps on, 2 give the same result
 
 
 class MujocoHexapod:
-    """`otolith.plant.hexapod.HexapodPlant` with MuJoCo's dynamics in the place of ours.
+    """`otolith.plant.hexapod.HexapodPlant` with the dynamics of MuJoCo.
 
     Parameters
     ----------
-    steps : of MuJoCo in a servo period; the more, the stiffer the joints.
+    steps : MuJoCo's steps in a servo period; more steps make the joints stiffer.
     """
 
     dead_time: Final = 0.0
@@ -58,18 +58,18 @@ class MujocoHexapod:
 
     @property
     def interventions(self) -> tuple[Intervention, ...]:
-        """When and why the supervisor gave less than was asked."""
+        """Return when and why the supervisor reduced the motion."""
         return self.servo_targets.supervisor.interventions
 
     def reset(self, state: PlatformState) -> None:
-        """Put the platform to `state`; the errors are the supervisor's."""
+        """Set the platform to `state`; errors are those of the supervisor."""
         self.servo_targets.reset(state)
         data, place, velocity = self.data, np.empty(7), np.empty(6)
         mujoco.mj_resetData(self.model, data)
         place_of(state.pose, place)
         velocity_of(state.pose, state.twist, velocity)
         data.qpos[:7], data.qvel[:6] = place, velocity
-        data.qvel[3:6] = _rotation(data).T @ velocity[3:]  # a free joint turns in its body's frame
+        data.qvel[3:6] = _rotation(data).T @ velocity[3:]  # a free joint's rate is in its body's frame
         self._close_the_legs(place)
         mujoco.mj_forward(self.model, data)
         if not state.twist.any():
@@ -77,7 +77,7 @@ class MujocoHexapod:
                 self._hold()
 
     def _hold(self) -> None:
-        """One servo period: sample the legs, hold their forces, move."""
+        """Advance one servo period: sample the legs, hold their forces, move."""
         data = self.data
         self._legs[0] = self._neutral + data.qpos[self._slides]
         self._legs[1] = data.qvel[self._rates]
@@ -97,7 +97,7 @@ class MujocoHexapod:
             self.data.qpos[at] = np.linalg.norm(ends[i]) - self._neutral[i]
 
     def step(self, command: Command, dt: float) -> PlatformState:
-        """Follow the commanded accelerations (6,) for dt [s], a multiple of the servos' period."""
+        """Follow the commanded accelerations (6,) for dt [s], a multiple of the servo period."""
         drive, data = self.servo_targets, self.data
         for _ in range(periods(dt, drive.period)):
             before = self._velocity()
@@ -107,7 +107,7 @@ class MujocoHexapod:
         return observed(data.qpos[:7].copy(), after, (after - before) / drive.period, self._hexapod.head)
 
     def _velocity(self) -> Vec:
-        """(v, ω) (6,) in world."""
+        """Return (v, ω) (6,) in world."""
         velocity = self.data.qvel[:6].copy()
         velocity[3:] = _rotation(self.data) @ velocity[3:]
         return np.asarray(velocity, dtype=np.float64)
@@ -120,13 +120,13 @@ def _rotation(data: Any) -> Vec:
 
 
 def _universal(end: Vec, neutral: Vec) -> tuple[float, float]:
-    """Angles about the leg's own x, then y axis that turn its neutral direction into `end`'s."""
+    """Return the angles about the leg's x, then y axis that turn its neutral direction into that of `end`."""
     x, y, z = _frame(neutral).T @ (end / np.linalg.norm(end))
     return float(-np.arctan2(y, z)), float(np.arcsin(x))
 
 
 def _frame(neutral: Vec) -> Vec:
-    """(3, 3) axes in world of a leg whose z points along it in the neutral pose."""
+    """Return the axes (3, 3) in world of a leg whose z axis points along it in the neutral pose."""
     z = neutral / np.linalg.norm(neutral)
     x = np.cross([0.0, 1.0, 0.0], z)
     x /= np.linalg.norm(x)
@@ -134,7 +134,7 @@ def _frame(neutral: Vec) -> Vec:
 
 
 def mjcf(hexapod: Hexapod, timestep: float) -> str:
-    """The machine in MuJoCo's own language, in the neutral pose, world's origin at the reference point."""
+    """Return the machine in MuJoCo's XML, in the neutral pose, with world's origin at the reference point."""
 
     def numbers(values: Vec | tuple[float, ...]) -> str:
         return " ".join(f"{value:.12g}" for value in values)
@@ -165,5 +165,5 @@ def mjcf(hexapod: Hexapod, timestep: float) -> str:
 
 
 def hexapod_mujoco(platform: Platform) -> MujocoHexapod:
-    """The platform's legs in MuJoCo."""
+    """Return the platform's legs in MuJoCo."""
     return MujocoHexapod(platform.six_legs(), lag=platform.actuators.lag_s)

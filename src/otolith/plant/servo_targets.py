@@ -1,9 +1,9 @@
 """From commanded accelerations to the targets of the leg servos, once per servo period.
 
-Set-points are the commanded accelerations integrated behind the lag of eq. 4.9, exactly as the ideal
-plant moves; inverse kinematics makes leg lengths and speeds of them; the supervisor passes on what the
-legs can do. Where it gives less than was asked, the set-points go on from what it gave: what the legs
-could not do is not made up for later.
+Set-points are the commanded accelerations integrated behind the lag of eq. 4.9, exactly as the ideal plant
+moves. Inverse kinematics turns them into leg lengths and speeds. The supervisor passes on what the legs can
+do. If it reduces the motion, the set-points continue from its output, so missed motion is not made up for
+later.
 """
 
 from typing import Final
@@ -21,8 +21,8 @@ from otolith.platforms.hexapod import MOST, Hexapod, NoPose
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
 from otolith.safety.supervisor import Keeps, Supervisor, supervise
 
-PERIOD: Final = 1e-3  # [s] of the servos
-CLOSE: Final = 1e-12  # [m] on the legs, when a pose is found again from them
+PERIOD: Final = 1e-3  # [s] servo period
+CLOSE: Final = 1e-12  # [m] tolerance on leg lengths when a pose is computed from them
 
 
 @kernel
@@ -38,11 +38,11 @@ def _tick(
     place: Vec,
     targets: Mat,
 ) -> tuple[int, int]:
-    """One period in one call: set-points, supervisor, and, where it gave all, the servos' targets.
+    """Advance one period: set-points, supervisor and, if it changed nothing, the servos' targets.
 
     Returns
     -------
-    What `otolith.safety.supervisor.supervise` does.
+    The result of `otolith.safety.supervisor.supervise`.
     """
     move_axes(motion, dynamics[0], dynamics[1], command)
     leg_motion(motion[0], motion[1], motion[2], of.joints, of.anchors, legs)
@@ -55,7 +55,7 @@ def _tick(
 
 @kernel
 def _aim(place: Vec, passed: tuple[Vec, Vec], of: Machine, targets: Mat) -> None:
-    """Write lengths, speeds and the weight in the pose into the targets (3, 6)."""
+    """Write lengths, speeds and the weight in this pose into the targets (3, 6)."""
     targets[0] = passed[0]
     targets[1] = passed[1]
     carry(place, of, targets[2])
@@ -63,7 +63,7 @@ def _aim(place: Vec, passed: tuple[Vec, Vec], of: Machine, targets: Mat) -> None
 
 @kernel
 def _resume(motion: Mat, place: Vec, before: Vec, lengths: Vec, speeds: Vec, of: Machine, dt: float) -> bool:
-    """Write the motion (3, 6) of given leg lengths and speeds; `place` is near, and becomes theirs."""
+    """Write the motion (3, 6) that has these leg lengths and speeds; `place` is the guess and the result."""
     if forward(lengths, of.joints, of.anchors, place, CLOSE, MOST) < 0:
         return False
     J, velocity = np.empty((6, 6)), speeds.copy()
@@ -86,22 +86,23 @@ class ServoTargets:
         self.period, self.targets = period, np.zeros((3, 6))  # lengths, speeds, weights
         self.machine = machine(hexapod)
         self._dynamics = axis_dynamics(lag, period)
-        self._passed = (self.supervisor.lengths, self.supervisor.speeds)  # the supervisor's own
-        self._motion, self._legs = np.zeros((3, 6)), np.empty((3, 6))  # of the set-points; what they ask
+        self._passed = (self.supervisor.lengths, self.supervisor.speeds)  # arrays that the supervisor writes
+        # Motion of the set-points; leg motion that they require
+        self._motion, self._legs = np.zeros((3, 6)), np.empty((3, 6))
         self._place, self._before = np.zeros(7), np.zeros(6)
         self.reset(PlatformState())
-        self._go_on()  # compiled now, so that no period ever waits for it
+        self._go_on()  # compiled now, so that no period waits for the compiler
         self.reset(PlatformState())
 
     def reset(self, state: PlatformState) -> None:
-        """Start from a state; the errors are the supervisor's."""
+        """Start from a state; errors are those of the supervisor."""
         self.supervisor.reset(state.pose, state.twist)
         self._motion[0], self._motion[1], self._motion[2] = state.pose, state.twist, state.acceleration
         place_of(state.pose, self._place)
         self._aim()
 
     def tick(self, acceleration: Vec) -> Mat:
-        """Targets (3, 6) of the servos at the end of the next period: lengths, speeds, weights."""
+        """Return the targets (3, 6) of the servos at the end of the next period: lengths, speeds, weights."""
         self._before[:] = self._motion[1]
         supervisor = self.supervisor
         code, leg = _tick(
@@ -122,11 +123,11 @@ class ServoTargets:
         return self.targets
 
     def _go_on(self) -> None:
-        """Take the set-points up from what the supervisor passed on."""
+        """Continue the set-points from the output of the supervisor."""
         lengths, speeds = self.supervisor.lengths, self.supervisor.speeds
         if not _resume(
             self._motion, self._place, self._before, lengths, speeds, self.machine, self.period
-        ):  # legs within their strokes fold: a geometry that no file should describe
+        ):  # the legs fold within their strokes, which a sensible geometry excludes
             raise NoPose(f"no pose of the leg lengths {lengths} m")
 
     def _aim(self) -> None:
@@ -134,7 +135,7 @@ class ServoTargets:
 
 
 def check_gains(hexapod: Hexapod, period: float) -> None:
-    """Refuse servo gains with which the platform would swing up.
+    """Refuse servo gains with which the platform would oscillate.
 
     Raises
     ------

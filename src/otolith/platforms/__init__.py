@@ -1,6 +1,7 @@
-"""Motion platforms: limits and thresholds from a file, and the ones that are shipped.
+"""Motion platforms: limits and thresholds from a file, and the platforms that are shipped.
 
-What reads or makes a platform is imported on first use; to list their names takes neither pydantic nor numba.
+Modules that read or make a platform are imported on first use, so listing names needs neither pydantic nor
+numba.
 """
 
 from typing import TYPE_CHECKING

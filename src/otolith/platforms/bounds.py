@@ -1,7 +1,7 @@
-"""Numbers of a platform file, each checked against the bounds within which it is plausible.
+"""Numbers of a platform file, each checked against bounds within which it is plausible.
 
-The bounds are wide enough for a desk rig and for the largest driving simulators (20 m of rail), and
-narrow enough that degrees for radians, millimetres for metres, and a slipped decimal do not pass.
+The bounds admit a desk rig and the largest driving simulators (20 m of rail), and reject degrees for radians,
+millimetres for metres, and a misplaced decimal point.
 """
 
 import math
@@ -13,7 +13,12 @@ from pydantic_core import PydanticCustomError
 
 
 def refuse(bound: str, *, field: str = "", value: object = None) -> PydanticCustomError:
-    """The error that pydantic passes on; `field` and `value` where they differ from the checked one's."""
+    """Return the error that pydantic passes on.
+
+    Parameters
+    ----------
+    field, value : given if they differ from those of the checked field.
+    """
     return PydanticCustomError("bound", "must be {bound}", {"bound": bound, "field": field, "value": value})
 
 
@@ -24,11 +29,11 @@ class Within:
     low: float
     high: float
     unit: str
-    too_low: str = ""  # what a smaller value is probably meant in
-    too_high: str = ""  # what a larger value is probably meant in
+    too_low: str = ""  # the unit in which a smaller value is probably meant
+    too_high: str = ""  # the unit in which a larger value is probably meant
 
     def number(self, value: object) -> float:
-        """`value` as a float within the bounds; pydantic turns the error into its own."""
+        """Return `value` as a float within the bounds; pydantic turns the error into its own."""
         number = self.finite(value)
         if number <= 0.0:
             raise refuse(f"greater than 0 {self.unit}".strip())
@@ -39,7 +44,7 @@ class Within:
         return number
 
     def interval(self, value: object) -> tuple[float, float]:
-        """A number x becomes (−x, x); a pair must straddle zero, the neutral pose."""
+        """Return an interval: a number x gives (−x, x), and a pair must contain zero, the neutral pose."""
         if not isinstance(value, list | tuple):
             number = self.number(value)
             return -number, number
@@ -51,7 +56,7 @@ class Within:
         return -self.number(-low), self.number(high)
 
     def finite(self, value: object) -> float:
-        """`value` as a finite float, whatever its sign."""
+        """Return `value` as a finite float of any sign."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise refuse(f"a number in {self.unit}" if self.unit else "a number")
         try:

@@ -1,16 +1,16 @@
-"""What surge, sway, roll and pitch can do all at once on six legs: the largest share of a data sheet.
+"""What surge, sway, roll and pitch can do together on six legs: the largest share of a data sheet.
 
-A data sheet prints what each axis does alone. A controller with a limit per axis needs limits that hold in
-every combination. Here each of a platform's three sets of limits (reach, speeds, accelerations) is scaled
-by one factor, the largest with which the legs keep theirs whatever the four axes do together.
+A data sheet states the range of each axis alone. A controller with a limit per axis needs limits that hold in
+every combination. Here each of a platform's three sets of limits (reach, speeds, accelerations) is scaled by
+one factor, the largest for which the legs keep their limits whatever the four axes do together.
 
-Notation: a joint on the platform and b its anchor, from the reference point; R of roll and pitch; with
-c = b − R a = (c_h, c_z) the leg at the horizontal place p is |p − c| long, and over the disc |p| ≤ r it is
-between √(max(|c_h| − r, 0)² + c_z²) and √((|c_h| + r)² + c_z²), both attained. A tilt of its
-own changes R a by no more than |a| times the angle: so a cell of roll × pitch whose middle has that much to
-spare is proved, and one that has not is divided. Checked by test_no_pose_of_the_share_needs_more_stroke.
-That no pose is singular and no joint leans too far is proved likewise, over cells of all four axes, by the
-bounds of `otolith.platforms.reach.change_rates`.
+Notation: a is a joint on the platform and b its anchor, from the reference point; R is the rotation of roll
+and pitch. With c = b − R a = (c_h, c_z), the leg at the horizontal position p has the length |p − c|. Over
+the disc |p| ≤ r it lies between √(max(|c_h| − r, 0)² + c_z²) and √((|c_h| + r)² + c_z²), and both are
+attained. A tilt changes R a by at most |a| times the angle. So a cell of roll × pitch whose centre has that
+much margin is proved, and any other cell is divided. Checked by test_no_pose_of_the_share_needs_more_stroke.
+That no pose is singular and no joint leans too far is proved in the same way over cells of all four axes,
+with the bounds of `otolith.platforms.reach.change_rates`.
 """
 
 import itertools
@@ -28,23 +28,24 @@ from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 from otolith.platforms.platform import Platform, Rotation, Translation
 from otolith.platforms.reach import change_rates
 
-DIVISIONS: Final = 14  # of a cell at most; what is not proved by then counts as out of reach
-BISECTIONS: Final = 20  # of the share
-FEWER: Final = 8  # where each takes thousands of cells
-HALVINGS: Final = 8  # of a cell of four axes at most
-CELLS: Final = 5_000  # at once; what needs more counts as not proved
+# Largest number of divisions of a cell; a cell not proved by then counts as out of reach
+DIVISIONS: Final = 14
+BISECTIONS: Final = 20  # bisections of the share
+FEWER: Final = 8  # bisections where each examines thousands of cells
+HALVINGS: Final = 8  # largest number of halvings of a cell of four axes
+CELLS: Final = 5_000  # largest number of cells at once; a proof that needs more fails
 CORNERS: Final = np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
-TILTS: Final = 7  # of a side of the grid of tilts over which leg speeds and accelerations are sought
-PLACES: Final = 24  # around the edge of the disc, beside its middle
+TILTS: Final = 7  # points per side of the grid of tilts over which leg speeds and accelerations are evaluated
+PLACES: Final = 24  # points on the edge of the disc, in addition to its centre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Together:
     """Shares of a platform's limits that surge, sway, roll and pitch may use at the same time."""
 
-    reach: float  # of circle and angles
-    speed: float  # of velocities and tilt rates
-    acceleration: float | None  # of accelerations, at these speeds; None where the file lacks one
+    reach: float  # share of circle and angles
+    speed: float  # share of velocities and tilt rates
+    acceleration: float | None  # share of accelerations at these speeds; None if the file lacks one
 
     circle: float  # [m] radius of surge and sway
     tilt: float  # ± [rad] of roll and of pitch
@@ -55,7 +56,7 @@ class Together:
 
 
 def _spare(hexapod: Hexapod, circle: float, tilt: Vec) -> float:
-    """Least distance [m] of a leg from the ends of its stroke over the disc, at (roll, pitch)."""
+    """Return the least distance [m] of a leg from the ends of its stroke over the disc, at (roll, pitch)."""
     place, R = np.empty(7), np.empty((3, 3))
     place_of(np.array([0.0, 0.0, 0.0, tilt[0], tilt[1], 0.0]), place)
     rotation_of(place, R)
@@ -68,7 +69,9 @@ def _spare(hexapod: Hexapod, circle: float, tilt: Vec) -> float:
 
 
 def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
-    """True when it is proved that the legs reach every pose of a disc and of tilts, heave and yaw neutral.
+    """Return whether it is proved that the legs reach all poses of a disc and of tilts.
+
+    Heave and yaw are neutral.
 
     Parameters
     ----------
@@ -91,9 +94,10 @@ def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
 
 
 def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
-    """Return whether it is proved that no pose of a disc and of tilts is singular, nor leans a joint too far.
+    """Return whether it is proved that no pose of a disc and of tilts is singular or leans a joint too far.
 
-    Parameters as of `reaches_all`, which must hold: the bounds are those of legs within their strokes.
+    Parameters are those of `reaches_all`, which must hold, because the bounds assume legs within their
+    strokes.
     """
     rates = change_rates(hexapod)
     cells, half = np.zeros((1, 4)), np.array([circle, circle, tilt, tilt])
@@ -116,7 +120,7 @@ def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
 
 
 def _margins(hexapod: Hexapod, poses: Mat) -> Mat:
-    """What poses have to spare (n, 3), in the order of `change_rates`; inf of joints without a limit."""
+    """Return the margins of poses (n, 3), in the order of `change_rates`; inf for joints without a limit."""
     sigma = np.linalg.svd(hexapod.scaled_jacobians(poses), compute_uv=False)
     firm = sigma[:, -1] - sigma[:, 0] / SINGULAR_CONDITION
     lean = np.array(hexapod.lean)
@@ -127,13 +131,16 @@ def _margins(hexapod: Hexapod, poses: Mat) -> Mat:
 
 
 def reach_share(hexapod: Hexapod, circle: float, tilt: float) -> float:
-    """The largest share, at most 1, of a disc [m] and of tilts [rad] that is proved to be in reach."""
+    """Return the largest share, at most 1, of a disc [m] and of tilts [rad] that is proved to be in reach."""
     share = _largest(lambda s: reaches_all(hexapod, s * circle, s * tilt), 1.0, BISECTIONS)
     return _largest(lambda s: holds_all(hexapod, s * circle, s * tilt), share, FEWER)
 
 
 def _largest(proved: Callable[[float], bool], most: float, bisections: int) -> float:
-    """The largest share up to `most` that is proved, by bisection; what is within a proved one is, too."""
+    """Return the largest share up to `most` that is proved, by bisection.
+
+    The bisection is valid because every smaller share lies within a proved one.
+    """
     if proved(most):
         return most
     low, high = 0.0, most
@@ -144,7 +151,7 @@ def _largest(proved: Callable[[float], bool], most: float, bisections: int) -> f
 
 
 def _poses(circle: float, tilt: float) -> Mat:
-    """A grid of poses (n, 6): the disc's middle and edge, with roll and pitch over their square."""
+    """Return a grid of poses (n, 6): centre and edge of the disc, with roll and pitch over their square."""
     around = np.linspace(0.0, 2.0 * math.pi, PLACES, endpoint=False)
     places = np.vstack([np.zeros(2), circle * np.column_stack([np.cos(around), np.sin(around)])])
     tilts = np.linspace(-tilt, tilt, TILTS)
@@ -153,20 +160,20 @@ def _poses(circle: float, tilt: float) -> Mat:
 
 
 def _of_four(line: float, turn: float) -> Vec:
-    """A six-vector with `line` for surge and sway and `turn` for roll and pitch."""
+    """Return six values with `line` for surge and sway and `turn` for roll and pitch."""
     return np.array([line, line, 0.0, turn, turn, 0.0])
 
 
 def _speed_share(hexapod: Hexapod, poses: Mat, speeds: Vec) -> float:
-    """The largest share of axis speeds (6,), at most 1, at which no combination is too fast for a leg."""
+    """Return the largest share of axis speeds (6,), at most 1, that no leg exceeds in any combination."""
     fastest = max(float(np.max(np.abs(hexapod.pose_jacobian(pose)) @ speeds)) for pose in poses)
     return min(1.0, hexapod.speed / fastest)
 
 
 def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations: Vec) -> float:
-    """The largest share of axis accelerations (6,), at most 1, that the legs can give while all axes move.
+    """Return the largest share of axis accelerations (6,), at most 1, that the legs can give at full speed.
 
-    Curved paths take a part of what the legs can do.
+    Motion along curved paths uses a part of the legs' acceleration.
     """
     signs = [np.array([1.0, a, 0.0, b, c, 0.0]) for a, b, c in itertools.product((-1.0, 1.0), repeat=3)]
     share = 1.0
@@ -180,16 +187,16 @@ def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations
 
 
 def together(platform: Platform) -> Together:
-    """What a platform's legs can do of its file's limits with four axes at once, heave and yaw neutral.
+    """Return what a platform's legs can do of its file's limits with four axes together.
 
-    Of unequal limits the smaller counts: of the two ends of a reach, of surge and sway, of roll and pitch,
-    and of the circle, where the file gives one. Tilt rates that it does not give are the perception
-    thresholds, which cueing keeps to. Reach is proved; speeds and accelerations are the worst over a grid
-    of poses.
+    Heave and yaw are neutral. Of unequal limits the smaller counts: of the two ends of a range, of surge and
+    sway, of roll and pitch, and of the circle if the file has one. Missing tilt rates are replaced by the
+    perception thresholds, which cueing respects. The reach is proved; speeds and accelerations are the worst
+    over a grid of poses.
 
     Raises
     ------
-    InputError : no legs in the file, or an axis of the four is missing.
+    InputError : the file has no legs, or lacks one of the four axes.
     """
     hexapod, given = platform.six_legs(), _limits(platform)
     reach = reach_share(hexapod, given.circle, given.tilt)
@@ -217,7 +224,7 @@ def _times(share: float | None, limit: float | None) -> float | None:
 
 
 def _limits(platform: Platform) -> Together:
-    """All of a file's limits, share 1."""
+    """Return all of a file's limits, with a share of 1."""
     lines = [axis for axis in (platform.surge, platform.sway) if isinstance(axis, Translation)]
     turns = [axis for axis in (platform.roll, platform.pitch) if isinstance(axis, Rotation)]
     if not len(lines) == len(turns) == 2:

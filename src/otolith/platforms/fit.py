@@ -1,8 +1,9 @@
-"""A geometry of six legs from what a data sheet prints: the range of each axis alone, and the legs' lengths.
+"""Fits six legs to a data sheet: to the range of each axis alone, and the legs' lengths.
 
-Least squares on the relative error of every end of every range, from many random starts, over hexapods
-with three regular pairs of joints on two circles: seven numbers for up to twelve ends. The answer is one
-of many: quite different machines share a data sheet. Legs that stand badly in the neutral pose are refused.
+The fit is a least-squares problem on the relative error of every end of every range, from many random starts,
+over hexapods with three regular pairs of joints on two circles: seven numbers for up to twelve ends. The
+solution is not unique, because very different machines can share a data sheet. Legs with poor conditioning in
+the neutral pose are refused.
 """
 
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from functools import partial
 from typing import Any, Final, Literal
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so unused ones cost no time
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
@@ -21,9 +22,9 @@ from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.platform import Platform, Rotation
 from otolith.platforms.reach import SINGULAR, axis_speeds, leg_end, reach_ends
 
-WELL: Final = 5.0  # condition number in the neutral pose that a fitted machine must stay below
-TRIES: Final = 1000  # of random numbers for one start
-ALIKE: Final = 0.01  # of relative error, within which fits count as equally good
+WELL: Final = 5.0  # upper bound of a fitted machine's condition number in the neutral pose
+TRIES: Final = 1000  # largest number of random draws for one start
+ALIKE: Final = 0.01  # fits whose relative errors differ by less are equally good
 Forward = Literal["platform", "base"]
 
 
@@ -34,24 +35,25 @@ class Candidate:
     circles: Circles
     neutral_height: float  # [m]
     reference_point: tuple[float, float, float]  # [m]
-    errors: dict[str, tuple[float, float]]  # relative error of each axis's two ends
-    worst: float  # largest of them
-    condition: float  # in the neutral pose
+    errors: dict[str, tuple[float, float]]  # relative errors of both ends of each axis
+    worst: float  # largest relative error
+    condition: float  # condition number in the neutral pose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
-    """The best geometry, and how many others do as well."""
+    """The best geometry, and others that are equally good."""
 
     best: Candidate
-    alike: tuple[Candidate, ...]  # those whose worst error is within `ALIKE` of the best's, best first
+    alike: tuple[Candidate, ...]  # fits whose worst error is within `ALIKE` of the best, best first
     starts: int
-    leg_speed: float | None  # [m/s] that affords every axis's speed, where all are given
-    leg_acceleration: float | None  # [m/s²] likewise
+    leg_speed: float | None  # [m/s] sufficient for the speed of every axis; None if one is not given
+    # [m/s²] sufficient for the acceleration of every axis; None if one is not given
+    leg_acceleration: float | None
 
 
 def table_of(platform: Platform) -> dict[str, tuple[float, float]]:
-    """The ranges [m or rad] of the platform's axes, as its file gives them."""
+    """Return the ranges [m or rad] of the platform's axes, as its file gives them."""
     table = {}
     for axis in platform.axes:
         limits = getattr(platform, axis)
@@ -69,7 +71,7 @@ def fit(
     seed: int = 0,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Fit:
-    """Find legs of lengths within `stroke` [m] that reach what the platform's axes reach, each alone.
+    """Find legs with lengths within `stroke` [m] that reach the platform's ranges, each axis alone.
 
     Raises
     ------
@@ -115,16 +117,16 @@ def _afforded(platform: Platform, speeds: Vec, names: tuple[str, str]) -> float 
 
 
 class _Problem:
-    """Ranges to meet, by seven numbers: two radii, two half-angles, height, reference point x and z."""
+    """The fit of seven numbers: two radii, two half-angles, height, reference point x and z."""
 
     def __init__(self, table: dict[str, tuple[float, float]], stroke: tuple[float, float]) -> None:
         self.table, self.stroke = table, stroke
-        mean = 0.5 * (stroke[0] + stroke[1])  # [m] the one length that scales all others
+        mean = 0.5 * (stroke[0] + stroke[1])  # [m] the length that scales all others
         self._low = np.array([0.35 * mean, 0.2 * mean, 1.5, 1.5, 0.5 * mean, -0.5 * mean, -0.5 * mean])
         self._high = np.array([1.5 * mean, 1.3 * mean, 30.0, 30.0, 0.98 * mean, 0.5 * mean, 0.5 * mean])
 
     def solve(self, rng: np.random.Generator, forward: Forward) -> Candidate | None:
-        """Least squares from one random start; None where it ends in a machine that cannot stand."""
+        """Solve from one random start; None if the result is a machine that cannot stand."""
         result = scipy.optimize.least_squares(
             partial(self._errors, forward=forward),
             self._start(rng, forward),
@@ -148,12 +150,12 @@ class _Problem:
         return replace(candidate, condition=condition)
 
     def _stands(self, machine: Hexapod) -> bool:
-        """Return whether the legs hold the platform all the way to the ends that their strokes allow."""
+        """Return whether the legs hold the platform up to all ends of their strokes."""
         ends = reach_ends(machine)
         return not any(end.why == SINGULAR for axis in self.table for end in ends[axis])
 
     def _start(self, rng: np.random.Generator, forward: Forward) -> Vec:
-        """Random numbers whose legs reach the neutral pose, where there are such: elsewhere slopes vanish."""
+        """Draw numbers whose legs reach the neutral pose if possible, because elsewhere gradients vanish."""
         for _ in range(TRIES):
             x = rng.uniform(self._low, self._high)
             if self._errors(x, forward)[0] > -1.0:
@@ -161,7 +163,7 @@ class _Problem:
         return x
 
     def hexapod(self, candidate: Candidate) -> Hexapod:
-        """The machine, with nothing but its geometry; what moves it is not known."""
+        """Return the machine with its geometry only; its drives are unknown."""
         base, platform = candidate.circles.points()
         reference = np.array(candidate.reference_point)
         return _bare(
@@ -202,7 +204,7 @@ def _bare(joints: Vec, anchors: Vec, stroke: tuple[float, float]) -> Hexapod:
 
 
 def as_toml(result: Fit, stroke: tuple[float, float]) -> str:
-    """The best geometry as lines of a platform file; what its ranges leave undetermined stays open."""
+    """Return the best geometry as lines of a platform file; undetermined fields are left open."""
     best, circles = result.best, result.best.circles
     others = len(result.alike) - 1
     x, _, z = best.reference_point

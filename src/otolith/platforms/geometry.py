@@ -1,8 +1,8 @@
-"""Six legs as a platform file describes them, and the hexapod that comes of it.
+"""Six legs as a platform file describes them, and the resulting hexapod.
 
-Joints are given either as two circles of three pairs each, or as twelve points; then there is nothing
-between a symmetric machine of a catalogue and one's own irregular rig. What is given is checked as the
-rest of the file is: one sentence with field, value, bound and unit.
+Joints are given either as two circles of three pairs each, or as twelve points, which covers both symmetric
+machines from a catalogue and irregular rigs. They are checked like the rest of the file: an error is one
+sentence with field, value, bound and unit.
 """
 
 import math
@@ -20,7 +20,7 @@ _POINT_M = 20.0  # [m] largest coordinate of a point
 
 
 def _span(value: object) -> tuple[float, float]:
-    """Shortest and longest length of a leg [m]."""
+    """Return the shortest and longest length of a leg [m]."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise refuse("[shortest, longest], in m")
     low, high = (_LENGTH.number(end) for end in value)
@@ -30,7 +30,7 @@ def _span(value: object) -> tuple[float, float]:
 
 
 def _point(value: object) -> tuple[float, float, float]:
-    """Three coordinates [m]."""
+    """Return three coordinates [m]."""
     if not isinstance(value, list | tuple) or len(value) != 3:
         raise refuse("a point [x, y, z], in m")
     x, y, z = (_LENGTH.finite(coordinate) for coordinate in value)
@@ -78,12 +78,12 @@ class _Table(BaseModel):
 class Circles(_Table):
     """Joints in three pairs on two circles; a platform pair faces a gap between two base pairs.
 
-    With `forward` = "platform" a platform pair points forward and a base pair backward; with "base" the
-    other way round. `spacing_deg` is the angle from the pair on the symmetry plane to each of its sisters.
+    With `forward` = "platform" a platform pair points forward and a base pair backward; with "base" it is the
+    other way round. `spacing_deg` is the angle from the pair on the symmetry plane to each of the other two.
     """
 
     base_radius_m: Radius
-    base_half_angle_deg: HalfAngle  # of one pair, seen from the centre
+    base_half_angle_deg: HalfAngle  # half the angle of one pair, seen from the centre
     platform_radius_m: Radius
     platform_half_angle_deg: HalfAngle
     base_spacing_deg: Spacing = 120.0
@@ -91,7 +91,7 @@ class Circles(_Table):
     forward: Literal["platform", "base"] = "platform"
 
     def points(self) -> tuple[Mat, Mat]:
-        """Base and platform joints (6, 3) [m], each in its circle's plane; leg k joins the k-th ones."""
+        """Return base and platform joints (6, 3) [m], each in its circle's plane; leg k joins the k-th."""
         turn = 0.0 if self.forward == "platform" else 180.0
         p, s = self.platform_half_angle_deg, self.platform_spacing_deg
         b, t = self.base_half_angle_deg, self.base_spacing_deg
@@ -104,22 +104,22 @@ class Circles(_Table):
 
 
 class Joints(_Table):
-    """Twelve joints as points, each set about its own centre; leg k joins the k-th of both."""
+    """Twelve joints as points about the base's and the platform's own centre; leg k joins the k-th two."""
 
     base_m: SixPoints
     platform_m: SixPoints
 
     def points(self) -> tuple[Mat, Mat]:
-        """Base and platform joints (6, 3) [m]."""
+        """Return base and platform joints (6, 3) [m]."""
         return np.array(self.base_m), np.array(self.platform_m)
 
 
 class JointAngles(_Table):
     """How far the legs may lean in their joints: a cone about each joint's axis.
 
-    A ball or universal joint is mounted along some direction and turns away from it only so far. With `about`
-    = "neutral" that is the direction of its leg in the neutral pose; with "normal" the z axis, of the base
-    for its joints, of the platform for its own.
+    A ball or universal joint is mounted in some direction and can turn away from it only by a limited angle.
+    With `about` = "neutral" the direction is that of its leg in the neutral pose. With "normal" it is the z
+    axis, of the base for base joints and of the platform for platform joints.
     """
 
     base_deg: Cone = 180.0
@@ -128,13 +128,13 @@ class JointAngles(_Table):
 
 
 class Legs(_Table):
-    """What every leg can do, and its servo: force = stiffness · error + damping · speed error + weight."""
+    """The limits of each leg, and its servo: force = stiffness · error + damping · speed error + weight."""
 
     length_m: Span  # [shortest, longest]
     speed_mps: LegSpeed  # ± [m/s]
     acceleration_mps2: LegAcceleration  # ± [m/s²]
     force_n: Force  # ± [N]
-    mass_kg: Mass  # [kg] that moves along the leg, of the rod and of the drive
+    mass_kg: Mass  # [kg] mass of rod and drive that moves along the leg
     stiffness_npm: Stiffness  # [N/m]
     damping_nspm: Damping  # [N s/m]
 
@@ -150,9 +150,10 @@ class Payload(_Table):
 class HexapodTable(_Table):
     """The table `[hexapod]` of a platform file."""
 
-    source: str = Field(default="", max_length=200)  # where the geometry comes from, if it needs saying
-    lent: bool = False  # whether the legs are another machine's, for the plants only: no picture shows them
-    neutral_height_m: Height  # of the platform joints' centre above the base joints' centre
+    source: str = Field(default="", max_length=200)  # origin of the geometry, if it needs an explanation
+    # Whether the legs belong to another machine and serve only the plants; no figure shows them
+    lent: bool = False
+    neutral_height_m: Height  # height of the platform joints' centre above the base joints' centre
     reference_point_m: Point = (0.0, 0.0, 0.0)  # motion reference point, from the platform joints' centre
     head_m: Point | None = None  # the driver's head, from the motion reference point
     circles: Circles | None = None
@@ -187,7 +188,7 @@ class HexapodTable(_Table):
         return geometry.points()
 
     def hexapod(self) -> Hexapod:
-        """The machine, in SI units, about its motion reference point in the neutral pose."""
+        """Return the machine in SI units, about its motion reference point in the neutral pose."""
         base, platform = self._points()
         reference, lean = np.array(self.reference_point_m), self.joint_angles or JointAngles()
         return Hexapod(

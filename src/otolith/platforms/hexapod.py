@@ -1,7 +1,8 @@
-"""A six-legged platform: which legs a pose needs, which pose six legs make, and what they refuse.
+"""A six-legged platform: the legs of a pose, the pose of six legs, and the poses that are refused.
 
-Poses, twists and accelerations (6,) are those of `otolith.interfaces.PlatformState`, of the motion
-reference point about the neutral pose; quaternions inside. Numerics: `otolith.platforms.kinematics`.
+Poses, twists and accelerations (6,) are those of `otolith.interfaces.PlatformState`: of the motion reference
+point, relative to the neutral pose. Quaternions are used internally. `otolith.platforms.kinematics` has the
+numerics.
 """
 
 import math
@@ -15,10 +16,10 @@ from otolith.core.errors import OtolithError
 from otolith.core.rotation import place_of, pose_of, velocity_of
 from otolith.platforms.kinematics import forward, inverse, leg_motion, lengths_along
 
-TOLERANCE: Final = 1e-13  # [m] on the legs; a metre has 2e-16
-MOST: Final = 30  # Newton iterations; from the neutral pose 4 or 5 do
+TOLERANCE: Final = 1e-13  # [m] on leg lengths; double precision has 2e-16 at a metre
+MOST: Final = 30  # largest number of Newton iterations; from the neutral pose 4 or 5 suffice
 SINGULAR_CONDITION: Final = (
-    50.0  # of the scaled Jacobian, from which on a pose is singular; good ones have 2 to 5
+    50.0  # condition number of the scaled Jacobian from which a pose is singular; good poses have 2 to 5
 )
 
 
@@ -36,7 +37,7 @@ class NoPose(OtolithError):
 
 
 class Singular(OtolithError):
-    """In this pose the legs cannot hold the platform, or nearly so."""
+    """In this pose the legs cannot hold the platform, or hardly."""
 
     def __init__(self, condition: float, bound: float) -> None:
         super().__init__(
@@ -59,7 +60,7 @@ class LeansTooFar(OtolithError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LegMotion:
-    """How the legs move in a moving pose."""
+    """The motion of the legs in a moving pose."""
 
     length: Vec  # (6,) [m]
     speed: Vec  # (6,) [m/s]
@@ -93,25 +94,26 @@ class Hexapod:
     mass: float  # [kg] of platform and payload
     centre: Vec  # (3,) [m] of mass, from the reference point, in the platform's frame
     inertia: Vec  # (3,) [kg m²] about the centre of mass, along the platform's axes
-    lean_base: float = math.pi  # [rad] most that a leg may lean from the axis of its joint at the base …
-    lean_platform: float = math.pi  # … and at the platform; π where the joints set no limit
-    upright: bool = False  # whether those axes are z, of base and platform, instead of the neutral legs
+    lean_base: float = math.pi  # [rad] largest angle of a leg from the axis of its joint at the base …
+    lean_platform: float = math.pi  # … and at the platform; π if the joints set no limit
+    # Whether these axes are the z axes of base and platform instead of the neutral legs
+    upright: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, joints=(6, 3), anchors=(6, 3), head=(3,), centre=(3,), inertia=(3,))
 
     @property
     def size(self) -> float:
-        """Mean distance [m] of the platform's joints from their centre: the lever that rotations act on."""
+        """Return the mean distance [m] of the platform's joints from their centre, the arm of rotations."""
         return float(np.mean(np.linalg.norm(self.joints - self.joints.mean(axis=0), axis=1)))
 
     @property
     def lean(self) -> tuple[float, float]:
-        """Most [rad] that a leg may lean at its base joint and at its platform joint."""
+        """Return the largest angles [rad] of a leg at its base joint and at its platform joint."""
         return self.lean_base, self.lean_platform
 
     def leans(self, poses: Mat) -> Mat:
-        """Angles (n, 2, 6) [rad] of every leg from its joints' axes, at the base and at the platform."""
+        """Return the angles (n, 2, 6) [rad] of every leg from its joints' axes, at base and platform."""
         poses = np.asarray(poses, dtype=np.float64)
         axes = np.tile([0.0, 0.0, 1.0], (6, 1)) if self.upright else self.joints - self.anchors
         R = _rotations(poses).transpose(0, 2, 1)  # (n, 3, 3)
@@ -119,27 +121,27 @@ class Hexapod:
         return np.stack([_between(np.broadcast_to(axes, legs.shape), legs), _between(axes @ R, legs)], axis=1)
 
     def lengths(self, pose: Vec) -> Vec:
-        """Leg lengths (6,) [m] of a pose (6,); of many, (n, 6) of (n, 6)."""
+        """Return the leg lengths (6,) [m] of a pose (6,), or (n, 6) of poses (n, 6)."""
         poses = np.ascontiguousarray(np.atleast_2d(pose), dtype=np.float64)
         lengths = np.empty(poses.shape)
         lengths_along(poses, self.joints, self.anchors, lengths)
         return lengths.reshape(np.shape(pose))
 
     def leg_motion(self, pose: Vec, twist: Vec, acceleration: Vec) -> LegMotion:
-        """Lengths, speeds and accelerations of the legs of a pose in motion."""
+        """Return lengths, speeds and accelerations of the legs of a pose in motion."""
         motion = np.empty((3, 6))
         leg_motion(pose, twist, acceleration, self.joints, self.anchors, motion)
         return LegMotion(length=motion[0], speed=motion[1], acceleration=motion[2])
 
     def jacobian(self, pose: Vec) -> Mat:
-        """J (6, 6) of leg speeds = J (v, ω), with velocity and angular rate in world."""
+        """Return J (6, 6) of leg speeds = J (v, ω), with velocity and angular rate in world."""
         place, J = np.empty(7), np.empty((6, 6))
         place_of(np.asarray(pose, dtype=np.float64), place)
         inverse(place, self.joints, self.anchors, np.empty(6), J, np.empty((6, 3)))
         return J
 
     def pose_jacobian(self, pose: Vec) -> Mat:
-        """∂lengths/∂pose (6, 6), of roll, pitch and yaw instead of the angular rate."""
+        """Return ∂lengths/∂pose (6, 6), with roll, pitch and yaw instead of the angular rate."""
         E = np.empty((6, 6))
         for column, unit in zip(E.T, np.eye(6), strict=True):
             velocity = np.empty(6)
@@ -149,29 +151,31 @@ class Hexapod:
         return product
 
     def condition(self, pose: Vec) -> float:
-        """Condition number [-] of the Jacobian with rotations as paths at the joints' radius.
+        """Return the condition number [-] of the Jacobian, with rotations as paths at the joints' radius.
 
-        So scaled it has one unit throughout; unscaled, it would depend on whether one counts in metres.
+        This scaling gives all entries one unit. Without it, the number would depend on the unit of length.
         """
         return float(self.conditions(np.asarray(pose)[None])[0])
 
     def conditions(self, poses: Mat) -> Vec:
-        """Condition numbers (n,) of the poses (n, 6); see `condition`."""
+        """Return the condition numbers (n,) of the poses (n, 6); see `condition`."""
         numbers: Vec = np.linalg.cond(self.scaled_jacobians(poses))
         return numbers
 
     def scaled_jacobians(self, poses: Mat) -> Mat:
-        """Jacobians (n, 6, 6) of the poses (n, 6) without unit: rotations as paths at the joints' radius."""
+        """Return dimensionless Jacobians (n, 6, 6) of poses (n, 6), with rotations as paths at the joints."""
         jacobians = np.array([self.jacobian(pose) for pose in poses]).reshape(-1, 6, 6)
         scaled: Mat = jacobians / np.array([1.0, 1.0, 1.0, *[self.size] * 3])
         return scaled
 
     def pose_of(self, lengths: Vec, near: Vec | None = None) -> Vec:
-        """Pose (6,) of leg lengths (6,) [m], the one that Newton's method reaches from `near` (neutral).
+        """Return the pose (6,) of leg lengths (6,) [m] that Newton's method reaches from `near`.
+
+        The default of `near` is the neutral pose.
 
         Raises
         ------
-        NoPose : there is none near, or it is singular.
+        NoPose : there is none nearby, or it is singular.
         """
         place = np.empty(7)
         place_of(np.zeros(6) if near is None else np.asarray(near, dtype=np.float64), place)
@@ -186,11 +190,11 @@ class Hexapod:
         return pose
 
     def reaches(self, poses: Mat) -> Bools:
-        """Return whether each pose (n, 6) is one that the legs make and hold, (n,).
+        """Return for each pose (n, 6) whether the legs can make and hold it (n,).
 
-        Every leg within its stroke and leaning no further than its joints allow, the condition number below
-        `SINGULAR_CONDITION`, and the Jacobian's determinant of the sign that it has in the neutral pose:
-        between poses of different signs lies one in which the legs hold nothing.
+        Every leg must be within its stroke and lean no further than its joints allow, the condition number
+        must be below `SINGULAR_CONDITION`, and the Jacobian's determinant must have the same sign as in the
+        neutral pose: between poses of different signs lies one in which the legs hold nothing.
         """
         poses = np.asarray(poses, dtype=np.float64)
         lengths, (low, high) = self.lengths(poses), self.stroke
@@ -199,7 +203,7 @@ class Hexapod:
         return found
 
     def holds(self, poses: Mat) -> Bools:
-        """Return whether in each pose (n, 6) joints do not lean too far and the Jacobian is regular, (n,)."""
+        """Return for each pose (n, 6) whether no joint leans too far and the Jacobian is regular (n,)."""
         jacobians, neutral = self.scaled_jacobians(poses), self.scaled_jacobians(np.zeros((1, 6)))
         firm = np.linalg.cond(jacobians) < SINGULAR_CONDITION
         same: Bools = firm & (np.sign(np.linalg.det(jacobians)) == np.sign(np.linalg.det(neutral)))
@@ -232,7 +236,7 @@ class Hexapod:
 
 
 def _rotations(poses: Mat) -> Mat:
-    """Rotations (n, 3, 3) from the platform's frame to world of poses (n, 6): yaw, then pitch, then roll."""
+    """Return the rotations (n, 3, 3) from the platform's frame to world of poses (n, 6): yaw, pitch, roll."""
     (r, p, y), (R, P, Y) = np.cos(poses[:, 3:].T), np.sin(poses[:, 3:].T)
     rows = [
         [y * p, y * P * R - Y * r, y * P * r + Y * R],
@@ -243,7 +247,7 @@ def _rotations(poses: Mat) -> Mat:
 
 
 def _between(axes: Mat, legs: Mat) -> Mat:
-    """Angles (n, 6) [rad] between vectors (n, 6, 3); by the tangent, which is exact for small angles, too."""
+    """Return the angles (n, 6) [rad] between vectors (n, 6, 3), by the tangent: exact if small."""
     across = np.linalg.norm(np.cross(axes, legs), axis=-1)
     angles: Mat = np.arctan2(across, np.sum(axes * legs, axis=-1))
     return angles

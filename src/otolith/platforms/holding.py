@@ -1,17 +1,17 @@
-"""How far six legs may move, whichever way, before a joint could lean too far or a pose could be singular.
+"""How far six legs may move in any direction before a joint could lean too far or a pose become singular.
 
-Every pose of the legs has a ball in the space of leg lengths in which all poses are proved to hold: no
-singular one, no joint beyond its angle. A way is proved by a chain of such balls.
+Every pose of the legs has a ball in the space of leg lengths in which all poses are proved to hold: none is
+singular, and no joint exceeds its angle. A path is proved by a chain of such balls.
 
-Notation: ℓ leg lengths, x a way through them; J the Jacobian scaled to one unit, σ its singular values, K
-`SINGULAR_CONDITION`; w = σ₆ − σ₁/K + 1/K; m the least angle that a joint has to spare. Leg lengths change the
-pose by at most dx/σ₆, and σ₆ ≥ w, for σ₁² ≥ ‖J‖²/6 ≥ 1 (every row of J holds a unit vector). Let c₀ and c
-bound how fast w and m can change with the pose (`otolith.platforms.reach.change_rates`). Then w w′ ≥ −c₀
-and m′ ≥ −c/w, which integrate to w² ≥ w₀² − 2 c₀ x and m ≥ m₀ − c (w₀ − w)/c₀: both hold until
+Notation: ℓ leg lengths, x a path length through them; J the Jacobian scaled to one unit, σ its singular
+values, K `SINGULAR_CONDITION`; w = σ₆ − σ₁/K + 1/K; m the least margin of a joint's angle. Leg lengths change
+the pose by at most dx/σ₆, and σ₆ ≥ w, because σ₁² ≥ ‖J‖²/6 ≥ 1 (every row of J contains a unit vector). Let
+c₀ and c bound how fast w and m can change with the pose (`otolith.platforms.reach.change_rates`). Then w w′ ≥
+−c₀ and m′ ≥ −c/w. Integration gives w² ≥ w₀² − 2 c₀ x and m ≥ m₀ − c (w₀ − w)/c₀, so both hold until
 
     x = (w₀² − w₁²)/(2 c₀),   w₁ = max(1/K, w₀ − c₀ m₀/c)
 
-The ball about any point of a ball has at least the radius that is left there. Checked by
+The ball about any point of a ball has at least the radius that remains there. Checked by
 test_no_pose_in_a_ball_fails_to_hold.
 """
 
@@ -27,26 +27,26 @@ from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 from otolith.platforms.kinematics import forward, inverse
 from otolith.platforms.reach import change_rates
 
-FLOOR: Final = 1e-5  # [m] radius of a ball at which a way ends: so near a limit the legs do not go
-STRIDE: Final = 0.9  # of a ball's radius from its centre to the next one's
-MOST: Final = 40  # balls in a way; one that needs more leads too near to a limit
-CLOSE: Final = 1e-12  # [m] on the legs, when the pose of lengths is found
-NEWTON: Final = 30  # iterations; from a place within a ball 2 or 3 do
+FLOOR: Final = 1e-5  # [m] smallest radius of a ball; a path ends this close to a limit
+STRIDE: Final = 0.9  # distance from a ball's centre to the next, as a share of its radius
+MOST: Final = 40  # largest number of balls in a path; a path that needs more is too close to a limit
+CLOSE: Final = 1e-12  # [m] tolerance on leg lengths when their pose is computed
+NEWTON: Final = 30  # largest number of iterations; within a ball 2 or 3 suffice
 
 
 class Joints(NamedTuple):
-    """What the kernels here need of a `Hexapod`, in a form that they can take."""
+    """The numbers of a `Hexapod` that the kernels here need."""
 
     joints: Mat  # (6, 3) [m]
     anchors: Mat  # (6, 3) [m]
-    axes: Mat  # (6, 3) [-] of the joints, in world at the base, in the platform's frame at the platform
-    lean: Vec  # (2,) [rad] most at the base and at the platform; π where the joints set no limit
-    rates: Vec  # (3,) [1/m] change of w and of both leans at most, along a scaled motion of the platform
-    size: float  # [m] at which rotations are counted as paths
+    axes: Mat  # (6, 3) [-] axes of the joints, in world at the base, in the platform's frame at the platform
+    lean: Vec  # (2,) [rad] largest angles at the base and at the platform; π if there is no limit
+    rates: Vec  # (3,) [1/m] largest changes of w and of both angles along a scaled motion of the platform
+    size: float  # [m] radius at which rotations are measured as paths
 
     @classmethod
     def of(cls, hexapod: Hexapod) -> Self:
-        """Those of one hexapod."""
+        """Return the numbers of one hexapod."""
         legs = hexapod.joints - hexapod.anchors
         axes = np.tile([0.0, 0.0, 1.0], (6, 1)) if hexapod.upright else legs
         along, about = change_rates(hexapod)
@@ -61,28 +61,28 @@ class Joints(NamedTuple):
 
 
 class Ball(NamedTuple):
-    """Leg lengths about which all poses are proved to hold; its arrays are written in place."""
+    """Leg lengths around which all poses are proved to hold; its arrays are written in place."""
 
     centre: Vec  # (6,) [m] leg lengths
-    place: Vec  # (7,) of the platform there, see `otolith.core.rotation`
-    radius: Vec  # (1,) [m] Euclidean, over the six legs
+    place: Vec  # (7,) position and orientation of the platform there, see `otolith.core.rotation`
+    radius: Vec  # (1,) [m] Euclidean distance of leg lengths
 
     @classmethod
     def empty(cls) -> Self:
-        """One that is to be placed."""
+        """Return a ball that has yet to be placed."""
         return cls(centre=np.zeros(6), place=np.zeros(7), radius=np.zeros(1))
 
 
 @kernel
 def _angle(a: Vec, b: Vec) -> float:
-    """Between two vectors (3,) [rad]; by the tangent, which is exact for small angles, too."""
+    """Return the angle between two vectors (3,) [rad], by the tangent, which is exact for small angles."""
     x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
     return math.atan2(math.sqrt(x * x + y * y + z * z), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 @kernel
 def _lean_room(J: Mat, R: Mat, of: Joints) -> tuple[float, int]:
-    """Least of m/c over all joints [m of scaled motion], and whose leg it is; infinite without limits."""
+    """Return the least m/c over all joints [m of scaled motion], and its leg; infinite without limits."""
     least, leg, axis = math.inf, -1, np.empty(3)
     for i in range(6):
         for k in range(2):
@@ -102,12 +102,12 @@ def _lean_room(J: Mat, R: Mat, of: Joints) -> tuple[float, int]:
 
 @kernel
 def place_ball(lengths: Vec, of: Joints, ball: Ball) -> int:
-    """Move the ball to leg lengths (6,), whose pose is near its place, and measure it.
+    """Move the ball to leg lengths (6,), whose pose is near its place, and compute its radius.
 
     Returns
     -------
-    What bounds it: the leg (0 … 5) whose joint may lean too far first, or −1, a singular pose. The radius is
-    0 where the pose does not hold, or is not found.
+    What bounds the ball: the leg (0 … 5) whose joint may lean too far first, or −1 for a singular pose. The
+    radius is 0 if the pose does not hold or is not found.
     """
     ball.centre[:] = lengths
     ball.radius[0] = 0.0
@@ -131,7 +131,7 @@ def place_ball(lengths: Vec, of: Joints, ball: Ball) -> int:
 
 @kernel
 def _last_inside(start: Vec, end: Vec, centre: Vec, radius: float) -> float:
-    """Share of the way from `start`, which lies in the ball, to `end` at which it leaves it; 1 if never."""
+    """Return the share of the path from `start`, inside the ball, to `end` at which it leaves; 1 if never."""
     a, b, c = 0.0, 0.0, -radius * radius
     for i in range(6):
         way, off = end[i] - start[i], start[i] - centre[i]
@@ -145,13 +145,13 @@ def _last_inside(start: Vec, end: Vec, centre: Vec, radius: float) -> float:
 
 @kernel
 def way_holds(start: Vec, end: Vec, of: Joints, ball: Ball) -> tuple[bool, int]:
-    """True when all poses of the straight way between leg lengths (6,) are proved to hold, its end with room.
+    """Return whether all poses on the straight path between leg lengths (6,) are proved to hold, with margin.
 
-    `start` lies in the ball, which goes along: where the way holds, `end` lies in it.
+    `start` must lie in the ball, which moves along: if the path holds, `end` lies in it.
 
     Returns
     -------
-    With it, where it does not hold, what ends it: see `place_ball`.
+    Whether the path holds and, if not, what ends it: see `place_ball`.
     """
     at = start.copy()
     for _ in range(MOST):

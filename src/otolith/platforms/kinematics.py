@@ -2,9 +2,9 @@
 
 Notation: place (p, q), velocity (v, ω), acceleration (a, α) of the motion reference point as in
 `otolith.core.rotation`. Leg i runs from the base joint b_i (world, from the neutral reference point) to the
-platform joint p + r_i, r_i = R a_i: l_i = p + r_i − b_i, length L_i = |l_i|, direction n_i = l_i/L_i.
-L̇ = J (v, ω) with rows J_i = (n_i, r_i × n_i); L̈ = J (a, α) + J̇ (v, ω) (Merlet, Parallel Robots, 2006,
-chapters 3 and 5). J̇ follows from ṅ = (l̇ − n L̇)/L and ṙ = ω × r.
+platform joint p + r_i, r_i = R a_i: l_i = p + r_i − b_i, length L_i = |l_i|, direction n_i = l_i/L_i. L̇ = J
+(v, ω) with rows J_i = (n_i, r_i × n_i); L̈ = J (a, α) + J̇ (v, ω) (Merlet, Parallel Robots, 2006, chapters 3
+and 5). J̇ follows from ṅ = (l̇ − n L̇)/L and ṙ = ω × r.
 """
 
 import math
@@ -15,7 +15,7 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
 from otolith.core.rotation import acceleration_of, place_of, rotation_of, turn, velocity_of
 
-SINGULAR = 1e-9  # smallest pivot [-] of a Jacobian that counts as regular; good ones have 0.1
+SINGULAR = 1e-9  # smallest pivot [-] of a regular Jacobian; good poses have 0.1
 
 
 @kernel
@@ -39,7 +39,7 @@ def inverse(place: Vec, joints: Mat, anchors: Mat, lengths: Vec, J: Mat, arms: M
 
 @kernel
 def jacobian_rate(velocity: Vec, lengths: Vec, J: Mat, arms: Mat, speeds: Vec, rate: Mat) -> None:
-    """Write leg speeds L̇ (6,) and J̇ (6, 6), from what `inverse` wrote."""
+    """Write leg speeds L̇ (6,) and J̇ (6, 6), given the results of `inverse`."""
     vx, vy, vz = velocity[0], velocity[1], velocity[2]
     wx, wy, wz = velocity[3], velocity[4], velocity[5]
     for i in range(6):
@@ -87,7 +87,7 @@ def lengths_along(poses: Mat, joints: Mat, anchors: Mat, lengths: Mat) -> None:
 
 @kernel
 def solve(M: Mat, r: Vec) -> bool:
-    """Solve M x = r in place by elimination with partial pivoting; False where M is singular or no number."""
+    """Solve M x = r in place with partial pivoting; return False if M is singular or not finite."""
     n = len(r)
     for c in range(n):
         p = c
@@ -115,9 +115,11 @@ def solve(M: Mat, r: Vec) -> bool:
 
 @kernel
 def forward(wanted: Vec, joints: Mat, anchors: Mat, place: Vec, tolerance: float, most: int) -> int:
-    """Newton's method on L(place) = wanted, from the guess in `place`, which becomes the solution.
+    """Solve L(place) = wanted by Newton's method, from the guess in `place`, which becomes the solution.
 
-    Returns the number of iterations; −1 where the Jacobian became singular, −2 where `most` did not do.
+    Returns
+    -------
+    The number of iterations; −1 if the Jacobian became singular, −2 if `most` iterations did not suffice.
     """
     lengths, J, arms, step = np.empty(6), np.empty((6, 6)), np.empty((6, 3)), np.empty(6)
     for iteration in range(most):

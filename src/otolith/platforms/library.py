@@ -13,24 +13,24 @@ _FOLDER = files("otolith.platforms") / "catalog"
 
 
 def catalog() -> tuple[str, ...]:
-    """Names of the shipped platforms, sorted."""
+    """Return the names of the shipped platforms, sorted."""
     names = (entry.name.removesuffix(".toml") for entry in _FOLDER.iterdir() if entry.name.endswith(".toml"))
     return tuple(sorted(names))
 
 
 def descriptions() -> dict[str, str]:
-    """The line that each shipped platform's file says of itself, by name; no platform is made for it."""
+    """Return the description in each shipped platform's file, by name, without making the platform."""
     return {name: tomllib.loads(_text(name))["description"] for name in catalog()}
 
 
 def load(name: str) -> "Platform":
-    """A shipped platform by name.
+    """Return a shipped platform by name.
 
     Raises
     ------
-    InputError : there is none of that name.
+    InputError : there is none of this name.
     """
-    from otolith.platforms.platform import parse_platform  # for which a list of names does not wait
+    from otolith.platforms.platform import parse_platform  # imported here, so that listing names stays fast
 
     known = catalog()
     if name not in known:

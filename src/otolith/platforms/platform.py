@@ -1,6 +1,6 @@
 """A motion platform as its user describes it: reach, speed, acceleration, thresholds, braking law.
 
-The file is TOML; degrees only where a name says `deg`. Everything that leaves this module through
+The file is TOML; degrees appear only in names with `deg`. Everything that leaves this module through
 `Platform.limits` is in SI units and radians.
 """
 
@@ -30,7 +30,7 @@ from otolith.platforms.geometry import HexapodTable
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.validation_messages import sentence, toml_fields
 
-INVARIANCE = 2.0  # least c_v²/c_u, see `Braking`
+INVARIANCE = 2.0  # smallest c_v²/c_u, see `Braking`
 
 
 class _Table(BaseModel):
@@ -43,15 +43,16 @@ class Translation(_Table):
     position_m: Travel  # (low, high) [m]; one number x means ±x
     velocity_mps: Speed  # ± [m/s]
     acceleration_mps2: Acceleration  # ± [m/s²]
-    command_mps2: Acceleration | None = None  # ± [m/s²] on the commanded one; none: as the acceleration
+    # ± [m/s²] on the command; None for the limit of the acceleration
+    command_mps2: Acceleration | None = None
 
 
 class Rotation(_Table):
     """Limits of roll, pitch or yaw about the neutral pose, in the axes of `otolith.core.frames`."""
 
     angle_deg: Tilt  # (low, high) [deg]; one number x means ±x
-    rate_degps: TiltRate | None = None  # ± [deg/s] of the machine
-    acceleration_degps2: TiltAcceleration | None = None  # ± [deg/s²] of the machine
+    rate_degps: TiltRate | None = None  # ± [deg/s] limit of the machine
+    acceleration_degps2: TiltAcceleration | None = None  # ± [deg/s²] limit of the machine
 
 
 class TiltCoordination(_Table):
@@ -62,11 +63,11 @@ class TiltCoordination(_Table):
 
 
 class Braking(_Table):
-    """The braking law s + c_v v T + c_u a T²/2 within ±s_max (eq. C.2), for travel and for tilt alike.
+    """The braking law s + c_v v T + c_u a T²/2 within ±s_max (eq. C.2), for both travel and tilt.
 
-    With e = s_max − s the active law reads (c_u T²/2) e″ + c_v T e′ + e = 0. It comes to rest without
-    crossing the limit only if it does not oscillate: c_v² ≥ 2 c_u. (The thesis asks for > 1, eq. C.1;
-    between 1 and 2 the limit is overshot.) Defaults: those of the thesis, below eqs. 4.7 and 4.8.
+    With e = s_max − s the active law is (c_u T²/2) e″ + c_v T e′ + e = 0. It comes to rest without crossing
+    the limit only if it does not oscillate: c_v² ≥ 2 c_u. (The thesis requires > 1, eq. C.1; between 1 and 2
+    the limit is overshot.) The defaults are those of the thesis, below eqs. 4.7 and 4.8.
     """
 
     c_v: Gain = 1.0
@@ -89,13 +90,13 @@ class Braking(_Table):
 
 
 class Workspace(_Table):
-    """What the axes may do together."""
+    """Limits that several axes share."""
 
     circle_m: Radius | None = None  # surge² + sway² ≤ circle² [m]
 
 
 class Actuators(_Table):
-    """How late the platform's axes follow, for the plant `actuator`."""
+    """Lag and dead time of the platform's axes, for the plant `actuator`."""
 
     lag_s: Delay = 0.01  # [s] T of eq. 4.9
     dead_time_s: Delay = 0.01  # [s] before a command takes effect
@@ -107,9 +108,9 @@ class AxisLimits:
 
     position: tuple[float, float]  # (low, high) [m or rad]
     velocity: (
-        float  # ± [m/s or rad/s]: of a tilt the machine's or the perception threshold, whichever is less
+        float  # ± [m/s or rad/s]; for a tilt the smaller of the machine's limit and the perception threshold
     )
-    acceleration: float  # ± [m/s² or rad/s²]; infinite where the file gives none
+    acceleration: float  # ± [m/s² or rad/s²]; infinite if the file gives none
     command: float  # ± [m/s² or rad/s²] on the commanded acceleration
 
 
@@ -147,25 +148,25 @@ class Platform(_Table):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the axes that the platform has, in the order of `otolith.core.frames.AXES`."""
+        """Return the names of the platform's axes, in the order of `otolith.core.frames.AXES`."""
         return tuple(axis for axis in AXES if getattr(self, axis) is not None)
 
     @property
     def circle(self) -> float | None:
-        """Radius [m] that surge and sway together keep within, where the file gives one."""
+        """Return the radius [m] of the circle that limits surge and sway together; None if there is none."""
         return self.workspace.circle_m
 
     @property
     def head(self) -> tuple[float, float, float] | None:
-        """The driver's head [m] from the motion reference point, where the file gives one."""
+        """Return the driver's head [m] from the motion reference point; None if the file does not give it."""
         return None if self.hexapod is None else self.hexapod.head_m
 
     def six_legs(self) -> Hexapod:
-        """The legs and the body they move.
+        """Return the legs and the body that they move.
 
         Raises
         ------
-        InputError : the file describes none.
+        InputError : the file describes no legs.
         """
         if self.hexapod is None:
             raise InputError(
@@ -174,7 +175,7 @@ class Platform(_Table):
         return self.hexapod.hexapod()
 
     def limits(self, dof: Dof) -> tuple[AxisLimits, ...]:
-        """Limits of every axis of a degree of freedom: of a pair, those of the translation and of the tilt.
+        """Return the limits of every axis of a degree of freedom; of a pair: translation, then tilt.
 
         Raises
         ------
@@ -188,10 +189,10 @@ class Platform(_Table):
         )
 
     def boxed(self) -> "Platform":
-        """The same platform, of whose circle surge and sway get a square inside, each its own side.
+        """Return the platform with a square inside its circle as limits of surge and sway.
 
-        A circle is no linear constraint and couples the two, so the thesis, too, takes a box inside it
-        (0.35 m, eq. 4.17). Without a circle: the platform itself.
+        A circle is not a linear constraint and couples the two, so the thesis also uses a box inside it (0.35
+        m, eq. 4.17). A platform without a circle is returned unchanged.
         """
         if self.circle is None:
             return self
@@ -218,7 +219,7 @@ class Platform(_Table):
         return table
 
     def _about(self, dof: Dof, sign: float, table: Rotation) -> AxisLimits:
-        """Limits of a rotation; one that tilts keeps below the threshold of perception as well."""
+        """Return the limits of a rotation; a tilt also stays below the threshold of perception."""
         low, high = sorted(math.radians(sign * angle) for angle in table.angle_deg)
         rates = [] if table.rate_degps is None else [table.rate_degps]
         if dof.is_pair:
@@ -246,16 +247,16 @@ def _radians_or_unlimited(degrees: float | None) -> float:
 
 
 def parse_platform(text: str, source: str) -> Platform:
-    """Platform from the text of its TOML file.
+    """Read a platform from the text of its TOML file.
 
     Parameters
     ----------
-    source : name of the file, for the error's sentence.
+    source : name of the file, for errors.
 
     Raises
     ------
-    InputError : no TOML, or a field is unknown, missing, or beyond its bound. Where several fields are
-        wrong, the sentence names one of them.
+    InputError : the text is not TOML, or a field is unknown, missing, or out of bounds. If several fields are
+        wrong, the message names one of them.
     """
     fields = toml_fields(text, source)
     try:

@@ -1,15 +1,15 @@
-"""Where six legs can go: along each axis alone, across two axes at once, and how firmly they stand there.
+"""Where six legs can go: along each axis alone, across two axes at once, and with which conditioning.
 
-The ranges of single axes are what data sheets print. They are not the workspace: the cuts show how one
-axis takes from another. Reach ends where the first of three things happens on the way from the neutral
+The ranges of single axes are those of data sheets. They are not the workspace: the sections show how one axis
+reduces the range of another. Reach ends where the first of three events happens on the path from the neutral
 pose: a leg is at the end of its stroke, a joint leans as far as it may, or the pose is singular.
 
 Notation: l = R a − b a leg, from its anchor b to its joint, a in the neutral pose, both from the reference
 point; J the scaled Jacobian, σ its singular values, κ = σ₁/σ₆ < K the condition number and its bound. Along a
-translation |l|² is a quadratic of the way, along a rotation by θ it is A − 2ρ cos(θ − φ): the ends of the
-strokes have closed forms. For the other two the way is walked in steps that are proved too short to reach
-them: angles change by no more than |dl|/|l|, and σ₆ − σ₁/K by no more than (1 + 1/K) ‖dJ‖ (Weyl's
-inequality). Checked by test_no_pose_on_the_way_to_an_end_is_out_of_reach.
+translation |l|² is a quadratic in the distance, along a rotation by θ it is A − 2ρ cos(θ − φ), so the ends of
+the strokes have closed forms. For the other two events, the path is walked in steps that are proved too short
+to reach them: angles change by at most |dl|/|l|, and σ₆ − σ₁/K by at most (1 + 1/K) ‖dJ‖ (Weyl's inequality).
+Checked by test_no_pose_on_the_way_to_an_end_is_out_of_reach.
 """
 
 import math
@@ -17,17 +17,17 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so unused ones cost no time
 
 from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.frames import AXES
 from otolith.core.jit import kernel
 from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
 
-BEYOND: Final = 1.25  # times the single ranges that a cut shows
-CLOSE: Final = 1e-8  # [m or rad] to an end, at which the walk ends
-MOST: Final = 20_000  # steps of a walk
-SINGULAR: Final = "a singular pose"  # why an end is one, see `End`
+BEYOND: Final = 1.25  # range of a section relative to the single ranges
+CLOSE: Final = 1e-8  # [m or rad] distance to an end at which the walk stops
+MOST: Final = 20_000  # largest number of steps of a walk
+SINGULAR: Final = "a singular pose"  # a reason of `End`
 CUTS: Final = (
     ("surge", "pitch"),
     ("sway", "roll"),
@@ -39,17 +39,18 @@ CUTS: Final = (
 
 
 class End(NamedTuple):
-    """Where the reach of an axis ends, and why."""
+    """The end of an axis's reach, and its reason."""
 
     at: float  # [m or rad] with its sign
-    why: str  # what ends there, for sentences
+    why: str  # the reason, for messages
 
 
 @kernel
 def leg_end(joints: Mat, anchors: Mat, stroke: tuple[float, float], axis: int, sign: float) -> float:
-    """How far [m or rad] one axis goes to one side, of `sign` ±1, until a leg is at the end of its stroke.
+    """Return how far [m or rad] one axis moves in the direction `sign` until a leg ends its stroke.
 
-    Positive. Zero where the neutral pose is out of the strokes; π where a rotation never ends.
+    The result is positive. It is zero if the neutral pose is out of the strokes, and π if a rotation never
+    ends.
     """
     nearest = math.pi if axis >= 3 else math.inf
     e = np.zeros(3)
@@ -87,12 +88,12 @@ def leg_end(joints: Mat, anchors: Mat, stroke: tuple[float, float], axis: int, s
 
 
 def reach_ends(hexapod: Hexapod) -> dict[str, tuple[End, End]]:
-    """Lowest and highest end of every axis moving alone from the neutral pose."""
+    """Return the lowest and highest end of every axis that moves alone from the neutral pose."""
     return {axis: (_end(hexapod, i, -1.0), _end(hexapod, i, 1.0)) for i, axis in enumerate(AXES)}
 
 
 def reach(hexapod: Hexapod) -> dict[str, tuple[float, float]]:
-    """Lowest and highest position [m or rad] of every axis moving alone from the neutral pose."""
+    """Return the lowest and highest position [m or rad] of every axis, moving alone from neutral."""
     return {axis: (low.at, high.at) for axis, (low, high) in reach_ends(hexapod).items()}
 
 
@@ -116,9 +117,9 @@ def _end(hexapod: Hexapod, axis: int, sign: float) -> End:
 
 
 def _spare(hexapod: Hexapod, pose: Vec, *, turning: bool) -> tuple[float, str]:
-    """A way [m or rad] along one axis on which no joint leans too far, nor is a pose singular.
+    """Return a distance [m or rad] along one axis on which no joint leans too far and no pose is singular.
 
-    With it, for sentences, which of the two is next.
+    The second result names which of the two comes next.
     """
     rates = change_rates(hexapod)[1 if turning else 0]
     sigma = np.linalg.svd(hexapod.scaled_jacobians(pose[None])[0], compute_uv=False)
@@ -133,9 +134,10 @@ def _spare(hexapod: Hexapod, pose: Vec, *, turning: bool) -> tuple[float, str]:
 
 
 def change_rates(hexapod: Hexapod) -> Mat:
-    """How fast what `_spare` judges can change at most (2, 3), by translation [1/m] and by rotation [1/rad].
+    """Return the largest rates of change (2, 3) of what `_spare` judges, while legs are within their strokes.
 
-    Columns: σ₆ − σ₁/K, a leg's angle at the base, at the platform; while the legs are within their strokes.
+    Rows are translation [1/m] and rotation [1/rad]; columns are σ₆ − σ₁/K, and a leg's angle at the base and
+    at the platform.
     """
     least, size = hexapod.stroke[0], hexapod.size
     arms = np.linalg.norm(hexapod.joints, axis=1)
@@ -147,24 +149,24 @@ def change_rates(hexapod: Hexapod) -> Mat:
 
 
 def axis_speeds(hexapod: Hexapod) -> Vec:
-    """Leg speed (6,) that a speed of 1 m/s or 1 rad/s of each axis needs in the neutral pose."""
+    """Return the leg speed (6,) that 1 m/s or 1 rad/s of each axis needs in the neutral pose."""
     speeds: Vec = np.abs(hexapod.pose_jacobian(np.zeros(6))).max(axis=0)
     return speeds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cut:
-    """The workspace across two axes, the other four neutral."""
+    """A section of the workspace across two axes, with the other four neutral."""
 
     axes: tuple[str, str]
     first: Vec  # (n,) [m or rad] of the first axis
     second: Vec  # (m,) of the second
-    inside: Bools  # (m, n) whether the pose is in reach, on a way through such poses from the neutral one
-    condition: Mat  # (m, n) condition number of the Jacobian, nan outside
+    inside: Bools  # (m, n) whether the pose is in reach, along a path of such poses from the neutral one
+    condition: Mat  # (m, n) condition number of the Jacobian, NaN outside
 
 
 def cut(hexapod: Hexapod, axes: tuple[str, str], *, n: int = 81) -> Cut:
-    """The workspace across two axes on a grid of n × n poses, a little beyond their single ranges."""
+    """Return the workspace across two axes on a grid of n × n poses, somewhat beyond the single ranges."""
     ranges = reach(hexapod)
     first, second = (np.linspace(BEYOND * ranges[axis][0], BEYOND * ranges[axis][1], n) for axis in axes)
     poses = np.zeros((n, n, 6))
@@ -180,12 +182,12 @@ def cut(hexapod: Hexapod, axes: tuple[str, str], *, n: int = 81) -> Cut:
 
 
 def box_share(hexapod: Hexapod, box: Mat | None = None, *, samples: int = 20_000, seed: int = 0) -> float:
-    """Share of a box of poses that the legs can reach.
+    """Return the share of a box of poses that the legs can reach.
 
     Parameters
     ----------
     box : (6, 2) lowest and highest position [m or rad] of every axis; by default all single ranges, of which
-        the share is small, which is the point.
+        the share is small.
     """
     ranges = np.array(list(reach(hexapod).values())) if box is None else box
     poses = np.random.default_rng(seed).uniform(ranges[:, 0], ranges[:, 1], (samples, 6))

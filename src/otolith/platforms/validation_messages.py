@@ -1,4 +1,4 @@
-"""One sentence for the user out of whatever is wrong with a platform file."""
+"""Turns the errors of a platform file into one sentence for the user."""
 
 import re
 import tomllib
@@ -22,18 +22,22 @@ _KINDS: Final = {
 
 
 def sentence(error: ValidationError, model: type[BaseModel], source: str) -> InputError:
-    """The most telling one of pydantic's errors: a misspelt name explains the field missing elsewhere."""
+    """Return the most informative of pydantic's errors; a misspelt name explains a missing field."""
     details = sorted(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
     return _one(details[0], model, source)
 
 
 def toml_fields(text: str, source: str) -> dict[str, Any]:
-    """Fields of a TOML file, by its text; `source` names it in errors.
+    """Return the fields of a TOML file, given its text.
+
+    Parameters
+    ----------
+    source : name of the file, for errors.
 
     Raises
     ------
-    InputError : no TOML, nested too deeply, or a line longer than `LONGEST_LINE`, of which an honest file has
-        no need and with which a hostile one would keep the parser busy for hours.
+    InputError : the text is not TOML, is nested too deeply, or has a line longer than `LONGEST_LINE`, which
+        no valid file needs and which could keep the parser busy for hours.
     """
     check_lines(text.splitlines(), source, most=LONGEST_LINE)
     try:
@@ -45,7 +49,7 @@ def toml_fields(text: str, source: str) -> dict[str, Any]:
 
 
 def _syntax_sentence(error: Exception, text: str, source: str) -> InputError:
-    """What is wrong with TOML's syntax, with the line quoted; `error` is tomllib's."""
+    """Return what is wrong with the syntax, with the line quoted; `error` is tomllib's."""
     reason, _, where = str(error).partition(" (at ")
     lines = text.splitlines() or [""]
     number = re.match(r"line (\d+)", where)
@@ -71,7 +75,7 @@ def _one(detail: ErrorDetails, model: type[BaseModel], source: str) -> InputErro
 
 
 def _fields(model: type[BaseModel], path: list[str]) -> list[str]:
-    """Names that the table at `path` may hold."""
+    """Return the names that the table at `path` may hold."""
     for part in path:
         annotation: Any = model.model_fields[part].annotation
         choices = get_args(annotation) or (annotation,)

@@ -1,31 +1,31 @@
-"""How a platform comes to rest inside its limits, whatever came before: the fallback of every algorithm.
+"""How a platform comes to rest inside its limits from any state: the fallback of every algorithm.
 
-Notation: per axis p place, v speed, a acceleration; u the command that is held over a period Δ and that a
-lags by T, ȧ = (u − a)/T. The *leading* place and speed
+Notation: per axis p position, v speed, a acceleration; u the command, held over a period Δ, which a follows
+with lag T: ȧ = (u − a)/T. The *leading* position and speed
 
     q = p + T v,    w = v + T a    obey    q̇ = w,  ẇ = u    exactly,
 
 a double integrator without lag. In turn T ṗ = q − p and T v̇ = w − v: p and v follow q and w through a
-low-pass without overshoot, so an interval (a disc) that holds p now and q always holds p always, and the
-like for v and w. With T = 0 they are the same.
+low-pass without overshoot. So an interval (or disc) that contains p now and q always contains p always, and
+likewise for v and w. With T = 0 they are equal.
 
-*Stopping in n periods* takes w linearly to zero, u = −w/(nΔ) in the first of them, over the distance
-w n Δ/2. *Full braking*, u = ∓U while |w| ≥ UΔ and then the rest, covers the least distance of all, for
-nothing takes w down sooner; w = mUΔ + r with 0 ≤ r < UΔ needs mΔ(w − mUΔ/2) + rΔ/2.
+*Stopping in n periods* takes w linearly to zero, with u = −w/(nΔ) in the first period, over the distance w n
+Δ/2. *Full braking*, u = ∓U while |w| ≥ UΔ and then the rest, covers the smallest distance, because nothing
+reduces w sooner; w = mUΔ + r with 0 ≤ r < UΔ needs mΔ(w − mUΔ/2) + rΔ/2.
 
-Safe set: q, and the place where full braking would end, are within reach. From a safe state the law
-takes as many periods as are comfortable, at most as many as the room allows, at least as many as U needs;
-where that is impossible it brakes fully. Either choice leads to a safe state: what is left of stopping in n
-periods is stopping in n − 1 at the same place, and full braking goes on as full braking. |w| falls, so the
-number of periods is finite. Asked anew in every period the law therefore comes to rest inside the
-limits, from every safe state, through any number of interruptions.
+Safe set: q, and the position where full braking would end, are within reach. From a safe state the law uses a
+comfortable number of periods, at most as many as the room allows and at least as many as U needs; if that is
+impossible, it brakes fully. Both choices lead to a safe state: after one period of stopping in n periods,
+stopping in n − 1 periods ends at the same position, and full braking continues as full braking. |w| falls, so
+the number of periods is finite. Therefore the law, if applied in every period, comes to rest inside the
+limits from every safe state, with any number of interruptions.
 
-Surge and sway that share a circle stop in the same number of periods: the way is then straight, from q to
+Surge and sway that share a circle stop in the same number of periods. The path is then straight, from q to
 the end, and a disc is convex. From a state that is not safe (a measurement beyond a limit, a start outside)
-the law first brakes fully, then goes back inside without overshoot: ẇ = (w* − w)/t_w, w* = (b − q)/(10 t_w)
-towards a place b inside has two real poles.
+the law first brakes fully, then returns inside without overshoot: ẇ = (w* − w)/t_w, w* = (b − q)/(10 t_w)
+towards a position b inside has two real poles.
 
-Checked by tests/test_stopping.py from random states and through random interruptions.
+Checked by tests/safety/test_stopping.py from random states and with random interruptions.
 """
 
 import math
@@ -40,14 +40,14 @@ from otolith.core.jit import kernel
 from otolith.interfaces import Command, Outcome, PlatformState, Status
 from otolith.platforms import Platform
 
-HUGE: Final = 1e6  # [SI] beyond any platform and any drive, far below overflow
-GUARD: Final = 1e-9  # [m, rad] kept from the ends of the reach, above all rounding
-EASE: Final = 0.25  # [s] in which a comfortable stop ends the largest speed
-LONGEST: Final = 1000  # periods that are planned to come to rest in
-_AT_REST: Final = 1e-9  # [SI] commands below end a plan
-_RETURN: Final = 0.01  # of the reach: how far inside a platform goes that was outside
-_AGAIN: Final = 0.25  # of the largest speed: the fastest way back
-_UNLIMITED: Final = 1e12  # stands for a limit that a platform's file does not give
+HUGE: Final = 1e6  # [SI] larger than any real state, far below overflow
+GUARD: Final = 1e-9  # [m, rad] margin to the ends of the reach, larger than rounding errors
+EASE: Final = 0.25  # [s] duration of a comfortable stop from the largest speed
+LONGEST: Final = 1000  # largest number of periods of a plan that comes to rest
+_AT_REST: Final = 1e-9  # [SI] smaller commands end a plan
+_RETURN: Final = 0.01  # share of the reach by which a platform that was outside returns inside
+_AGAIN: Final = 0.25  # largest speed of the return, as a share of the speed limit
+_UNLIMITED: Final = 1e12  # replaces a limit that a platform's file does not give
 
 
 class Reach(NamedTuple):
@@ -57,14 +57,14 @@ class Reach(NamedTuple):
     high: Vec  # (6,)
     speed: Vec  # (6,) [m/s ×3, rad/s ×3]
     command: Vec  # (6,) U [m/s² ×3, rad/s² ×3]
-    circle: float  # [m] radius that surge and sway keep within together; infinite where there is none
+    circle: float  # [m] radius of the limit of surge and sway together; infinite if there is none
     lag: float  # T [s]
     period: float  # Δ [s]
 
 
 @kernel
 def _full_braking(w: float, U: float, dt: float) -> float:
-    """Distance that full braking from the leading speed w takes, with the sign of w."""
+    """Return the distance of full braking from the leading speed w, with the sign of w."""
     full = np.floor(abs(w) / (U * dt))
     rest = abs(w) - full * U * dt
     return math.copysign(full * dt * (abs(w) - 0.5 * full * U * dt) + 0.5 * rest * dt, w)
@@ -72,13 +72,13 @@ def _full_braking(w: float, U: float, dt: float) -> float:
 
 @kernel
 def _needed(w: float, U: float, dt: float) -> float:
-    """Fewest periods n ≥ 1 in which |w|/(nΔ) ≤ U."""
+    """Return the smallest number of periods n ≥ 1 with |w|/(nΔ) ≤ U."""
     return max(1.0, float(np.ceil(abs(w) / (U * dt) - 1e-9)))
 
 
 @kernel
 def _room(q: float, w: float, low: float, high: float, dt: float) -> float:
-    """Most periods in which stopping ends within [low, high]; 0 where none does."""
+    """Return the largest number of periods in which stopping ends within [low, high]; 0 if there is none."""
     if w == 0.0:
         return 1e9 if low <= q <= high else 0.0
     ahead = (high - q) if w > 0.0 else (q - low)
@@ -87,7 +87,7 @@ def _room(q: float, w: float, low: float, high: float, dt: float) -> float:
 
 @kernel
 def _room_in_circle(q: Vec, w: Vec, radius: float, dt: float) -> float:
-    """Most periods in which stopping ends within the circle about the centre; 0 where none does."""
+    """Return the largest number of periods in which stopping ends within the circle; 0 if there is none."""
     inside = radius * radius - q[0] * q[0] - q[1] * q[1]
     speed = w[0] * w[0] + w[1] * w[1]
     if inside < 0.0 or speed == 0.0:
@@ -113,7 +113,7 @@ def _leading(motion: Mat, T: float, q: Vec, w: Vec) -> None:
 
 @kernel
 def _together(q: Vec, w: Vec, reach: Reach, guard: float) -> tuple[float, float]:
-    """Periods in which surge and sway stop together: as many as they need, and as the room allows."""
+    """Return the numbers of periods that surge and sway need to stop together, and that the room allows."""
     dt, n_needed = reach.period, 1.0
     n_room = _room_in_circle(q, w, reach.circle + guard, dt)
     for i in range(2):
@@ -124,7 +124,7 @@ def _together(q: Vec, w: Vec, reach: Reach, guard: float) -> tuple[float, float]
 
 @kernel
 def safe(motion: Mat, reach: Reach) -> bool:
-    """True when full braking from `motion` (3, 6) ends within reach; in the circle, on a straight way."""
+    """Return whether full braking from `motion` (3, 6) ends within reach, and within a circle if given."""
     q, w = np.empty(6), np.empty(6)
     _leading(motion, reach.lag, q, w)
     for i in range(6):
@@ -139,7 +139,7 @@ def safe(motion: Mat, reach: Reach) -> bool:
 
 @kernel
 def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
-    """Command that takes a platform at rest, or on its way back already, to the place `inside`."""
+    """Return the command that takes an axis at rest, or already returning, to the position `inside`."""
     loop = max(2.0 * reach.period, 0.05)
     fastest = _AGAIN * reach.speed[i]
     wanted = min(fastest, max(-fastest, (inside - q) / (10.0 * loop)))
@@ -149,7 +149,7 @@ def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
 
 @kernel
 def _brake(w: float, n: float, reach: Reach, i: int) -> float:
-    """Command of the first period of stopping in n, or in as many as the axis needs."""
+    """Return the command of the first period of stopping in n periods, or in as many as the axis needs."""
     periods = max(n, _needed(w, reach.command[i], reach.period))
     strength: float = min(reach.command[i], abs(w) / (periods * reach.period))
     return -math.copysign(strength, w)
@@ -163,7 +163,7 @@ def _full(w: float, reach: Reach, i: int) -> float:
 
 @kernel
 def _turn(w: float, room: float, reach: Reach, i: int) -> float:
-    """Full braking, and more where that keeps the end of this period within the room left."""
+    """Return the command of full braking, or more if that keeps the end of this period within the room."""
     dt = reach.period
     within = 2.0 * (abs(w) * dt - room) / (dt * dt)
     strength: float = min(reach.command[i], max(abs(w) / dt, within))
@@ -177,7 +177,7 @@ def _comfortable(w: float, reach: Reach, i: int) -> float:
 
 @kernel
 def _axis(q: float, w: float, reach: Reach, i: int) -> float:
-    """Command of an axis on its own."""
+    """Return the command of a single axis."""
     low, high, U, dt = reach.low[i], reach.high[i], reach.command[i], reach.period
     n_room = _room(q, w, low, high, dt)
     n_needed = _needed(w, U, dt)
@@ -224,7 +224,7 @@ def stop(motion: Mat, reach: Reach, u: Vec) -> None:
 
 @kernel
 def move(motion: Mat, u: Vec, T: float, dt: float) -> None:
-    """Move `motion` (3, 6) on by dt [s] under held commands (6,) that the axes lag by T [s]; exact."""
+    """Advance `motion` (3, 6) exactly by dt [s] under held commands (6,) with lag T [s]."""
     rho = math.exp(-dt / T) if T > 0.0 else 0.0
     for i in range(6):
         p, v, a = motion[0, i], motion[1, i], motion[2, i]
@@ -241,13 +241,13 @@ def move(motion: Mat, u: Vec, T: float, dt: float) -> None:
 
 @kernel
 def advance(motion: Mat, u: Vec, reach: Reach) -> None:
-    """Move `motion` (3, 6) on by one period under the held commands (6,), in place."""
+    """Advance `motion` (3, 6) by one period under the held commands (6,), in place."""
     move(motion, u, reach.lag, reach.period)
 
 
 @kernel
 def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
-    """True when commands (6,) lead from a safe motion (3, 6) to a safe one; true where it is not safe now."""
+    """Return whether commands (6,) keep a motion (3, 6) safe; True if it is not safe now."""
     if not safe(motion, reach):
         return True
     after = motion.copy()
@@ -257,9 +257,9 @@ def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
 
 @kernel
 def to_rest(motion: Mat, reach: Reach, plan: Mat, out: Mat) -> int:
-    """Write a plan's commands (K, 6) and after them the law's until all stands; how many there are.
+    """Write a plan's commands (K, 6) and then the law's until rest; return their number.
 
-    `motion` (3, 6) moves on by the first of them.
+    `motion` (3, 6) advances by the first command.
     """
     for k in range(len(plan)):
         out[k] = plan[k]
@@ -277,15 +277,16 @@ def to_rest(motion: Mat, reach: Reach, plan: Mat, out: Mat) -> int:
 
 
 class Stopping:
-    """The law on one platform: brakes it, says whether it still can stop, and remembers where it should be.
+    """The law on one platform: it brakes, judges whether the platform can still stop, and tracks its state.
 
-    Axes that are not cued stay at zero, in what is believed and in what is commanded.
+    Axes that are not cued stay at zero, in the tracked state and in the commands.
 
     Parameters
     ----------
     dofs : the degrees of freedom that are cued.
-    circle : [m] radius that surge and sway keep within together.
-    lag : T [s] between commanded and actual acceleration; period : Δ [s] between two decisions.
+    circle : [m] radius of the limit of surge and sway together.
+    lag : T [s] between commanded and actual acceleration.
+    period : Δ [s] between two decisions.
     """
 
     def __init__(
@@ -303,21 +304,21 @@ class Stopping:
         self._cued = (self.reach.command > 0.0).astype(np.float64)
         self._believed, self._measured = np.zeros((3, 6)), np.empty((3, 6))
         self._room = np.zeros((2 * LONGEST, 6))
-        self.rest(Outcome(status=Status.INVALID))  # no decision waits for a compiler
+        self.rest(Outcome(status=Status.INVALID))  # compiled now, so that no decision waits for the compiler
         self.allows(np.zeros(6))
         self.reset(PlatformState())
 
     def reset(self, state: PlatformState) -> None:
-        """Believe that the platform is at `state`."""
+        """Assume that the platform is at `state`."""
         self._believed[:] = 0.0
         self.observe(state)
 
     def observe(self, state: PlatformState) -> bool:
-        """Believe a measured state where it is one; else keep to where the commands have led.
+        """Adopt a measured state if it is plausible; otherwise keep the state that the commands have led to.
 
         Returns
         -------
-        False where a number of the state is none of this world.
+        False if a number of the state is not plausible.
         """
         measured = self._measured
         measured[0], measured[1], measured[2] = state.pose, state.twist, state.acceleration
@@ -327,13 +328,13 @@ class Stopping:
         return plausible
 
     def allows(self, acceleration: Vec) -> bool:
-        """True when the platform can still stop inside its limits after a command (6,), if it can now."""
+        """Return whether a platform that can stop inside its limits still can after a command (6,)."""
         return bool(allowed(self._believed, acceleration, self.reach))
 
     def decided(self, plan: Mat, outcome: Outcome) -> Command:
-        """The command of a plan (K, 6), K ≥ 0, which comes to rest after it by the law.
+        """Return the command of a plan (K, 6), K ≥ 0, which the law extends until rest.
 
-        Its first period is believed to be followed. Without a plan, K = 0, the law brakes at once.
+        The first period is assumed to be followed. Without a plan, K = 0, the law brakes at once.
         """
         if len(plan) + LONGEST > len(self._room):
             self._room = np.zeros((len(plan) + LONGEST, 6))
@@ -348,12 +349,12 @@ class Stopping:
         )
 
     def rest(self, outcome: Outcome) -> Command:
-        """The law's own command, with a plan that comes to rest."""
+        """Return the law's own command, with a plan that comes to rest."""
         return self.decided(np.empty((0, 6)), outcome)
 
 
 def _reach(platform: Platform, dofs: Sequence[Dof]) -> Reach:
-    """The limits of all cued axes in the platform's own signs."""
+    """Return the limits of all cued axes in the platform's own signs."""
     low, high = np.full(6, -_UNLIMITED), np.full(6, _UNLIMITED)
     speed, command = np.full(6, _UNLIMITED), np.zeros(6)
     for dof in dofs:

@@ -1,20 +1,20 @@
-"""The last hand on the legs: whatever is commanded, the machine stays within its limits.
+"""The last instance before the legs: whatever is commanded, the machine stays within its limits.
 
 These are length, speed and acceleration of every leg, the angles of its joints, and poses that the legs hold.
-
-It stands between set-points and servos and knows no algorithm. Set-points are leg lengths and speeds; what
-it passes on is a path of its own, along which it slows *all* legs in proportion, so that the platform
+The supervisor stands between set-points and servos and knows no algorithm. Set-points are leg lengths and
+speeds. It passes on a path of its own, along which it slows *all* legs in proportion, so that the platform
 goes where it was sent, later or less far, and never jumps.
 
-Notation: ℓ, v lengths and speeds passed on; V, A limits of a leg; Δ the period. Over a period the
-accelerations are constant: v⁺ = v + a Δ, ℓ⁺ = ℓ + Δ (v + v⁺)/2.
+Notation: ℓ, v lengths and speeds passed on; V, A limits of a leg; Δ the period. Accelerations are constant
+over a period: v⁺ = v + a Δ, ℓ⁺ = ℓ + Δ (v + v⁺)/2.
 
-Safe set. From v all legs together can stop in n = ⌈max|v|/(A Δ)⌉ periods by v⁺ = v (1 − 1/n), which
-takes them ℓ + v n Δ/2 and asks no leg for more than A. A state is safe when |v| ≤ V, both ends of that
-way lie within the stroke, and every pose on it is proved to hold (`otolith.platforms.holding`). One period
-of that braking leads from a safe state to a safe state, for n⁺ ≤ n − 1 and what is left of the way is a part
-of it (induction over n). So a period that is checked to end safely, or else brakes, keeps every limit for
-ever. Checked by test_no_command_whatever_breaks_a_limit and test_no_command_whatever_reaches_a_singular_pose.
+Safe set. From v all legs together can stop in n = ⌈max|v|/(A Δ)⌉ periods by v⁺ = v (1 − 1/n), which takes
+them to ℓ + v n Δ/2 and requires no more than A from any leg. A state is safe if |v| ≤ V, both ends of that
+path lie within the stroke, and every pose on it is proved to hold (`otolith.platforms.holding`). One period
+of that braking leads from a safe state to a safe state, because n⁺ ≤ n − 1 and the remaining path is a part
+of the path (induction over n). So if every period is either checked to end safely or else brakes, every limit
+is kept forever. Checked by test_no_command_whatever_breaks_a_limit and
+test_no_command_whatever_reaches_a_singular_pose.
 """
 
 import math
@@ -31,19 +31,19 @@ from otolith.core.rotation import place_of
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.holding import FLOOR, Ball, Joints, place_ball, way_holds
 
-CATCH_UP: Final = 0.25  # of the lag that is made up for in one period, while the lag is small
-HALVINGS: Final = 20  # of the share of the way towards what is wanted
-POSE_HALVINGS: Final = 6  # the same where poses are proved, which costs a thousand times as much
-GUARD: Final = 1e-9  # [m] kept from the ends of the stroke, above all rounding
-SLACK: Final = 1e-6  # of a limit; less is rounding, not an intervention
-APART: Final = 0.25  # [s] between ticks of one intervention at most
-KEPT: Final = 1000  # interventions that are remembered
+CATCH_UP: Final = 0.25  # share of a small lag that is recovered in one period
+HALVINGS: Final = 20  # bisections of the share of the path towards the target
+POSE_HALVINGS: Final = 6  # the same if poses are proved, which costs a thousand times as much
+GUARD: Final = 1e-9  # [m] margin to the ends of the stroke, larger than rounding errors
+SLACK: Final = 1e-6  # share of a limit; a smaller excess is rounding, not an intervention
+APART: Final = 0.25  # [s] longest pause within one intervention
+KEPT: Final = 1000  # largest number of interventions that are stored
 
 _FREE, _SPEED, _ACCELERATION, _STROKE, _JOINT, _SINGULAR, _INVALID = range(7)
 
 
 class Reason(StrEnum):
-    """Why the supervisor acted."""
+    """The reason why the supervisor acted."""
 
     SPEED = "speed"
     ACCELERATION = "acceleration"
@@ -54,7 +54,7 @@ class Reason(StrEnum):
 
     @property
     def limit(self) -> str:
-        """What was kept, in words for a table."""
+        """Return what was kept, in words for a table."""
         named = (Reason.SINGULAR, Reason.INVALID)
         return str(self) if self in named else f"the {self} of a leg"
 
@@ -64,16 +64,16 @@ _REASONS: Final = (None, *Reason)  # in the order of the numbers above
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Intervention:
-    """A stretch of time over which the supervisor gave less than was asked, for one reason."""
+    """A stretch of time over which the supervisor reduced the motion, for one reason."""
 
     start: float  # [s]
     end: float  # [s]
     reason: Reason
-    leg: int  # 1 … 6, the one that would have broken its limit first; of a pose that is singular: 0
-    behind: float  # [m] farthest that a leg stayed behind its set-point
+    leg: int  # 1 … 6, the leg that would have broken its limit first; 0 for a singular pose
+    behind: float  # [m] largest distance of a leg from its set-point
 
     def __str__(self) -> str:
-        """One sentence."""
+        """Return one sentence."""
         when, late = f"{self.start:.3f} to {self.end:.3f} s", f"up to {1e3 * self.behind:.2f} mm behind"
         match self.reason:
             case Reason.INVALID:
@@ -85,17 +85,17 @@ class Intervention:
 
 
 class Keeps(NamedTuple):
-    """What is kept, in a form that kernels take."""
+    """The limits, in a form that kernels can read."""
 
     stroke: tuple[float, float]  # [m] shortest and longest leg
     speed: float  # V [m/s]
     acceleration: float  # A [m/s²]
     joints: Joints
-    ball: Ball  # about the lengths that are passed on; goes with them
+    ball: Ball  # around the lengths that are passed on; moves with them
 
     @classmethod
     def of(cls, hexapod: Hexapod) -> "Keeps":
-        """The limits of one hexapod."""
+        """Return the limits of one hexapod."""
         return cls(hexapod.stroke, hexapod.speed, hexapod.acceleration, Joints.of(hexapod), Ball.empty())
 
 
@@ -116,7 +116,7 @@ def _periods_to_stop(speeds: Vec, A: float, dt: float) -> float:
 
 @kernel
 def _first_outside(lengths: Vec, speeds: Vec, stroke: tuple[float, float], A: float, dt: float) -> int:
-    """The leg that would leave its stroke now or while all stop together; −1 when none does."""
+    """Return the leg that would leave its stroke now or while all stop together; −1 if none would."""
     low, high = stroke[0] + GUARD, stroke[1] - GUARD
     ahead = 0.5 * dt * _periods_to_stop(speeds, A, dt)
     for i in range(6):
@@ -128,7 +128,7 @@ def _first_outside(lengths: Vec, speeds: Vec, stroke: tuple[float, float], A: fl
 
 @kernel
 def _wanted_speeds(lengths: Vec, to_length: Vec, to_speed: Vec, A: float, dt: float, speeds: Vec) -> None:
-    """Write the speeds that follow the set-points and make up for the lag, no faster than it can be shed."""
+    """Write the speeds that follow the set-points and recover the lag, but no faster than can be braked."""
     lag = np.empty(6)
     for i in range(6):
         lag[i] = to_length[i] - lengths[i] - 0.5 * dt * (speeds[i] + to_speed[i])
@@ -140,14 +140,14 @@ def _wanted_speeds(lengths: Vec, to_length: Vec, to_speed: Vec, A: float, dt: fl
 
 @kernel
 def _move(lengths: Vec, before: Vec, after: Vec, dt: float, moved: Vec) -> None:
-    """Write the lengths (6,) after a period in which the speeds changed evenly."""
+    """Write the lengths (6,) after a period in which the speeds changed linearly."""
     for i in range(6):
         moved[i] = lengths[i] + 0.5 * dt * (before[i] + after[i])
 
 
 @kernel
 def _shrink(values: Vec, bound: float) -> int:
-    """Scale `values` in place until none exceeds the bound; the leg that exceeded it most, −1 for none."""
+    """Scale `values` in place so that none exceeds the bound; return the worst leg, −1 for none."""
     worst = _largest(values)
     largest = abs(values[worst])
     if largest > bound:
@@ -165,7 +165,7 @@ def _braking(speeds: Vec, A: float, dt: float, braked: Vec) -> None:
 
 @kernel
 def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float], A: float, dt: float) -> int:
-    """Bring `aim`, in place, as near to braking as a safe end of the period needs; the leg that needs it."""
+    """Move `aim`, in place, as close to braking as a safe end of the period needs; return the causing leg."""
     moved, braked = np.empty(6), np.empty(6)
     _move(lengths, before, aim, dt, moved)
     leg = _first_outside(moved, aim, stroke, A, dt)
@@ -187,11 +187,11 @@ def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float]
 
 @kernel
 def _holds(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> tuple[bool, int]:
-    """Return whether the period to the speeds `aim`, and the braking that could follow it, hold all the way.
+    """Return whether the period to the speeds `aim`, and the braking that could follow, hold all the way.
 
     Returns
     -------
-    With it, what ends the way: see `otolith.platforms.holding.place_ball`.
+    Whether they hold, and what ends the path if not: see `otolith.platforms.holding.place_ball`.
     """
     moved, rest = np.empty(6), np.empty(6)
     _move(lengths, before, aim, dt, moved)
@@ -207,7 +207,7 @@ def _holds(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> tupl
 
 @kernel
 def _stay_held(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> tuple[bool, int]:
-    """Bring `aim`, in place, as near to braking as the poses ahead need; whether it was brought, and why."""
+    """Move `aim`, in place, as close to braking as the poses ahead need; return whether, and why."""
     held, why = _holds(lengths, before, aim, keeps, dt)
     if held:
         return False, -1
@@ -229,7 +229,7 @@ def _stay_held(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> 
 
 @kernel
 def _follow_ball(lengths: Vec, keeps: Keeps) -> None:
-    """Take the ball along when the lengths (6,) have left the middle of it."""
+    """Move the ball along if the lengths (6,) have left its central half."""
     off = 0.0
     for i in range(6):
         off += (lengths[i] - keeps.ball.centre[i]) ** 2
@@ -245,7 +245,7 @@ def supervise(
 
     Returns
     -------
-    Why it gave less than was asked, an index of `_REASONS`, and the leg (0 … 5; −1 for none).
+    The reason for less motion than requested, an index of `_REASONS`, and the leg (0 … 5; −1 for none).
     """
     V, A = keeps.speed, keeps.acceleration
     aim, reason, leg = speeds.copy(), _FREE, -1
@@ -259,7 +259,7 @@ def supervise(
     aim += speeds
     leg_of_stroke = _stop_short(lengths, speeds, aim, keeps.stroke, A, dt)
     changed, leg_of_joint = _stay_held(lengths, speeds, aim, keeps, dt)
-    if reason == _FREE:  # the last hand that changed something goes first
+    if reason == _FREE:  # the last change takes precedence
         if changed:
             reason, leg = (_JOINT if leg_of_joint >= 0 else _SINGULAR), leg_of_joint
         elif leg_of_stroke >= 0:
@@ -275,25 +275,25 @@ def supervise(
 
 
 class Supervisor:
-    """Keeps one hexapod within its limits, period by period, and remembers what it did."""
+    """Keeps one hexapod within its limits, period by period, and records its interventions."""
 
     def __init__(self, hexapod: Hexapod, *, period: float = 1e-3) -> None:
         self.period = period  # [s]
-        self.lengths, self.speeds = np.empty(6), np.zeros(6)  # passed on: [m], [m/s]
+        self.lengths, self.speeds = np.empty(6), np.zeros(6)  # lengths [m] and speeds [m/s] passed on
         self._hexapod = hexapod
-        self.keeps = Keeps.of(hexapod)  # as `supervise` takes it
+        self.keeps = Keeps.of(hexapod)  # input of `supervise`
         self._ticks = 0
         self._kept: list[Intervention] = []
         self.reset(np.zeros(6), np.zeros(6))
 
     def reset(self, pose: Vec, twist: Vec) -> None:
-        """Forget the past and start from a pose in motion.
+        """Start from a pose in motion, and discard the past.
 
         Raises
         ------
         LegOutsideStroke, LeansTooFar, Singular : the legs cannot make the pose.
-        InputError : so fast, or so near to a singular pose or the end of a joint, that the legs cannot stop
-            within their limits.
+        InputError : the motion is so fast, or so close to a singular pose or the end of a joint, that the
+            legs cannot stop within their limits.
         """
         self._hexapod.check(pose)
         motion, keeps = self._hexapod.leg_motion(pose, twist, np.zeros(6)), self.keeps
@@ -320,12 +320,12 @@ class Supervisor:
         self._kept.clear()
 
     def follow(self, lengths: Vec, speeds: Vec) -> bool:
-        """Go one period towards set-points (6,) at its end; whether it gave less than was asked."""
+        """Advance one period towards set-points (6,) at its end; return whether the motion was reduced."""
         code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self.keeps, self.period)
         return self.account(code, leg, lengths)
 
     def account(self, code: int, leg: int, wanted: Vec) -> bool:
-        """Remember what `supervise` did in a period that wanted lengths (6,) [m]; whether it gave less."""
+        """Record the result of `supervise` for set-points (6,) [m]; return whether it reduced the motion."""
         self._ticks += 1
         reason = _REASONS[code]
         if reason is not None:
@@ -345,5 +345,5 @@ class Supervisor:
 
     @property
     def interventions(self) -> tuple[Intervention, ...]:
-        """What it did since the last reset, the first `KEPT` of it, in order of time."""
+        """Return the interventions since the last reset, at most the first `KEPT`, in order of time."""
         return tuple(self._kept)

@@ -1,4 +1,4 @@
-"""Scenarios by name, and their builders from a line of text, ``sine:amplitude=0.7,frequency=0.2``."""
+"""Scenarios by name, and from a line of text such as ``sine:amplitude=0.7,frequency=0.2``."""
 
 import inspect
 from collections.abc import Mapping
@@ -13,12 +13,13 @@ from otolith.scenarios import signals
 from otolith.scenarios.scenario import Scenario
 from otolith.scenarios.signals import SECTION_6_1_WAVES, STEP_END_LITERAL
 
-EMULATOR_REST: Final = 5.0  # [s] "a larger rest period" than one second (section 6.2); no length is given
+# [s] the thesis states "a larger rest period" than one second (section 6.2), without a length
+EMULATOR_REST: Final = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A named scenario: `build(axis=…)` and, where a step has an end, `build(end=…)`."""
+    """A named scenario: `build(axis=…)` and, if a step has an end, `build(end=…)`."""
 
     build: Builder
     description: str  # one line
@@ -97,18 +98,20 @@ FAMILIES: Final[Mapping[str, Entry]] = MappingProxyType(
 
 
 def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") -> Scenario:
-    """A scenario by its name in `SCENARIOS`, or from text ``family:parameter=value,…`` of `FAMILIES`.
+    """Return a scenario by name, or from a text ``family:parameter=value,…``.
 
-    What the text leaves out keeps its default, see `family_parameters`.
+    Names are those of `SCENARIOS`, families those of `FAMILIES`. Parameters that the text leaves out keep
+    their defaults, see `family_parameters`.
 
     Parameters
     ----------
-    literal : steps end at 4 s, as the thesis prints, instead of at 5 s, as reproduces its results.
-    axis : "longitudinal", "lateral", "vertical" or "yaw" (as a rate); a text's own ``axis=…`` goes before it.
+    literal : whether steps end at 4 s, as the thesis prints, instead of at 5 s, which reproduces its results.
+    axis : "longitudinal", "lateral", "vertical" or "yaw" (as a rate); ``axis=…`` in the text takes
+        precedence.
 
     Raises
     ------
-    InputError : unknown name, family or parameter, or a value that is no number or beyond its bound.
+    InputError : unknown name, family or parameter, or a value that is not a number or out of bounds.
     """
     entry, given = _found(name)
     options: dict[str, Any] = {"axis": axis}
@@ -121,14 +124,14 @@ def scenario(name: str, *, literal: bool = False, axis: str = "longitudinal") ->
 
 
 def has_literal(name: str) -> bool:
-    """Return whether `literal` makes a difference to this scenario: it has a step whose end is left open."""
+    """Return whether `literal` changes this scenario: it has a step whose end is not given."""
     entry, given = _found(name)
     chosen = {*given, *getattr(entry.build, "keywords", {})}
     return "end" in inspect.signature(entry.build).parameters and "end" not in chosen
 
 
 def _found(name: str) -> tuple[Entry, dict[str, Any]]:
-    """The entry of a scenario's name or text, and the parameters that its text gives."""
+    """Return the entry of a scenario's name or text, and the parameters in the text."""
     family, colon, text = name.strip().partition(":")
     parametric = colon or (family in FAMILIES and family not in SCENARIOS)
     entry = _entry(family, FAMILIES if parametric else SCENARIOS)
@@ -136,7 +139,7 @@ def _found(name: str) -> tuple[Entry, dict[str, Any]]:
 
 
 def family_parameters(family: str) -> dict[str, Any]:
-    """Parameters that a text of this family may set, with their defaults, for help texts.
+    """Return the parameters of a family with their defaults, for help texts.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""What the Objective Motion Cueing Test makes a driver feel: one axis at a time, one frequency at a time.
+"""The input of the Objective Motion Cueing Test: one axis at one frequency at a time.
 
-The test is Attachment F of ICAO Doc 9625 (Hosman & Advani, The Aeronautical Journal 120, 2016). The ten
-tests and the twelve frequencies are the standard's. Its amplitudes were not obtainable: those of
-`Amplitudes` are our own, of the size that is said to be usual, and every one can be changed.
+The test is Attachment F of ICAO Doc 9625 (Hosman & Advani, The Aeronautical Journal 120, 2016). The ten tests
+and the twelve frequencies are those of the standard. Its amplitudes were not available. Those of `Amplitudes`
+are our own, of a size that is reported to be usual, and can all be changed.
 """
 
 import math
@@ -20,20 +20,20 @@ FREQUENCIES: Final = tuple(10.0 ** (0.2 * k - 1.0) for k in range(12))  # [rad/s
 
 @dataclass(frozen=True, slots=True)
 class MotionTest:
-    """One of the ten: the axis that the vehicle moves along, and the axis along which it should be felt."""
+    """One of the ten tests: the axis along which the vehicle moves, and the axis of what should be felt."""
 
     number: int
-    driven: str  # of `otolith.core.frames.AXES`
+    driven: str  # a name of `otolith.core.frames.AXES`
     felt: str
 
     @property
     def name(self) -> str:
-        """As in "pitch to surge", or "heave" where both are one."""
+        """Return a name such as "pitch to surge", or "heave" if both axes are equal."""
         return self.driven if self.driven == self.felt else f"{self.driven} to {self.felt}"
 
     @property
     def unit(self) -> str:
-        """Of the modulus; translations are specific forces, rotations are rates."""
+        """Return the unit of the modulus; translations are specific forces, rotations are rates."""
         numerator, denominator = (
             "(rad/s)" if axis in AXES[3:] else "(m/s²)" for axis in (self.felt, self.driven)
         )
@@ -56,7 +56,7 @@ TESTS: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Amplitudes:
-    """Of the sinusoid: an angle as large as all three of its bounds allow, or a specific force."""
+    """Amplitudes of the sinusoid: the largest angle within all three bounds, or a specific force."""
 
     angle: float = math.radians(6.0)  # [rad]
     rate: float = math.radians(1.0)  # [rad/s]
@@ -64,7 +64,7 @@ class Amplitudes:
     force: float = 1.0  # [m/s²]
 
     def of(self, axis: str, omega: float) -> float:
-        """Amplitude of the reference along `axis` at omega [rad/s]: a force [m/s²] or a rate [rad/s]."""
+        """Return the amplitude along `axis` at omega [rad/s]: a force [m/s²] or a rate [rad/s]."""
         if axis not in AXES[3:]:
             return self.force
         return omega * min(self.angle, self.rate / omega, self.angular_acceleration / omega**2)
@@ -72,23 +72,25 @@ class Amplitudes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """How long each frequency is driven: transients must go first, whole periods are then measured."""
+    """How long each frequency is driven: transients decay first, then whole periods are measured."""
 
-    settle: float = 30.0  # [s] at least, and at least one period; the sinusoid grows over its first half
-    measured: float = 10.0  # [s] at least, and at least two periods
+    # [s] least time to settle, and at least one period; the sinusoid grows in its first half
+    settle: float = 30.0
+    measured: float = 10.0  # [s] least time of measurement, and at least two periods
 
     def times(self, omega: float) -> tuple[float, float]:
-        """Seconds to settle and seconds to measure at omega [rad/s]; the latter are whole periods."""
+        """Return the times [s] to settle and to measure at omega [rad/s], the latter in whole periods."""
         period = 2.0 * math.pi / omega
         return max(self.settle, period), max(2, math.ceil(self.measured / period)) * period
 
 
 def sinusoid(axis: str, omega: float, amplitude: float, sweep: Sweep) -> Scenario:
-    """One axis driven by amplitude · sin(ω t), grown from nothing, for as long as `sweep` asks.
+    """Return a scenario that drives one axis by amplitude · sin(ω t), faded in, for the duration of `sweep`.
 
     Parameters
     ----------
-    axis : of `otolith.core.frames.AXES`; a translation is driven by specific force, a rotation by its rate.
+    axis : a name of `otolith.core.frames.AXES`; a translation is driven by specific force, a rotation by its
+        rate.
     amplitude : [m/s² or rad/s].
     """
     settle, measured = sweep.times(omega)

@@ -1,4 +1,4 @@
-"""A scenario as a sense organ passes it on: what the thesis gives its controllers to follow (section 6.3)."""
+"""A scenario as a sense organ perceives it, which the thesis's controllers follow (section 6.3)."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,18 +11,18 @@ from otolith.core.errors import InputError
 from otolith.scenarios.sampled import Sampled
 from otolith.scenarios.scenario import Scenario
 
-SAMPLING: Final = 1e-3  # [s]; the quickest organ of `otolith.perception` answers in 16 ms
+SAMPLING: Final = 1e-3  # [s]; the fastest organ of `otolith.perception` responds in 16 ms
 LONGEST: Final = 3600.0  # [s]
 
 
 def perceived(scenario: Scenario, organ: Callable[[Mat, float], Mat], *, name: str) -> Scenario:
-    """The scenario with its specific force as `organ` passes it on; angular rates stay as they are.
+    """Return the scenario with its specific force filtered by `organ`; angular rates are unchanged.
 
     Parameters
     ----------
-    organ : forces (n, 3) [m/s²] sampled at a period [s] -> sensed forces (n, 3) [m/s²]; its initial state
-        is its own affair, see `otolith.perception.sense`.
-    name : of the organ, for the origin.
+    organ : function of forces (n, 3) [m/s²] and their sampling period [s] that returns perceived forces (n,
+        3) [m/s²]; it chooses its initial state, see `otolith.perception.sense`.
+    name : name of the organ, for the origin.
 
     Raises
     ------

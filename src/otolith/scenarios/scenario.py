@@ -18,22 +18,22 @@ def _still(t: Vec) -> Vec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """Specific force and angular rate to be felt, in the driver's frame, over a stretch of time.
+    """Specific force and angular rate to be felt, in the driver's frame, over a period of time.
 
-    The signals are functions of time, not samples, so that controller and plant may each ask at
-    their own rate. Where a signal jumps at t, its value at exactly t is the one after the jump.
+    The signals are functions of time, not samples, so controller and plant may each evaluate them at their
+    own rate. Where a signal jumps at t, its value at exactly t is the one after the jump.
     """
 
     name: str
     duration: float  # [s]
     specific_force: Callable[[Vec], Vec]  # (n,) [s] -> (n, 3) [m/s²], without the standing 1 g
     angular_rate: Callable[[Vec], Vec] = field(default=_still)  # (n,) [s] -> (n, 3) [rad/s]
-    origin: str = ""  # where it comes from: a table of the thesis, a file, a formula
+    origin: str = ""  # its source: a table of the thesis, a file, a formula
 
     def combined_with(self, other: "Scenario") -> "Scenario":
-        """Both at once, forces and rates added; it lasts as long as the longer one.
+        """Return the sum of both, with forces and rates added; it lasts as long as the longer one.
 
-        The name is this one's: the use is one signal along several axes.
+        The name stays: the purpose is one signal along several axes.
         """
         force, rate, more_force, more_rate = (
             self.specific_force,
@@ -49,7 +49,7 @@ class Scenario:
         )
 
     def scaled(self, factor: float) -> "Scenario":
-        """Equal but for force and rate, which are multiplied by `factor`.
+        """Return the scenario with force and rate multiplied by `factor`.
 
         Raises
         ------

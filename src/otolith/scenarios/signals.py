@@ -1,11 +1,11 @@
-"""Reference signals built from parameters: steps, sines, their sums, chirps and random multisines.
+"""Reference signals from parameters: steps, sines, their sums, chirps and random multisines.
 
-The thesis's tables leave room for reading; these readings reproduce its results: every sine starts at
-zero phase, after one second of rest (Table 5.1's text); the "step from 1 to 4 seconds" is a pulse that
+The thesis's tables can be read in several ways; these readings reproduce its results: every sine starts at
+zero phase, after one second of rest (text of Table 5.1), and the "step from 1 to 4 seconds" is a pulse that
 ends at 5 s.
 
-Along "yaw" a signal of a [m/s²] is the rate a / (10 m/s): how fast a car at 36 km/h turns that feels a
-sideways. So the same line of text drives every axis, and lateral force and yaw belong to one bend.
+Along "yaw" a signal of a [m/s²] is the rate a / (10 m/s), that of a car at 36 km/h with the lateral
+acceleration a. So one line of text drives every axis, and lateral force and yaw belong to one bend.
 """
 
 import math
@@ -19,9 +19,9 @@ from otolith.scenarios.waves import Along, Chirp, FadeIn, Pulse, Scaled, Sine, S
 
 FORCES: Final = {"longitudinal": 0, "lateral": 1, "vertical": 2}  # name -> index of the specific force
 AXES: Final = (*FORCES, "yaw")
-TURNING_SPEED: Final = 10.0  # [m/s] of the car that turns
-STEP_END: Final = 5.0  # [s] of the thesis's steps, as it reproduces
-STEP_END_LITERAL: Final = 4.0  # [s] as printed
+TURNING_SPEED: Final = 10.0  # [m/s] speed of the turning car
+STEP_END: Final = 5.0  # [s] end of the thesis's steps, which reproduces its results
+STEP_END_LITERAL: Final = 4.0  # [s] end as printed
 TABLE_5_1_WAVES: Final = ((1.0, 0.1), (0.8, 0.15), (0.1, 0.2), (0.6, 0.5))  # ([m/s²], [Hz])
 SECTION_6_1_WAVES: Final = ((0.5, 1.0), (0.6, 0.1), (0.1, 0.2), (0.8, 0.15))  # ([m/s²], [Hz])
 
@@ -29,7 +29,7 @@ MAX_AMPLITUDE: Final = 30.0  # [m/s²]
 MAX_FREQUENCY: Final = 50.0  # [Hz]
 DURATIONS: Final = (0.1, 3600.0)  # [s]
 NOTHING: Final = Sum(())
-RISE: Final = 1.0  # [s] over which a multisine grows from nothing
+RISE: Final = 1.0  # [s] over which a multisine fades in
 
 
 def sine(
@@ -40,11 +40,11 @@ def sine(
     start: float = 1.0,
     axis: str = "longitudinal",
 ) -> Scenario:
-    """A sine at zero phase from `start` [s] on; amplitude [m/s²], frequency [Hz].
+    """Return a sine at zero phase from `start` [s] on; amplitude [m/s²], frequency [Hz].
 
     Raises
     ------
-    InputError : a parameter is not finite or beyond its bound.
+    InputError : a parameter is not finite or out of bounds.
     """
     _times(duration, start)
     _amplitude(amplitude)
@@ -62,16 +62,16 @@ def step(
     duration: float = 10.0,
     axis: str = "longitudinal",
 ) -> Scenario:
-    """A pulse of `amplitude` [m/s²] in [start, end) [s].
+    """Return a pulse of `amplitude` [m/s²] in [start, end) [s].
 
     Parameters
     ----------
-    rise : [s] within which it grows along a straight line, from `start` on; at most until `end`.
-    fall : [s] within which it fades along a straight line, from `end` on.
+    rise : [s] of linear growth from `start` on; at most until `end`.
+    fall : [s] of linear decay from `end` on.
 
     Raises
     ------
-    InputError : a parameter is not finite or beyond its bound.
+    InputError : a parameter is not finite or out of bounds.
     """
     _pulse(duration, start, end)
     _amplitude(amplitude)
@@ -115,11 +115,11 @@ def combined(
     start: float = 1.0,
     axis: str = "longitudinal",
 ) -> Scenario:
-    """Sum of sines (amplitude [m/s²], frequency [Hz]), scaled (eqs. 5.1 and 6.1).
+    """Return a sum of sines (amplitude [m/s²], frequency [Hz]), scaled (eqs. 5.1 and 6.1).
 
     Raises
     ------
-    InputError : a parameter is not finite or beyond its bound.
+    InputError : a parameter is not finite or out of bounds.
     """
     _times(duration, start)
     _within("scale", scale, (-10.0, 10.0), "")
@@ -140,15 +140,15 @@ def multisine(
     duration: float = 20.0,
     axis: str = "longitudinal",
 ) -> Scenario:
-    """Random sum of `count` sines between `low` and `high` [Hz], from 1 s on; equal seeds, equal signals.
+    """Return a random sum of `count` sines between `low` and `high` [Hz], from 1 s on.
 
-    Frequencies are spread evenly in their logarithm, one at random within each share; weights and phases
-    are random. The root mean square is that of one sine of `amplitude` [m/s²]. A raised cosine lets the
-    signal grow from nothing over the first second, for random phases would begin with a jump.
+    Equal seeds give equal signals. The logarithmic frequency range is divided evenly, with one random
+    frequency in each part; weights and phases are random. The RMS is that of one sine of `amplitude` [m/s²].
+    A raised cosine fades the signal in over the first second, because random phases would start with a jump.
 
     Raises
     ------
-    InputError : a parameter is not finite or beyond its bound.
+    InputError : a parameter is not finite or out of bounds.
     """
     start = 1.0
     _times(duration, start)
@@ -178,11 +178,11 @@ def chirp(
     start: float = 1.0,
     axis: str = "longitudinal",
 ) -> Scenario:
-    """A sine whose frequency grows linearly from `low` at `start` to `high` [Hz] at the end.
+    """Return a sine whose frequency grows linearly from `low` at `start` to `high` [Hz] at the end.
 
     Raises
     ------
-    InputError : a parameter is not finite or beyond its bound.
+    InputError : a parameter is not finite or out of bounds.
     """
     _times(duration, start)
     _amplitude(amplitude)

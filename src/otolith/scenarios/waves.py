@@ -1,7 +1,7 @@
 """Signals of one axis as functions of time: (n,) [s] -> (n,) [m/s²].
 
-All are right-continuous and zero before their start. They are values: they compare and pickle, so a
-study can send them to its workers.
+All are right-continuous and zero before their start. They are values that compare and pickle, so a study can
+send them to its workers.
 """
 
 import math
@@ -17,7 +17,7 @@ Wave = Callable[[Vec], Vec]
 
 @dataclass(frozen=True, slots=True)
 class Sine:
-    """a sin(2π f (t − start) + phase) from `start` on."""
+    """The signal a sin(2π f (t − start) + phase) from `start` on."""
 
     amplitude: float  # [m/s²]
     frequency: float  # [Hz]
@@ -25,16 +25,16 @@ class Sine:
     phase: float = 0.0  # [rad]
 
     def __call__(self, t: Vec) -> Vec:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         angle = 2.0 * math.pi * self.frequency * (t - self.start) + self.phase
         return np.where(t >= self.start, self.amplitude * np.sin(angle), 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """The amplitude in [start, end), zero elsewhere; it may grow and fade along straight lines.
+    """A constant amplitude in [start, end), zero elsewhere, with optional linear ramps.
 
-    With a rise it grows within it, from `start` on; with a fall it fades within it, from `end` on.
+    With a rise it grows from `start` on; with a fall it decays from `end` on.
     """
 
     amplitude: float  # [m/s²]
@@ -44,7 +44,7 @@ class Pulse:
     fall: float = 0.0  # [s]
 
     def __call__(self, t: Vec) -> Vec:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         corners = self.start, self.start + self.rise, self.end, self.end + self.fall
         ramps = np.interp(t, corners, (0.0, self.amplitude, self.amplitude, 0.0))
         held = (t >= corners[1]) & (t < corners[2])
@@ -63,7 +63,7 @@ class Chirp:
     end: float  # [s]
 
     def __call__(self, t: Vec) -> Vec:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         tau = t - self.start
         growth = (self.high - self.low) / (self.end - self.start)  # [Hz/s]
         cycles = self.low * tau + 0.5 * growth * tau**2
@@ -72,26 +72,26 @@ class Chirp:
 
 @dataclass(frozen=True, slots=True)
 class FadeIn:
-    """A wave that grows from nothing over `rise` seconds after `start`, by a raised cosine."""
+    """A wave that is faded in over `rise` seconds after `start` by a raised cosine."""
 
     wave: Wave
     start: float  # [s]
     rise: float  # [s]
 
     def __call__(self, t: Vec) -> Vec:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         fraction = np.clip((t - self.start) / self.rise, 0.0, 1.0)
         return self.wave(t) * 0.5 * (1.0 - np.cos(math.pi * fraction))
 
 
 @dataclass(frozen=True, slots=True)
 class Sum:
-    """Several waves at once."""
+    """The sum of several waves."""
 
     waves: tuple[Wave, ...]
 
     def __call__(self, t: Vec) -> Vec:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         total = np.zeros(np.shape(t))
         for wave in self.waves:
             total = total + wave(t)
@@ -106,7 +106,7 @@ class Scaled:
     factor: float  # [unit wanted per m/s²]
 
     def __call__(self, t: Vec) -> Vec:
-        """Value in the unit wanted at times [s]."""
+        """Return the values, in the scaled unit, at times [s]."""
         return self.factor * self.wave(t)
 
 
@@ -118,7 +118,7 @@ class Along:
     wave: Wave
 
     def __call__(self, t: Vec) -> Vec:
-        """Values (n, 3) at times (n,) [s]."""
+        """Return the values (n, 3) at times (n,) [s]."""
         force = np.zeros((len(t), 3))
         force[:, self.index] = self.wave(np.asarray(t, dtype=np.float64))
         return force

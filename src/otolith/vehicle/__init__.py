@@ -1,6 +1,6 @@
 """A virtual drive: road, driver and car, and what the driver feels along the way.
 
-The roads are here at once; car, driver and drive are imported on first use.
+Roads are imported at once; car, driver and drive are imported on first use.
 """
 
 from typing import TYPE_CHECKING

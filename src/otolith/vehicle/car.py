@@ -1,4 +1,4 @@
-"""A car as its user describes it: a TOML file, checked, and the numbers the equations of motion take."""
+"""A car as its user describes it: a checked TOML file, and the numbers in the equations of motion."""
 
 import math
 from importlib.resources import files
@@ -35,7 +35,7 @@ class _Table(BaseModel):
 
 
 class Body(_Table):
-    """Masses and where they are; heights above the road."""
+    """Masses and their positions; heights are above the road."""
 
     mass_kg: Annotated[float, _number(200.0, 20_000.0, "kg", ("t", ""))]
     cg_to_front_axle_m: Length
@@ -51,7 +51,7 @@ class Body(_Table):
 
 
 class Suspension(_Table):
-    """Per wheel; the anti-roll bars per axle."""
+    """Springs and dampers per wheel, anti-roll bars per axle."""
 
     front_spring_npm: Stiffness
     rear_spring_npm: Stiffness
@@ -62,7 +62,7 @@ class Suspension(_Table):
 
 
 class Tyres(_Table):
-    """Magic Formula (Pacejka 2012, chapter 4) of load-dependent peak and stiffness."""
+    """Magic Formula (Pacejka 2012, chapter 4) with load-dependent peak and stiffness."""
 
     friction: Annotated[float, _number(0.05, 2.0)]
     load_sensitivity: Annotated[float, _number(0.001, 0.5)]
@@ -76,7 +76,7 @@ class Tyres(_Table):
 
 
 class Powertrain(_Table):
-    """What drives, brakes and resists."""
+    """Drive, brakes and resistances."""
 
     power_w: Annotated[float, _number(1e3, 2e6, "W", ("kW", ""))]
     drive_front: Annotated[float, Field(ge=0.0, le=1.0)]
@@ -88,7 +88,7 @@ class Powertrain(_Table):
 
 
 class Steering(_Table):
-    """From the driver's wish to the road wheels."""
+    """From the driver's command to the road wheels."""
 
     lag_s: Lag
     rate_degps: Annotated[float, _number(5.0, 500.0, "deg/s", ("rad/s", ""))]
@@ -146,7 +146,7 @@ class CarNumbers(NamedTuple):
 
 
 class Car(_Table):
-    """A car. `estimates` names the tables and fields whose values are nobody's measurement."""
+    """A car. `estimates` names the tables and fields whose values are estimated, not measured."""
 
     name: str = Field(min_length=1, max_length=80)
     description: str = ""
@@ -160,20 +160,20 @@ class Car(_Table):
 
     @property
     def wheelbase(self) -> float:
-        """Distance between the axles [m]."""
+        """Return the distance between the axles [m]."""
         return self.body.cg_to_front_axle_m + self.body.cg_to_rear_axle_m
 
     @property
     def understeer_gradient(self) -> float:
-        """Steering angle beyond wheelbase/radius, per lateral acceleration, at small ones [rad s²/m].
+        """Return the steering angle beyond wheelbase/radius per lateral acceleration, if small [rad s²/m].
 
-        K = (m/L) (l_r/C_f − l_f/C_r) with C the axles' cornering stiffnesses; those being proportional
-        to the static loads, K = (1/c_f − 1/c_r)/g.
+        K = (m/L) (l_r/C_f − l_f/C_r) with the axles' cornering stiffnesses C. Since these are proportional to
+        the static loads, K = (1/c_f − 1/c_r)/g.
         """
         return (1.0 / self.tyres.front_stiffness - 1.0 / self.tyres.rear_stiffness) / GRAVITY
 
     def numbers(self) -> CarNumbers:
-        """All in SI, for the compiled equations of motion."""
+        """Return all numbers in SI units, for the compiled equations of motion."""
         body, springs, tyres = self.body, self.suspension, self.tyres
         drive, steering = self.powertrain, self.steering
         at_static = math.sin(2.0 * math.atan(1.0 / tyres.stiffness_load))
@@ -221,11 +221,11 @@ class Car(_Table):
 
 
 def parse_car(text: str, source: str) -> Car:
-    """Car from the text of its TOML file; `source` names it in errors.
+    """Read a car from the text of its TOML file; `source` names the file in errors.
 
     Raises
     ------
-    InputError : no TOML, or a field is unknown, missing or beyond its bound.
+    InputError : the text is not TOML, or a field is unknown, missing or out of bounds.
     """
     fields = toml_fields(text, source)
     try:
@@ -239,11 +239,11 @@ def parse_car(text: str, source: str) -> Car:
 
 
 def load_car(name: str = "tesla-model-s") -> Car:
-    """A car that comes with the package.
+    """Return a car that is shipped with the package.
 
     Raises
     ------
-    InputError : there is none of that name.
+    InputError : there is none of this name.
     """
     if name not in CARS:
         raise InputError("car", repr(name), one_of(CARS, name, otherwise=", or a car file (.toml)"))

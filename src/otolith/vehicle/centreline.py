@@ -1,10 +1,10 @@
-"""Roads through points: a measured centreline from a file, or a curve that a manoeuvre prescribes."""
+"""Roads through points: a measured centreline from a file, or the path of a manoeuvre."""
 
 from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so unused ones cost no time
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
@@ -20,44 +20,44 @@ from otolith.vehicle.tidy import (
     without_strays,
 )
 
-SMOOTHING: Final = 0.1  # [m] RMS by which the path may leave measured points: their usual noise
-NOISIEST: Final = 10.0  # [m] RMS; points that scatter by more are no road
-DEGREE: Final = 5  # of the spline, so that the curvature is smooth
+SMOOTHING: Final = 0.1  # [m] RMS distance of the path from measured points: their usual noise
+NOISIEST: Final = 10.0  # [m] RMS; points that scatter more do not describe a road
+DEGREE: Final = 5  # degree of the spline, high enough for a smooth curvature
 MIN_POINTS: Final = 8
 
 
 def parse_centreline(
     text: str, source: str, *, smoothing: float | None = None, closed: bool | None = None
 ) -> Road:
-    """Road from delimited text with columns x and y [m], or lat and lon [deg].
+    """Read a road from delimited text with columns x and y [m], or lat and lon [deg].
 
-    Further columns are used where they are there: w_tr_right_m and w_tr_left_m (the form of
-    TUMFTM/racetrack-database), or width_m of both, z_m (elevation) and banking_deg (+ = left side up). What
-    was assumed or mended stands in the road's notes. Other parameters and errors: `road_through`.
+    Further columns are used if present: w_tr_right_m and w_tr_left_m (as in TUMFTM/racetrack-database), or
+    width_m for both, z_m (elevation) and banking_deg (+ = left side up). The road's notes state what was
+    assumed or repaired. Other parameters and errors are those of `road_through`.
     """
     return road_through(survey_of_table(text, source), smoothing=smoothing, closed=closed)
 
 
 def parse_gpx(text: str, source: str, *, smoothing: float | None = None, closed: bool | None = None) -> Road:
-    """Road from a GPX file, along its longest track or route. Parameters and errors: `road_through`."""
+    """Read a road from a GPX file, along its longest track or route; see `road_through`."""
     return road_through(survey_of_gpx(text, source), smoothing=smoothing, closed=closed)
 
 
 def road_through(survey: Survey, *, smoothing: float | None = None, closed: bool | None = None) -> Road:
-    """Road past points: repeated and stray ones are left out, overlapping laps cut, noise smoothed.
+    """Return a road along points, without repeated and stray points, overlapping laps and noise.
 
     Parameters
     ----------
-    smoothing : [m] RMS distance that the spline may keep from the points; 0 goes through all of them. By
-        default `SMOOTHING`, or as much as the points scatter, where that is more.
-    closed : whether the road leads back to its first point. By default it does where it meets itself again,
-        going the same way, or where its ends are less than three distances of points apart and the way from
-        the last to the first does not turn back.
+    smoothing : [m] RMS distance of the spline from the points; 0 goes through all of them. The default is
+        `SMOOTHING`, or the scatter of the points if it is larger.
+    closed : whether the road leads back to its first point. By default it does if it meets itself again in
+        the same direction, or if its ends are less than three point distances apart and the path from the
+        last to the first point does not turn back.
 
     Raises
     ------
-    InputError : fewer than 8 points, points that scatter by more than 10 m, widths that are not positive, or
-        a path that no car can follow.
+    InputError : there are fewer than 8 points, points scatter by more than 10 m, widths are not positive, or
+        no car can follow the path.
     """
     _check_count(survey)
     survey = without_strays(without_repeats(survey))
@@ -80,10 +80,10 @@ def road_through(survey: Survey, *, smoothing: float | None = None, closed: bool
 
 
 def smooth_path(points: Mat, *, closed: bool, smoothing: float) -> tuple[Path, Vec]:
-    """Path of equal steps past (k, 2) points [m], and the way (k,) at which it passes them.
+    """Return a path with equal steps along (k, 2) points [m], and the distances (k,) at which it passes them.
 
-    The spline's parameter is the chord length; the arc length is integrated on a ten times finer grid,
-    and curvature and heading come from the spline's own derivatives.
+    The spline's parameter is the chord length. The arc length is integrated on a ten times finer grid, and
+    curvature and heading are computed from the spline's derivatives.
     """
     fitted, chord = scipy.interpolate.splprep(points.T, k=DEGREE, per=closed, s=len(points) * smoothing**2)
     tck: Any = tuple(fitted)  # knots, coefficients of x and y, degree
@@ -101,7 +101,7 @@ def smooth_path(points: Mat, *, closed: bool, smoothing: float) -> tuple[Path, V
 
 
 def _allowed(survey: Survey, smoothing: float | None) -> tuple[float, Survey]:
-    """How far [m RMS] the spline may keep from the points, and the survey with its elevation smoothed."""
+    """Return the permitted RMS distance [m] of the spline, and the survey with its elevation smoothed."""
     if smoothing is not None:
         return smoothing, survey
     noise = scatter(survey.points)
@@ -115,7 +115,7 @@ def _allowed(survey: Survey, smoothing: float | None) -> tuple[float, Survey]:
 
 
 def _levelled(survey: Survey) -> Survey:
-    """The survey with elevations [m] that scatter no more: what a receiver makes up is not to be felt."""
+    """Return the survey with smoothed elevations [m], because a receiver's noise should not be felt."""
     z = survey.along.get("z")
     noise = 0.0 if z is None else scatter(z[:, None])
     if z is None or noise <= SMOOTHING:
@@ -133,7 +133,7 @@ def _check_count(survey: Survey) -> None:
 
 
 def _check_length(survey: Survey) -> None:
-    """Refuse what is too short or too long for a road in metres."""
+    """Refuse a road that is too short or too long for coordinates in metres."""
     length = float(way_along(survey.points)[-1])
     if not MIN_LENGTH <= length <= MAX_LENGTH:
         meant = "degrees belong into columns lat and lon" if length < MIN_LENGTH else "is it in mm?"
@@ -142,7 +142,7 @@ def _check_length(survey: Survey) -> None:
 
 
 def _check_path(path: Path, s: Vec, survey: Survey) -> None:
-    """Refuse a path that no car can follow, with the place in the file and what may help."""
+    """Refuse a path that no car can follow; name the place in the file and a remedy."""
     tightest = int(np.argmax(np.abs(path.curvature)))
     radius = 1.0 / max(abs(float(path.curvature[tightest])), 1e-9)
     if radius < MIN_RADIUS:
@@ -152,7 +152,7 @@ def _check_path(path: Path, s: Vec, survey: Survey) -> None:
 
 
 def _furnished(road: Road, s: Vec, data: dict[str, Vec]) -> Road:
-    """The road with those of width, elevation and banking that the file gives at the ways `s`."""
+    """Return the road with the width, elevation and banking that the file gives at the distances `s`."""
 
     def along(key: str, default: Vec) -> Vec:
         return np.interp(road.way, s, data[key]) if key in data else default
@@ -171,7 +171,7 @@ def _furnished(road: Road, s: Vec, data: dict[str, Vec]) -> Road:
 
 
 def _smooth(values: Vec, road: Road) -> Vec:
-    """Moving average over 20 m, twice: elevation is given coarsely, and its second derivative is felt."""
+    """Average over 20 m twice, because elevations are coarse and their second derivative is felt."""
     half = max(1, round(10.0 / road.step))
     window = np.ones(2 * half + 1) / (2 * half + 1)
     mode = "wrap" if road.closed else "edge"

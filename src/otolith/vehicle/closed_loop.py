@@ -1,4 +1,4 @@
-"""Drive a road: plan the speed, then let driver and car go."""
+"""Drives a road: the speed is planned, then driver and car are simulated."""
 
 from typing import Final
 
@@ -15,17 +15,17 @@ from otolith.vehicle.lap import Lap, lap_from_records
 from otolith.vehicle.profile import Plan, plan_speed
 from otolith.vehicle.road import Road
 
-STEP: Final = 1e-3  # [s]; results at half of it differ by less than 1e-4 m/s², see the tests
-OFF_ROAD: Final = 8.0  # [m] from the path
-TIME_FACTOR: Final = 2.0  # a drive may take so much longer than planned …
-TIME_EXTRA: Final = 30.0  # [s] … and so much more
+STEP: Final = 1e-3  # [s]; half of it changes the results by less than 1e-4 m/s², see the tests
+OFF_ROAD: Final = 8.0  # [m] distance from the path at which a drive is aborted
+TIME_FACTOR: Final = 2.0  # longest duration of a drive, relative to the plan …
+TIME_EXTRA: Final = 30.0  # [s] … plus this time
 AT_REST: Final = 0.02  # [m/s]
-RESTING: Final = 2.0  # [s] recorded after coming to rest
-ROLL_IN: Final = 6.0  # [s] that a flying start has been driving: what a car does before is forgotten by then
+RESTING: Final = 2.0  # [s] that are recorded after the car has come to rest
+ROLL_IN: Final = 6.0  # [s] of driving before a flying start, after which the initial state no longer matters
 
 
 class LeftTheRoad(OtolithError):
-    """The car came too far from the path, or stopped on it."""
+    """The car went too far from the path, or stopped on it."""
 
 
 def drive(
@@ -41,14 +41,14 @@ def drive(
 
     Parameters
     ----------
-    standing : start from rest; otherwise at the planned speed (on a closed road: a flying lap).
+    standing : whether to start from rest; otherwise at the planned speed (on a closed road: a flying lap).
     step : [s] of the integration; must divide the driver's period of 10 ms.
-    rate_hz : of the record, at most 1/step, a divisor of it.
+    rate_hz : sampling rate of the record, at most 1/step and a divisor of it.
 
     Raises
     ------
-    InputError : step or rate does not divide as it must.
-    LeftTheRoad : the car came more than 8 m off the path, or stopped before the end.
+    InputError : step or rate is not such a divisor.
+    LeftTheRoad : the car went more than 8 m off the path, or stopped before the end.
     """
     every = _divides("step", PERIOD, step)
     keep = _samples_between(rate_hz, step)
@@ -76,17 +76,17 @@ def _roll_in(
     who: tuple[CarNumbers, DriverNumbers],
     clock: tuple[float, int],
 ) -> None:
-    """Replace state `x` and `command`, both zero, by those of a car that comes rolling to the first node.
+    """Replace state `x` and `command`, both zero, by those of a car that rolls to the first node.
 
-    It drives the last `ROLL_IN` seconds before that node: of a closed road its end; of an open one, a road
-    that leads to it as it begins, at the speed of its first node. Put into a bend without them, the car would
-    have to start turning all at once, and its sideways acceleration would overshoot by a fifth.
+    The car drives the last `ROLL_IN` seconds before that node: on a closed road its end, on an open road a
+    continuation of its beginning, at the speed of its first node. If it were put into a bend without this, it
+    would have to start turning at once, and its lateral acceleration would overshoot by a fifth.
     """
     p, d = who
     length = road.step * (road.table.shape[1] - 1)
     if not road.closed:
         held = np.ascontiguousarray(np.repeat(road.table[:, :1], 2, axis=1))
-        held[[3, 5]] = 0.0  # neither crest nor acceleration lasts
+        held[[3, 5]] = 0.0  # without crest and acceleration
         road = road._replace(table=held, profile=np.zeros((2, 2)), profile_step=1.0)
     x[0] = -min(ROLL_IN * road.table[4, 0], length)
     x[3], a = (at(road.table[row], road.step, road.closed, x[0]) for row in (4, 5))
@@ -98,7 +98,7 @@ def _roll_in(
 
 
 def road_numbers(road: Road, plan: Plan) -> RoadNumbers:
-    """The road and the plan as the compiled equations take them."""
+    """Return the road and the plan in the form of the compiled equations."""
     rows = [road.curvature, road.grade, road.banking, road.crest, plan.speed, plan.acceleration]
     profile = np.zeros((2, 2)) if road.profile is None else np.ascontiguousarray(road.profile.T)
     return RoadNumbers(
@@ -112,9 +112,11 @@ def road_numbers(road: Road, plan: Plan) -> RoadNumbers:
 
 @kernel
 def _approach(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, clock: Vec) -> None:
-    """Advance `x` and `command` from a negative way to the first node.
+    """Advance `x` and `command` from a negative distance to the first node.
 
-    clock: step [s], steps per decision.
+    Parameters
+    ----------
+    clock : step [s], steps per decision.
     """
     work, k = np.zeros((6, STATES)), 0
     while x[0] < 0.0 and x[3] > AT_REST and abs(x[1]) < OFF_ROAD:
@@ -128,9 +130,11 @@ def _approach(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, d: DriverN
 def _run(
     x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, records: Mat, clockwork: Vec
 ) -> int:
-    """Fill `records` row by row until the road ends; the number of rows. `x` is left at the end.
+    """Fill `records` row by row until the road ends; return the number of rows, and leave `x` at the end.
 
-    clockwork: step [s], steps per decision, steps per record, length of the road [m].
+    Parameters
+    ----------
+    clockwork : step [s], steps per decision, steps per record, length of the road [m].
     """
     dt, every, keep, length = clockwork[0], int(clockwork[1]), int(clockwork[2]), clockwork[3]
     work, rest, count, k = np.zeros((6, STATES)), 0.0, 0, 0
@@ -150,7 +154,7 @@ def _run(
 
 
 def _samples_between(rate_hz: float, step: float) -> int:
-    """Steps of integration from one sample of the record to the next."""
+    """Return the number of integration steps between samples of the record."""
     highest = round(1.0 / step)
     every = round(highest / rate_hz) if 0.0 < rate_hz <= highest else 0
     if every < 1 or abs(every * rate_hz - highest) > 1e-6 * highest:
@@ -162,7 +166,7 @@ def _samples_between(rate_hz: float, step: float) -> int:
 
 
 def _divides(name: str, whole: float, step: float) -> int:
-    """How often `step` goes into `whole`."""
+    """Return how often `step` fits into `whole`, or refuse a step that does not divide it."""
     ratio = round(whole / step) if step > 0.0 else 0
     if ratio < 1 or abs(ratio * step - whole) > 1e-9:
         raise InputError(name, f"{step:g} s for {whole:g} s", "a whole number of steps")
@@ -170,7 +174,7 @@ def _divides(name: str, whole: float, step: float) -> int:
 
 
 def check_arrival(records: Mat, road: Road, rows: int) -> None:
-    """Refuse a drive that went wrong; nothing of it may become a reference."""
+    """Refuse a drive that went wrong, because none of it may become a reference."""
     s, e, v = records[-1, 0], records[-1, 1], records[-1, 3]
     where = f"at {s:.0f} m of {road.name}"
     if not np.isfinite(records).all():

@@ -1,10 +1,10 @@
-"""The driver: sees the path and the planned speed a little ahead, steers, drives and brakes.
+"""The driver: sees path and planned speed somewhat ahead, steers, accelerates and brakes.
 
-Steering: what the curvature ahead needs in a steady turn, δ = κ (L + K v²), minus a correction of where
-the car will be off the path after the distance D = D₀ + T_D v: δ_c = −k 2 L/D² (e + D sin(χ − χ_κ)), χ_κ
-being the steady turn's own angle to the path. Speed: the planned acceleration ahead, a correction of the
-speed error, and what drag and slope take, within the limits and with a bounded jerk. Looking ahead by what
-actuators and jerk cost (0.25 to 0.30 s) matters: a driver who does not overruns his corners.
+Steering: what the curvature ahead needs in a steady turn, δ = κ (L + K v²), minus a correction of the car's
+predicted offset from the path after the distance D = D₀ + T_D v: δ_c = −k 2 L/D² (e + D sin(χ − χ_κ)), where
+χ_κ is the steady turn's own angle to the path. Speed: the planned acceleration ahead, a correction of the
+speed error, and compensation of drag and slope, within the limits and with bounded jerk. The preview
+compensates the lag of actuators and jerk (0.25 to 0.30 s); a driver without it overshoots corners.
 """
 
 from dataclasses import dataclass, field
@@ -21,14 +21,15 @@ from otolith.vehicle.dynamics import RoadNumbers, at
 from otolith.vehicle.profile import Limits
 
 PERIOD: Final = 0.01  # [s] between two decisions
-MARGIN: Final = 1.04  # by which corrections may exceed the limits that the plan keeps
-RELEASE: Final = 0.7  # of the jerk, when building up drive: a foot presses a brake faster than a throttle
-REST: Final = 1.0  # [m/s]: slower than this where the plan ends in rest, the driver stays on the brake
+MARGIN: Final = 1.04  # factor by which corrections may exceed the limits of the plan
+# Share of the jerk when drive builds up: a foot presses the brake faster than the throttle
+RELEASE: Final = 0.7
+REST: Final = 1.0  # [m/s]: if the plan ends at rest, the driver brakes steadily below this speed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Driver:
-    """Limits and habits of a driver; defaults: thesis eq. 6.3, and what tracks well with the shipped car."""
+    """Limits and habits of a driver; defaults are thesis eq. 6.3, and values that suit the shipped car."""
 
     limits: Limits = field(default_factory=Limits)
     jerk: float = 10.0  # [m/s³]
@@ -49,7 +50,7 @@ class Driver:
             _within(f"driver's {name}", getattr(self, name), 0.05, 50.0)
 
     def numbers(self, car: Car) -> "DriverNumbers":
-        """For the compiled driver, who knows his car's steady turns."""
+        """Return the numbers of the compiled driver, who knows the car's steady turns."""
         p = car.numbers()
         return DriverNumbers(
             L=car.wheelbase,
@@ -77,7 +78,7 @@ class DriverNumbers(NamedTuple):
     K_side: float  # slip angle of the rear axle per lateral acceleration
     drive: float
     brake: float
-    jerk: float  # [m/s²] of change per decision
+    jerk: float  # [m/s²] largest change per decision
     T_steer: float
     T_speed: float
     D_0: float
@@ -96,7 +97,7 @@ def decide(x: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers, command: 
 
 @kernel
 def steering(x: Vec, road: RoadNumbers, d: DriverNumbers) -> float:
-    """Steering angle [rad]."""
+    """Return the steering angle [rad]."""
     v = max(x[3], 0.0)
     here = at(road.table[0], road.step, road.closed, x[0])
     ahead = at(road.table[0], road.step, road.closed, x[0] + v * d.T_steer)
@@ -108,7 +109,7 @@ def steering(x: Vec, road: RoadNumbers, d: DriverNumbers) -> float:
 
 @kernel
 def acceleration(x: Vec, road: RoadNumbers, p: CarNumbers, d: DriverNumbers) -> float:
-    """Acceleration [m/s²] asked of the actuators, before the bound on jerk."""
+    """Return the acceleration [m/s²] requested from the actuators, before the bound on jerk."""
     v = x[3]
     planned = at(road.table[4], road.step, road.closed, x[0])
     ahead = at(road.table[5], road.step, road.closed, x[0] + v * d.T_speed)

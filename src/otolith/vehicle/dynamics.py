@@ -3,21 +3,21 @@
 Axes x forward, y left, z up, on the road's surface; wheels q in the order front left, front right, rear left,
 rear right, at x_q, y_q from the centre of gravity. The state is
 
-  0 s, 1 e, 2 χ       way along the path [m], offset to its left [m], heading against it [rad]
+  0 s, 1 e, 2 χ       distance along the path [m], offset to its left [m], heading relative to it [rad]
   3 v_x, 4 v_y, 5 r   [m/s, m/s, rad/s] of the centre of gravity
-  6 z, 7 ż, 8 φ, 9 φ̇, 10 θ, 11 θ̇   heave, roll, pitch of the sprung mass against the road
-  12 δ, 13 a          steering angle of the front wheels [rad], acceleration the actuators give [m/s²]
+  6 z, 7 ż, 8 φ, 9 φ̇, 10 θ, 11 θ̇   heave, roll, pitch of the sprung mass relative to the road
+  12 δ, 13 a          steering angle of the front wheels [rad], acceleration from the actuators [m/s²]
   14…17 τ_q           tangents of the slip angles, after relaxation
   18…21 z_q, 22…25 ż_q   of the unsprung masses
 
-Planar motion: the path's own coordinates, ṡ = (v_x cos χ − v_y sin χ)/(1 − κ e), ė = v_x sin χ + v_y cos χ,
-χ̇ = r − κ ṡ, so that nothing has to be projected onto the path. Vertical motion: springs, dampers, bars and
-tyres; of a tyre's lateral force the part below the roll centre, and of the longitudinal one the share
-`anti`, goes through links to the wheels at once. Static loads follow, ΣΔF_z y_q = −(h F_y + m g (h − h_r) φ).
+Planar motion uses the path's own coordinates, ṡ = (v_x cos χ − v_y sin χ)/(1 − κ e), ė = v_x sin χ + v_y cos
+χ, χ̇ = r − κ ṡ, so no point has to be projected onto the path. Vertical motion has springs, dampers, bars and
+tyres. The part of a tyre's lateral force below the roll centre, and the share `anti` of its longitudinal
+force, act through links on the wheels at once. Static loads follow: ΣΔF_z y_q = −(h F_y + m g (h − h_r) φ).
 
-Tyres: Magic Formula (Pacejka 2012, chapter 4) F_y = −D sin(C atan(B α − E(B α − atan B α))), F_0 the static
-load, D = μ F_z (1 − μ_z (F_z/F_0 − 1)), B C D = K F_0 sin(2 atan(F_z/(z F_0))), and of that what the
-longitudinal force leaves of the friction ellipse. Relaxation: σ τ̇ + |v| τ = lateral velocity of the contact.
+Tyres follow the Magic Formula (Pacejka 2012, chapter 4), F_y = −D sin(C atan(B α − E(B α − atan B α))), with
+F_0 the static load, D = μ F_z (1 − μ_z (F_z/F_0 − 1)) and B C D = K F_0 sin(2 atan(F_z/(z F_0))), reduced by
+the friction ellipse for the longitudinal force. Relaxation: σ τ̇ + |v| τ = lateral velocity of the contact.
 """
 
 from typing import Final, NamedTuple
@@ -31,12 +31,12 @@ from otolith.vehicle.car import CarNumbers
 
 STATES: Final = 26
 EXTRAS: Final = 10  # f_x, f_y, z̈, φ̈, θ̈, ṙ and the four loads
-SLOW: Final = 1.0  # [m/s] below it slip angles relax as if at it
-ROLLING: Final = 0.1  # [m/s] over which resisting forces fade in from rest
+SLOW: Final = 1.0  # [m/s] slip angles relax at least as fast as at this speed
+ROLLING: Final = 0.1  # [m/s] speed over which resistances build up from rest
 
 
 class RoadNumbers(NamedTuple):
-    """The road as the equations take it; rows of `table`: κ, grade, banking, crest, planned v and a."""
+    """The road in the form of the equations; rows of `table`: κ, grade, banking, crest, planned v and a."""
 
     table: Mat  # (6, n + 1)
     step: float  # [m]
@@ -47,7 +47,7 @@ class RoadNumbers(NamedTuple):
 
 @kernel
 def at(values: Vec, step: float, closed: bool, s: float) -> float:
-    """Linear interpolation between nodes `step` apart; around a closed road, else held at the ends."""
+    """Interpolate linearly between nodes `step` apart, periodic on a closed road, else held at the ends."""
     last = len(values) - 1
     u = s / step
     if closed:
@@ -59,7 +59,7 @@ def at(values: Vec, step: float, closed: bool, s: float) -> float:
 
 @kernel
 def tyre(slip: float, load: float, static: float, stiffness: float, p: CarNumbers) -> tuple[float, float]:
-    """Lateral force [N] of a freely rolling tyre, and its greatest force D [N]."""
+    """Return the lateral force [N] of a freely rolling tyre, and its largest force D [N]."""
     D = p.mu * load * (1.0 - p.mu_z * (load / static - 1.0))
     if D <= 1.0:
         return 0.0, 0.0
@@ -70,9 +70,13 @@ def tyre(slip: float, load: float, static: float, stiffness: float, p: CarNumber
 
 @kernel
 def tyre_forces(x: Vec, F: float, p: CarNumbers, dx: Vec, extra: Vec) -> tuple[float, float, float]:
-    """Sums of tyre forces along x and y [N] and of their moments about z [N m].
+    """Return the sums of tyre forces along x and y [N] and of their moments about z [N m].
 
-    F is the wanted longitudinal force [N]; slip rates go to `dx`; loads are read from `extra`.
+    Parameters
+    ----------
+    F : wanted longitudinal force [N].
+    dx : output: slip rates.
+    extra : input: loads.
     """
     vx, vy, r, delta = x[3], x[4], x[5], x[12]
     front = p.drive_front if F > 0.0 else p.brake_front
@@ -97,10 +101,12 @@ def tyre_forces(x: Vec, F: float, p: CarNumbers, dx: Vec, extra: Vec) -> tuple[f
 
 @kernel
 def suspension(x: Vec, F: tuple[float, float], n: float, p: CarNumbers, dx: Vec) -> None:
-    """Accelerations of body and wheels under the tyre forces F = (F_x, F_y) [N].
+    """Write the accelerations of body and wheels under the tyre forces F = (F_x, F_y) [N].
 
-    n is the acceleration [m/s²] normal to the road of what follows it, with gravity. `dx[22:26]` holds, on
-    entry, the change of the tyres' loads.
+    Parameters
+    ----------
+    n : acceleration [m/s²] normal to the road of an object that follows it, including gravity.
+    dx : `dx[22:26]` contains, on entry, the change of the tyres' loads.
     """
     z, phi, theta = x[6], x[8], x[10]
     up, roll, pitch = 0.0, 0.0, 0.0
@@ -110,7 +116,7 @@ def suspension(x: Vec, F: tuple[float, float], n: float, p: CarNumbers, dx: Vec)
         stretch = z + yq * phi - xq * theta - x[18 + q]
         rate = x[7] + yq * x[9] - xq * x[11] - x[22 + q]
         other = q + 1 if left else q - 1
-        twist = phi - (x[18 + q] - x[18 + other]) / (2.0 * yq)  # of the axle's two sides
+        twist = phi - (x[18 + q] - x[18 + other]) / (2.0 * yq)  # between both sides of the axle
         force = -(p.k_f if ahead else p.k_r) * stretch - (p.c_f if ahead else p.c_r) * rate
         force -= (p.b_f if ahead else p.b_r) * twist / (2.0 * yq)
         up, roll, pitch = up + force, roll + yq * force, pitch - xq * force
@@ -126,22 +132,25 @@ def suspension(x: Vec, F: tuple[float, float], n: float, p: CarNumbers, dx: Vec)
 
 @kernel
 def tyre_loads(x: Vec, road: RoadNumbers, p: CarNumbers, dx: Vec, extra: Vec) -> None:
-    """Loads of the tyres into `extra[6:10]`, their changes from the static ones into `dx[22:26]`."""
+    """Write tyre loads into `extra[6:10]`, and their changes from the static loads into `dx[22:26]`."""
     for q in range(4):
         s = x[0] + (p.l_f if q < 2 else -p.l_r)
         ground = at(road.profile[q % 2], road.profile_step, road.closed, s)
         change = p.k_t * (ground - x[18 + q])
         static = p.F_f if q < 2 else p.F_r
-        extra[6 + q] = max(static + change, 0.0)  # a wheel may leave the road
+        extra[6 + q] = max(static + change, 0.0)  # a wheel may lose contact
         dx[22 + q] = extra[6 + q] - static
 
 
 @kernel
 def rates(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, dx: Vec, extra: Vec) -> None:
-    """Time derivative of the state into `dx` (26,), accelerations and loads into `extra` (10,).
+    """Write the time derivative of the state into `dx` (26,), accelerations and loads into `extra` (10,).
 
-    command: steering angle [rad], longitudinal acceleration [m/s²] that the driver wants. Specific forces
-    in `extra` are those of the centre of gravity, in the road's axes.
+    Specific forces in `extra` are those of the centre of gravity, in the road's axes.
+
+    Parameters
+    ----------
+    command : steering angle [rad], and longitudinal acceleration [m/s²] that the driver requests.
     """
     s, e, chi, vx, vy, r = x[0], x[1], x[2], x[3], x[4], x[5]
     kappa = at(road.table[0], road.step, road.closed, s)
@@ -172,9 +181,11 @@ def rates(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, dx: Vec, extra
 
 @kernel
 def advance(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, dt: float, work: Mat) -> None:
-    """One step of the classical Runge-Kutta method, in place; the command is held.
+    """Advance one step of the classical Runge-Kutta method, in place, with the command held.
 
-    work: (6, 26) scratch; afterwards its last row holds the extras of the step's start.
+    Parameters
+    ----------
+    work : (6, 26) scratch memory; its last row then contains the extras at the start of the step.
     """
     extra = work[5]
     rates(x, command, road, p, work[0], extra)

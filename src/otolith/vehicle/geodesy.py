@@ -1,14 +1,14 @@
 """Latitude and longitude as metres on a plane.
 
 Notation: φ latitude, λ longitude, h height; a, e² of the ellipsoid; N = a/√(1 − e² sin²φ) its radius of
-curvature across the meridian. A point is (N + h)(cos φ cos λ, cos φ sin λ) and (N (1 − e²) + h) sin φ in
-the earth's own axes (Hofmann-Wellenhof et al., GNSS, 2008, eqs. 8.1 and 8.5); its difference from the plane's
-origin, turned into the directions of east and north there, is (x, y). Checked by
+curvature across the meridian. A point is (N + h)(cos φ cos λ, cos φ sin λ) and (N (1 − e²) + h) sin φ in the
+axes of the Earth (Hofmann-Wellenhof et al., GNSS, 2008, eqs. 8.1 and 8.5). Its difference from the plane's
+origin, rotated into the directions of east and north there, is (x, y). Checked by
 test_a_degree_is_as_long_as_the_series_of_the_meridian_says.
 
-Accuracy: the plane touches the earth at its origin, and what lies D away is seen at a slant. A distance there
-is too short by at most D²/(2 R²), R = 6371 km: 1e-6 at 9 km, 3e-5 at 50 km. Without heights all lies on the
-ellipsoid, which shortens every distance by h/R: 1e-4 at 640 m.
+Accuracy: the plane touches the Earth at its origin, and points at a distance D are seen at a slant. A
+distance there is too short by at most D²/(2 R²), R = 6371 km: 1e-6 at 9 km, 3e-5 at 50 km. Without heights
+all points lie on the ellipsoid, which shortens every distance by h/R: 1e-4 at 640 m.
 """
 
 from typing import Final
@@ -23,7 +23,13 @@ ECCENTRICITY2: Final = FLATTENING * (2.0 - FLATTENING)  # e²
 
 
 def earth_centred(latitude: Vec, longitude: Vec, height: Vec) -> Mat:
-    """Points (n, 3) [m] in the earth's own axes, of angles [rad] and heights over the ellipsoid [m], (n,)."""
+    """Return points (n, 3) [m] in the axes of the Earth.
+
+    Parameters
+    ----------
+    latitude, longitude : (n,) [rad].
+    height : (n,) [m] above the ellipsoid.
+    """
     N = SEMI_MAJOR / np.sqrt(1.0 - ECCENTRICITY2 * np.sin(latitude) ** 2)
     across = (N + height) * np.cos(latitude)
     up = (N * (1.0 - ECCENTRICITY2) + height) * np.sin(latitude)
@@ -31,12 +37,12 @@ def earth_centred(latitude: Vec, longitude: Vec, height: Vec) -> Mat:
 
 
 def local_plane(latitude: Vec, longitude: Vec, height: Vec) -> tuple[Mat, tuple[float, float]]:
-    """Points east and north (n, 2) [m] of the median of a road's, on the plane that touches the earth there.
+    """Return points east and north (n, 2) [m] on the plane that touches the Earth at their median.
 
     Parameters
     ----------
-    latitude, longitude : (n,) [rad]; roads across the date line are seen as one piece.
-    height : (n,) [m] over the ellipsoid; of a road at sea level zeros do.
+    latitude, longitude : (n,) [rad]; roads across the date line remain in one piece.
+    height : (n,) [m] above the ellipsoid; for a road at sea level zeros suffice.
 
     Returns
     -------

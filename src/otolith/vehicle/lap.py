@@ -1,4 +1,4 @@
-"""What a drive leaves behind: where the car was, and what the driver felt."""
+"""The record of a drive: where the car was, and what the driver felt."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -13,8 +13,8 @@ from otolith.vehicle.dynamics import STATES
 from otolith.vehicle.profile import Limits, Plan
 from otolith.vehicle.road import Road
 
-# Columns of a lap's file, with units. `otolith run --log` reads force, rates, speed and place; the level
-# accelerations, those of `Lap.acceleration`, have names that it reads only when they are mapped.
+# Columns of a lap's file, with units. `otolith run --log` reads force, rates, speed and position. The level
+# accelerations of `Lap.acceleration` have names that it reads only if they are mapped.
 COLUMNS: Final = (
     *("t_s", "fx_mps2", "fy_mps2", "fz_mps2"),
     *("roll_rate_radps", "pitch_rate_radps", "yaw_rate_radps"),
@@ -28,23 +28,23 @@ COLUMNS: Final = (
 class Lap:
     """A drive, evenly sampled. Axes x forward, y left, z up.
 
-    `force` and `rate` are what an inertial sensor at the driver's head would show, less the standing 1 g
-    along z; they hold the body's roll and pitch. `acceleration` is that of the centre of gravity in the
-    plane of the road, as vehicle simulators write it and driver's limits mean it.
+    `force` and `rate` are what an inertial sensor at the driver's head would measure, without the standing 1
+    g along z; they include the body's roll and pitch. `acceleration` is that of the centre of gravity in the
+    plane of the road, as vehicle simulators write it and as drivers' limits are defined.
     """
 
     road: Road
     car: Car
     time: Vec  # (n,) [s]
     way: Vec  # (n,) [m] along the path
-    offset: Vec  # (n,) [m] to the left of it
-    position: Mat  # (n, 3) [m] of the point of the path's surface below the centre of gravity, in world
+    offset: Vec  # (n,) [m] to the left of the path
+    position: Mat  # (n, 3) [m] point of the road surface below the centre of gravity, in world
     attitude: Mat  # (n, 3) [rad] roll, pitch, yaw of the body in world
     velocity: Mat  # (n, 2) [m/s] forward, left
     acceleration: Mat  # (n, 2) [m/s²] forward, left
     force: Mat  # (n, 3) [m/s²] specific force at the head, in the body's axes, without 1 g
     rate: Mat  # (n, 3) [rad/s] of the body, in its axes
-    steer: Vec  # (n,) [rad] of the front wheels
+    steer: Vec  # (n,) [rad] angle of the front wheels
     load: Mat  # (n, 4) [N] front left, front right, rear left, rear right
     planned_speed: Vec  # (n,) [m/s]
 
@@ -55,16 +55,16 @@ class Lap:
         freeze(self, **shapes, **dict.fromkeys(("time", "way", "offset", "steer", "planned_speed"), (n,)))
 
     def columns(self) -> Mat:
-        """(n, 20) all of it as a table, see `COLUMNS`."""
+        """Return all series as a table (n, 20), see `COLUMNS`."""
         singles = (self.velocity[:, 0], self.way, self.offset, self.steer, self.planned_speed)
         return np.column_stack(
             [self.time, self.force, self.rate, self.position, self.attitude, *singles, self.acceleration]
         )
 
     def as_log(self, *, at_head: bool = True) -> Log:
-        """The drive as if it had been recorded: at the driver's head, or of the car alone.
+        """Return the drive as if it had been recorded, at the driver's head or the car's centre of gravity.
 
-        The car alone: accelerations of the centre of gravity in the plane of the road, no roll, no pitch.
+        At the centre of gravity, accelerations are in the plane of the road, without roll and pitch.
         """
         n = len(self.time)
         force = self.force if at_head else np.column_stack([self.acceleration, np.zeros(n)])
@@ -72,7 +72,7 @@ class Lap:
         return sampled_log(self.road.name, self.time, force, turning, place=self.position[:, :2])
 
     def summary(self, limits: Limits) -> dict[str, Any]:
-        """Time, ranges and how far the driver's limits were exceeded, as plain JSON values."""
+        """Return time, ranges and how far the driver's limits were exceeded, as plain JSON values."""
         ax, ay = self.acceleration.T
         most = {"drive": ax.max(), "brake": -ax.min(), "lateral": np.abs(ay).max()}
         return {
@@ -99,14 +99,14 @@ class Lap:
 
 
 def lap_from_records(time: Vec, records: Mat, *, road: Road, car: Car, plan: Plan) -> Lap:
-    """Lap out of states and extras (n, 36) of `otolith.vehicle.dynamics`."""
+    """Make a lap from states and extras (n, 36) of `otolith.vehicle.dynamics`."""
     x, extra = records[:, :STATES], records[:, STATES:]
     s, e, chi = x[:, 0], x[:, 1], x[:, 2]
     around = np.mod(s, road.length) if road.closed else s
     psi, grade, bank = (np.interp(around, road.way, v) for v in (road.heading, road.grade, road.banking))
-    body = np.stack([x[:, 8], x[:, 10], np.zeros_like(s)], axis=1)  # against the road
+    body = np.stack([x[:, 8], x[:, 10], np.zeros_like(s)], axis=1)  # relative to the road
     attitude = body + np.stack([bank, -grade, psi + chi], axis=1)
-    tilting = np.gradient(np.stack([bank, -grade], axis=1), time, axis=0)  # of the road under the car
+    tilting = np.gradient(np.stack([bank, -grade], axis=1), time, axis=0)  # tilting of the road under the car
     rate = np.stack([x[:, 9] + tilting[:, 0], x[:, 11] + tilting[:, 1], x[:, 5]], axis=1)
     felt = in_body(extra[:, :3] + np.array([0.0, 0.0, GRAVITY]), body)
     head = car.driver_head
@@ -130,7 +130,7 @@ def lap_from_records(time: Vec, records: Mat, *, road: Road, car: Car, plan: Pla
 
 
 def in_body(vector_road: Mat, attitude: Mat) -> Mat:
-    """(n, 3) vectors of the road's axes in those of a body rolled and pitched by `attitude` (n, 3) [rad]."""
+    """Rotate (n, 3) vectors from the road's axes to a body rolled and pitched by `attitude` (n, 3) [rad]."""
     x, y, z = vector_road.T
     roll, pitch = attitude[:, 0], attitude[:, 1]
     ahead = x * np.cos(pitch) - z * np.sin(pitch)
@@ -141,7 +141,12 @@ def in_body(vector_road: Mat, attitude: Mat) -> Mat:
 
 
 def at_point(force: Mat, rate: Mat, turning: Mat, point: Vec) -> Mat:
-    """(n, 3) specific force at a point of a rigid body, f + ω̇ × p + ω × (ω × p); `turning` is ω̇."""
+    """Return (n, 3) specific force at a point of a rigid body, f + ω̇ × p + ω × (ω × p).
+
+    Parameters
+    ----------
+    turning : (n, 3) [rad/s²] the angular acceleration ω̇.
+    """
     p = np.broadcast_to(point, force.shape)
     moved: Mat = force + np.cross(turning, p) + np.cross(rate, np.cross(rate, p))
     return moved

@@ -1,7 +1,7 @@
-"""A road: its path as curvature along the way, and what lies on it.
+"""A road: its path as curvature over distance, and its properties along the path.
 
-Notation: s way along the path [m]; κ curvature [1/m], + to the left; ψ heading [rad] from the x axis.
-A clothoid is a stretch along which κ grows linearly with s.
+Notation: s distance along the path [m]; κ curvature [1/m], + to the left; ψ heading [rad] from the x axis. A
+clothoid is a stretch along which κ grows linearly with s.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import InputError
 
 SPACING = 0.25  # [m] between nodes: 10 ms at 90 km/h, fine enough for the shortest clothoid of a lane change
-MIN_RADIUS = 4.0  # [m]; no car turns more tightly
+MIN_RADIUS = 4.0  # [m] radius of the tightest turn of a car
 MIN_LENGTH, MAX_LENGTH = 20.0, 100_000.0  # [m]
 
 # Gauss-Legendre nodes and weights on (0, 1), order 6, for the integral of the unit tangent
@@ -23,24 +23,24 @@ _WEIGHT = np.array([5.0, 8.0, 5.0]) / 18.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Road:
-    """A path with nodes at equal steps of way; node 0 and node n of a closed one are the same place.
+    """A path with nodes at equal distances; on a closed road, node 0 and node n are the same place.
 
-    Axes x east, y north (or any right-handed pair), z up. Between nodes everything is linear in s.
+    Axes are x east, y north (or any right-handed pair), z up. Between nodes everything is linear in s.
     """
 
     name: str
-    step: float  # [m] of way between nodes
+    step: float  # [m] distance between nodes
     curvature: Vec  # (n + 1,) [1/m], + = left
     heading: Vec  # (n + 1,) [rad], not wrapped
     position: Mat  # (n + 1, 2) [m]
     elevation: Vec  # (n + 1,) [m]
-    banking: Vec  # (n + 1,) [rad], + = left side up: what roll is to the car
-    speed_limit: Vec  # (n + 1,) [m/s]; inf where there is none
+    banking: Vec  # (n + 1,) [rad], + = left side up, like the roll of a car
+    speed_limit: Vec  # (n + 1,) [m/s]; inf for no limit
     width: Mat  # (n + 1, 2) [m] from the path to the right and left edge
     profile: Mat | None = None  # (m + 1, 2) [m] roughness under left and right wheels, see `roughness`
     closed: bool = False
-    source: str = ""  # where it comes from, and its licence
-    notes: tuple[str, ...] = ()  # what was assumed of a file or mended in it, a sentence each
+    source: str = ""  # its origin and licence
+    notes: tuple[str, ...] = ()  # sentences: what was assumed or repaired in a file
 
     def __post_init__(self) -> None:
         n = len(self.curvature)
@@ -57,33 +57,36 @@ class Road:
 
     @property
     def length(self) -> float:
-        """Way from the first node to the last [m]."""
+        """Return the distance along the path from the first node to the last [m]."""
         return (len(self.curvature) - 1) * self.step
 
     @property
     def way(self) -> Vec:
-        """(n + 1,) [m] from the start, at each node."""
+        """Return the distance (n + 1,) [m] from the start, at each node."""
         return np.arange(len(self.curvature), dtype=np.float64) * self.step
 
     @property
     def grade(self) -> Vec:
-        """(n + 1,) [rad] slope along the way, + = uphill."""
+        """Return the slope (n + 1,) [rad] along the path, + = uphill."""
         return np.asarray(np.arctan(self._along(self.elevation)), dtype=np.float64)
 
     @property
     def crest(self) -> Vec:
-        """(n + 1,) [1/m] second derivative of the elevation: + in a dip, − over a crest."""
+        """Return the second derivative of the elevation (n + 1,) [1/m]: + in a dip, − over a crest."""
         return self._along(self._along(self.elevation))
 
     def _along(self, values: Vec) -> Vec:
-        """Central differences with respect to s, across the seam of a closed road."""
+        """Return central differences with respect to s, across the seam of a closed road."""
         if not self.closed:
             return np.asarray(np.gradient(values, self.step), dtype=np.float64)
         ring = np.r_[values[-2], values, values[1]]
         return np.asarray((ring[2:] - ring[:-2]) / (2.0 * self.step), dtype=np.float64)
 
     def place(self, s: Vec, offset: Vec) -> Mat:
-        """(k, 3) world position of points `offset` to the left of the path at way `s`, both (k,) [m]."""
+        """Return the world position (k, 3) of points `offset` to the left of the path at distance `s`.
+
+        Both arguments are (k,) [m].
+        """
         s = np.mod(s, self.length) if self.closed else s
         nodes = self.way
         x, y, z, psi = (
@@ -92,7 +95,7 @@ class Road:
         return np.stack([x - offset * np.sin(psi), y + offset * np.cos(psi), z], axis=1)
 
     def limited(self, speed: float) -> "Road":
-        """Return a copy of the road on which nobody may drive faster than `speed` [m/s]."""
+        """Return a copy of the road with a speed limit of at most `speed` [m/s]."""
         return replace(self, speed_limit=np.minimum(self.speed_limit, speed))
 
 
@@ -105,13 +108,13 @@ def from_clothoids(
     spacing: float = SPACING,
     source: str = "",
 ) -> Road:
-    """Road out of clothoids, one after another; flat, without speed limits.
+    """Make a road from consecutive clothoids; it is flat and has no speed limits.
 
     Parameters
     ----------
     segments : (k, 3) length [m], curvature at its start and at its end [1/m].
     start : x [m], y [m], heading [rad] of the first point.
-    spacing : wanted way between nodes [m]; a little less, so that they divide the length.
+    spacing : desired distance between nodes [m]; it is reduced so that it divides the length.
     """
     lengths, first, last = np.asarray(segments, dtype=np.float64).T
     ends = np.r_[0.0, np.cumsum(lengths)]
@@ -120,7 +123,7 @@ def from_clothoids(
     step = float(ends[-1] / n)
 
     def at(s: Vec) -> tuple[Vec, Vec]:
-        """Curvature and heading since the start."""
+        """Return curvature and heading at distances from the start."""
         i = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(lengths) - 1)
         u = s - ends[i]
         slope = (last - first)[i] / lengths[i]
@@ -145,7 +148,7 @@ class Path(NamedTuple):
 
 
 def plain(path: Path, *, name: str, closed: bool, source: str) -> Road:
-    """Road with that path: flat, no speed limits, 5 m to either edge."""
+    """Return a road with this path: flat, without speed limits, 5 m wide on both sides."""
     nodes = len(path.curvature)
     return Road(
         **path._asdict(),

@@ -1,4 +1,4 @@
-"""The roads that come with the package: a race track, and manoeuvres that testers drive.
+"""The roads that are shipped with the package: a race track, and standard test manoeuvres.
 
 A manoeuvre starts with a straight run-up, and ends with a straight on which the car settles.
 """
@@ -28,7 +28,7 @@ HOCKENHEIM_SOURCE: Final = (
 
 
 def hockenheim() -> Road:
-    """The circuit of thesis section 6.3, driven clockwise, taken as flat (the real one rises by 4.3 m)."""
+    """Return the circuit of thesis section 6.3, driven clockwise and flat (the real one rises by 4.3 m)."""
     text = (files("otolith.vehicle") / "data" / "hockenheim.csv").read_text(encoding="utf-8")
     segments = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1)
     return from_clothoids(
@@ -37,7 +37,7 @@ def hockenheim() -> Road:
 
 
 def circle(radius: float = 50.0, turns: float = 2.0, transition: float = 40.0) -> Road:
-    """Constant radius to the left after a clothoid (as for ISO 4138); lengths in metres."""
+    """Return a constant radius to the left after a clothoid (as for ISO 4138); lengths in metres."""
     _positive(radius=radius, turns=turns, transition=transition)
     curvature = 1.0 / radius
     arc = 2.0 * np.pi * radius * turns
@@ -46,23 +46,23 @@ def circle(radius: float = 50.0, turns: float = 2.0, transition: float = 40.0) -
 
 
 def straight(length: float = 1000.0) -> Road:
-    """Nothing but a straight [m]."""
+    """Return a straight of this length [m]."""
     _positive(length=length)
     return from_clothoids(np.array([[length, 0.0, 0.0]]), name="straight", source="a straight")
 
 
 def braking(run: float = 200.0, stop: float = 300.0) -> Road:
-    """A straight on which the car may drive for `run` metres and must then come to rest before `stop`."""
+    """Return a straight where the car drives for `run` metres and must then stop before `stop`."""
     _positive(run=run, stop=stop - run)
     road = from_clothoids(np.array([[stop, 0.0, 0.0]]), name="braking", source="braking to rest")
     return replace(road, speed_limit=np.where(road.way > stop - 1.0, 0.0, np.inf))
 
 
 def lane_change(width: float = 1.96) -> Road:
-    """Double lane change of ISO 3888-1 to the left and back, for a car of that width [m].
+    """Return the double lane change of ISO 3888-1 to the left and back, for a car of this width [m].
 
-    Lanes of 15, 25 and 30 m with 30 m and 25 m between them, their right edges 3.5 m apart; the path is
-    the middle of each lane.
+    Lanes of 15, 25 and 30 m have gaps of 30 m and 25 m, and right edges 3.5 m apart; the path is the middle
+    of each lane.
     """
     _positive(width=width)
     first, second, third = (factor * width + 0.25 for factor in (1.1, 1.2, 1.3))
@@ -72,9 +72,9 @@ def lane_change(width: float = 1.96) -> Road:
 
 
 def avoidance(width: float = 1.96) -> Road:
-    """Obstacle avoidance of ISO 3888-2 to the left and back, for a car of that width [m].
+    """Return the obstacle avoidance of ISO 3888-2 to the left and back, for a car of this width [m].
 
-    Lanes of 12, 11 and 12 m with 13.5 m and 12.5 m between them, 1 m between the first and the second.
+    Lanes of 12, 11 and 12 m have gaps of 13.5 m and 12.5 m, and 1 m between the first and the second.
     """
     _positive(width=width)
     first, second, third = 1.1 * width + 0.25, width + 1.0, max(3.0, 1.3 * width + 0.25)
@@ -84,13 +84,13 @@ def avoidance(width: float = 1.96) -> Road:
 
 
 def slalom(gap: float = 36.0, offset: float = 1.5, cones: int = 8) -> Road:
-    """Cones `gap` apart [m], passed alternately at `offset` [m]: cosines between them.
+    """Return a slalom of cones `gap` apart [m], passed alternately at `offset` [m] on cosines.
 
-    From the straight to the first cone, and from the last one back, goes a polynomial that leaves the
-    straight without curvature and meets the cosine with the cosine's.
+    From the straight to the first cone, and from the last one back, the path is a polynomial that leaves the
+    straight without curvature and joins the cosine with the cosine's curvature.
     """
     _positive(gap=gap, offset=offset, cones=float(cones))
-    u = np.arange(0.0, gap * (cones + 1) + 0.5) / gap  # in gaps; the cones are at 1, 2, …
+    u = np.arange(0.0, gap * (cones + 1) + 0.5) / gap  # unit: gaps; the cones are at 1, 2, …
     y = -np.cos(np.pi * u)
     y = np.where(u < 1.0, _onset(u), y)
     y = np.where(u > cones, -np.cos(np.pi * cones) * _onset(cones + 1.0 - u), y)
@@ -101,7 +101,7 @@ def slalom(gap: float = 36.0, offset: float = 1.5, cones: int = 8) -> Road:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A road by name; `build` takes what a text ``name:parameter=value`` sets."""
+    """A named road; `build` takes the parameters of a text ``name:parameter=value``."""
 
     build: Callable[..., Road]
     description: str
@@ -121,7 +121,7 @@ ROADS: Final = MappingProxyType(
 
 
 def road(text: str) -> Road:
-    """A road of `ROADS` by its name, or ``name:parameter=value,…``.
+    """Return a road of `ROADS`, given its name or ``name:parameter=value,…``.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def road(text: str) -> Road:
 
     Raises
     ------
-    InputError : unknown name or parameter, or a value beyond its bound.
+    InputError : unknown name or parameter, or a value out of bounds.
     """
     name, _, rest = text.strip().partition(":")
     if name not in ROADS:
@@ -143,7 +143,7 @@ def road(text: str) -> Road:
 def _through_lanes(
     name: str, lanes: tuple[tuple[float, float], ...], *, gaps: tuple[float, ...], source: str
 ) -> Road:
-    """Road along lanes (length, offset), with smooth changes over the gaps between them."""
+    """Return a road along lanes (length, offset), with smooth transitions over the gaps between them."""
     x, y = [0.0], [lanes[0][1]]
     for (length, offset), gap in zip(lanes, (*gaps, 0.0), strict=True):
         x += [x[-1] + length, x[-1] + length + gap]
@@ -157,7 +157,7 @@ def _through_lanes(
 
 
 def _along(name: str, curve: Mat, source: str) -> Road:
-    """Road along (k, 2) points a metre apart, with run-up before and run-out behind."""
+    """Return a road along (k, 2) points a metre apart, with run-up before and run-out after them."""
     before = np.stack([np.arange(-RUN_UP, -0.5), np.full(round(RUN_UP), curve[0, 1])], axis=1)
     behind = np.arange(1.0, RUN_OUT + 0.5)
     after = np.stack([curve[-1, 0] + behind, np.full(len(behind), curve[-1, 1])], axis=1)
@@ -166,13 +166,13 @@ def _along(name: str, curve: Mat, source: str) -> Road:
 
 
 def _blend(u: Vec) -> Vec:
-    """0 below 0, 1 above 1, between them a polynomial with two continuous derivatives at either end."""
+    """Return 0 below 0, 1 above 1, and between them a polynomial with two continuous derivatives."""
     u = np.clip(u, 0.0, 1.0)
     return np.asarray(u**3 * (10.0 + u * (6.0 * u - 15.0)), dtype=np.float64)
 
 
 def _onset(u: Vec) -> Vec:
-    """From 0 at 0, where it is flat and straight, to 1 at 1, where it joins −cos(π u) smoothly."""
+    """Return a curve from 0 at 0, flat and straight, to 1 at 1, where it joins −cos(π u) smoothly."""
     u = np.clip(u, 0.0, 1.0)
     return np.asarray(_blend(u) - 0.5 * np.pi**2 * u**3 * (1.0 - u) ** 2, dtype=np.float64)
 

@@ -1,9 +1,9 @@
-"""Synthetic road roughness (ISO 8608): what makes a car heave on a road that is flat on the map.
+"""Synthetic road roughness (ISO 8608), which makes a car heave on a flat road.
 
-Notation: n spatial frequency [1/m]; G_d(n) = G_d(n₀) (n/n₀)⁻² one-sided displacement density [m³] with
-n₀ = 0.1 1/m; classes A to E by the geometric mean of G_d(n₀), each four times the one before.
-The tracks under left and right wheels, B apart, are correlated as those of an isotropic surface: coherence
-γ(n) = 2π n B K₁(2π n B), K₁ the modified Bessel function (Kamash & Robson, 1978, exponent 2).
+Notation: n spatial frequency [1/m]; G_d(n) = G_d(n₀) (n/n₀)⁻² one-sided displacement density [m³] with n₀ =
+0.1 1/m; classes A to E have geometric means of G_d(n₀) that are four times that of the class before. The
+tracks under left and right wheels, B apart, are correlated like those of an isotropic surface: coherence γ(n)
+= 2π n B K₁(2π n B), where K₁ is the modified Bessel function (Kamash & Robson, 1978, exponent 2).
 """
 
 from dataclasses import replace
@@ -18,15 +18,16 @@ from otolith.vehicle.road import Road
 
 CLASSES: Final = {"A": 16e-6, "B": 64e-6, "C": 256e-6, "D": 1024e-6, "E": 4096e-6}  # G_d(n₀) [m³]
 REFERENCE: Final = 0.1  # n₀ [1/m]
-BAND: Final = (0.011, 2.83)  # [1/m], that of ISO 8608
-SPACING: Final = 0.1  # [m]: five points and more per shortest wave, 0.35 m
+BAND: Final = (0.011, 2.83)  # [1/m], band of ISO 8608
+SPACING: Final = 0.1  # [m]: at least three points per shortest wave, 0.35 m
 TRACK: Final = 1.6  # [m] between left and right wheels, for the coherence
 
 
 def roughened(road: Road, grade: str, rng: np.random.Generator) -> Road:
-    """The road with a random surface of class `grade`; on a closed road the surface closes too.
+    """Return the road with a random surface of class `grade`; on a closed road the surface is periodic.
 
-    Waves of the density's amplitude and of random phase, all periodic in the road's length.
+    The surface is a sum of waves with the density's amplitude and random phase, all periodic in the road's
+    length.
 
     Raises
     ------
@@ -45,16 +46,16 @@ def roughened(road: Road, grade: str, rng: np.random.Generator) -> Road:
 
 
 def coherence(n: Vec) -> Vec:
-    """Coherence γ (k,) of the two tracks at spatial frequencies (k,) [1/m]."""
+    """Return the coherence γ (k,) of the two tracks at spatial frequencies (k,) [1/m]."""
     x = 2.0 * np.pi * n * TRACK
     return np.asarray(np.where(x > 0.0, x * k1(np.maximum(x, 1e-12)), 1.0), dtype=np.float64)
 
 
 def _surface(m: int, length: float, density: float, rng: np.random.Generator) -> Mat:
-    """Spectrum (m//2 + 1,) of one surface, in the scale of `numpy.fft.rfft`."""
+    """Return the spectrum (m//2 + 1,) of one surface, in the scale of `numpy.fft.rfft`."""
     n = np.fft.rfftfreq(m, length / m)
     inside = (n >= BAND[0]) & (n <= BAND[1])
     G = np.where(inside, density * (np.maximum(n, BAND[0]) / REFERENCE) ** -2, 0.0)
     phase = rng.uniform(0.0, 2.0 * np.pi, len(n))
-    amplitude = np.sqrt(2.0 * G / length)  # of the wave: G Δn = amplitude²/2 with Δn = 1/length
+    amplitude = np.sqrt(2.0 * G / length)  # G Δn = amplitude²/2 with Δn = 1/length
     return np.asarray(0.5 * m * amplitude * np.exp(1j * phase))

@@ -1,7 +1,7 @@
-"""The points of a road as a file gives them: delimited text or GPX, metres or degrees, with their notes.
+"""The points of a road as a file gives them: delimited text or GPX, metres or degrees, with notes.
 
-What is read is not judged here; `otolith.vehicle.tidy` mends points, `otolith.vehicle.centreline` makes the
-road.
+This module does not judge the points; `otolith.vehicle.tidy` repairs them, and `otolith.vehicle.centreline`
+makes the road.
 """
 
 import re
@@ -17,11 +17,11 @@ from otolith.recordings.columns import Column
 from otolith.recordings.table import Table, split
 from otolith.vehicle.geodesy import local_plane
 
-FAR: Final = 1e5  # [m] from the origin: coordinates of a map's grid, in which no drive is given
+FAR: Final = 1e5  # [m] from the origin; larger coordinates belong to a map's grid and are shifted
 _METRES: Final = {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0}
 _UNITS: Final = {
     "length": _METRES | {"km": 1e3, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048},
-    "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / np.pi},  # to degrees
+    "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / np.pi},  # factors to degrees
 }
 _SPELLINGS: Final = {
     "x": ("x", "x_ref", "easting", "east", "utm_x", "utm_easting", "pos_x", "x_pos", "position_x"),
@@ -45,17 +45,19 @@ class Survey:
 
     source: str  # name of the file
     points: Mat  # (n, 2) [m] east and north, or x and y of the file
-    along: dict[str, Vec]  # (n,) each of z [m], right, left, width [m], banking [deg], those that there are
-    places: tuple[str, ...]  # (n,) where in the file each point stands, for sentences
-    notes: tuple[str, ...]  # what was made of the file
+    along: dict[str, Vec]  # (n,) each, if present: z [m], right, left, width [m], banking [deg]
+    places: tuple[str, ...]  # (n,) place of each point in the file, for messages
+    notes: tuple[str, ...]  # sentences: how the file was interpreted
 
 
 def survey_of_table(text: str, source: str) -> Survey:
-    """Points out of delimited text with columns x and y [m], or lat and lon [deg]; others as `Survey.along`.
+    """Read points from delimited text with columns x and y [m], or lat and lon [deg].
+
+    Other columns are those of `Survey.along`.
 
     Raises
     ------
-    InputError : columns missing, of an unknown unit or given twice, or cells that are no finite number.
+    InputError : columns are missing, given twice or have an unknown unit, or cells are not finite numbers.
     """
     table = split(text, source)
     columns, notes = _columns(table)
@@ -68,11 +70,11 @@ def survey_of_table(text: str, source: str) -> Survey:
 
 
 def survey_of_gpx(text: str, source: str) -> Survey:
-    """Points out of a GPX file (topografix.com/GPX/1/1 and 1/0): of its longest track, else route.
+    """Read points from a GPX file (topografix.com/GPX/1/1, 1/0): its longest track, else longest route.
 
     Raises
     ------
-    InputError : no XML, no track or route in it, or a point without latitude and longitude.
+    InputError : the text is not XML, has no track or route, or a point has no latitude and longitude.
     """
     if re.search("<!(DOCTYPE|ENTITY)", text):
         raise InputError(f"GPX file {source}", "a document with a DOCTYPE", "plain GPX, which has none")
@@ -106,7 +108,7 @@ def survey_of_gpx(text: str, source: str) -> Survey:
 
 
 def _survey(source: str, data: dict[str, Vec], places: tuple[str, ...], notes: list[str]) -> Survey:
-    """Points in metres near the origin, whatever they were given in."""
+    """Convert points to metres near the origin, whatever their unit."""
     along = {key: values for key, values in data.items() if key not in ("x", "y", "lat", "lon")}
     if "x" in data:
         points = np.stack([data["x"], data["y"]], axis=1)
@@ -121,8 +123,8 @@ def _survey(source: str, data: dict[str, Vec], places: tuple[str, ...], notes: l
 
 
 def _on_plane(survey: Survey) -> Survey:
-    """A survey whose points are latitudes and longitudes [deg] with points east and north [m] instead."""
-    fixed = np.flatnonzero(survey.points.any(axis=1))  # 0, 0 is what receivers write without a fix
+    """Convert a survey in latitude and longitude [deg] to one in metres east and north."""
+    fixed = np.flatnonzero(survey.points.any(axis=1))  # receivers write 0, 0 without a fix
     lost = len(survey.points) - len(fixed)
     survey = chosen(survey, fixed)
     if lost:
@@ -148,12 +150,12 @@ def _on_plane(survey: Survey) -> Survey:
 
 
 def noted(survey: Survey, note: str) -> Survey:
-    """The survey with a note more."""
+    """Return the survey with another note."""
     return replace(survey, notes=(*survey.notes, note))
 
 
 def chosen(survey: Survey, keep: Ints) -> Survey:
-    """The survey's points of the indices `keep`, with all that belongs to them."""
+    """Return the survey with only the points whose indices are in `keep`."""
     return replace(
         survey,
         points=survey.points[keep],
@@ -163,7 +165,7 @@ def chosen(survey: Survey, keep: Ints) -> Survey:
 
 
 def _columns(table: Table) -> tuple[dict[str, Column], list[str]]:
-    """The columns of a road by their key, and what had to be assumed of them."""
+    """Return the columns of a road by their key, and notes on what was assumed."""
     found: dict[str, Column] = {}
     for index, name in enumerate(table.names):
         key, unit = _recognised(name)
@@ -188,7 +190,7 @@ def _columns(table: Table) -> tuple[dict[str, Column], list[str]]:
 
 
 def _pair(found: dict[str, Column], table: Table) -> tuple[str, str]:
-    """Which two columns are the place: metres before degrees, unless nobody says that they are metres."""
+    """Return the two columns of the position: metres before degrees, unless the metre is only assumed."""
     metres, degrees = ("x" in found and "y" in found), ("lat" in found and "lon" in found)
     if degrees and (not metres or found["x"].assumed):
         return "lat", "lon"
@@ -204,7 +206,7 @@ def _pair(found: dict[str, Column], table: Table) -> tuple[str, str]:
 
 
 def _recognised(name: str) -> tuple[str, str]:
-    """Key and unit of a column by its name, empty where it says none: ``x_m``, ``X [m]``, ``lat (deg)``."""
+    """Return key and unit of a column by its name, empty if unknown: ``x_m``, ``X [m]``, ``lat (deg)``."""
     match = re.fullmatch(r"(.*?)[\s_]*[\[(]\s*([^\])]*?)\s*[\])]", name.strip())
     base, unit = (match.group(1), match.group(2).lower()) if match else (name.strip(), "")
     words = re.sub(r"[\s.-]+", "_", base).lower()
@@ -219,7 +221,7 @@ def _endings(stem: str) -> dict[str, float]:
 
 
 def _tag(element: ElementTree.Element) -> str:
-    """The name of an element without its namespace."""
+    """Return the name of an element without its namespace."""
     return str(element.tag).rpartition("}")[2]
 
 

@@ -1,6 +1,6 @@
-"""Mends the points of a measured road: repeated and stray ones, and laps that overlap themselves.
+"""Repairs the points of a measured road: repeated and stray points, and laps that overlap themselves.
 
-Every function returns points to keep and, where it changed anything, a note that says what and where.
+Every function returns the points to keep and, if it changed anything, a note that says what and where.
 """
 
 import math
@@ -8,37 +8,38 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so unused ones cost no time
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.vehicle.survey import Survey, chosen, noted
 
-SAME: Final = 1e-9  # [m] below which two points are one
-REPEATED: Final = 0.05  # of the usual distance of points, below which two count as one …
-CLOSE: Final = 0.1  # [m] … at most
-STRAY: Final = 4.0  # usual distances to a point and back, at least, for it to be astray …
-DETOUR: Final = 4.0  # … and times the way past it
-HOLE: Final = 100.0  # [m] without points, and FAR usual distances, that are worth a note
+SAME: Final = 1e-9  # [m] distance below which two points are equal
+REPEATED: Final = 0.05  # distance, relative to the usual one, below which two points count as one …
+CLOSE: Final = 0.1  # [m] … but at most this distance
+STRAY: Final = 4.0  # least path to a stray point and back, in usual distances …
+DETOUR: Final = 4.0  # … and relative to the path past it
+HOLE: Final = 100.0  # [m] gap between points, together with FAR usual distances, that is noted
 FAR: Final = 20.0
-LONGEST: Final = 20  # points in a row that may be astray, where they are beyond a hole
-STRIDE: Final = 1.0  # [m] between the places at which a road is compared with itself
-BESIDE: Final = 8.0  # [m] apart, two passes are passes of one road
-SOONEST: Final = 80.0  # [m] of way before a road can meet itself again
-SIGHT: Final = 10.0  # [m] ahead and behind, over which a heading is determined
-ALIKE: Final = np.cos(np.radians(45.0))  # headings that differ by less are the same way round
-DRAWN: Final = 160.0  # [m] over which roads that join draw together
-MERGED: Final = 1.0  # [m] by which a meeting may be further apart than the closest that follows
-OFF: Final = 0.1  # [m] between end and start of a lap, above which it is moved over
-TURN: Final = -0.5  # cosine of the largest turn, 120 deg, at which two ends make a ring
-GAPS: Final = 3.0  # median distances of points between the two ends of a ring at most
-ORDERS: Final = range(2, 9)  # of the differences by which noise is distinguished from shape
-MEDIAN: Final = {1: 0.4549, 2: 0.6931}  # of χ² of one and of two degrees of freedom, over its mean
+LONGEST: Final = 20  # largest number of consecutive stray points beyond a gap
+STRIDE: Final = 1.0  # [m] between the positions at which a road is compared with itself
+BESIDE: Final = 8.0  # [m] largest distance of two passes of one road
+SOONEST: Final = 80.0  # [m] shortest path after which a road can meet itself again
+SIGHT: Final = 10.0  # [m] ahead and behind that determine a heading
+ALIKE: Final = np.cos(np.radians(45.0))  # headings that differ by less count as the same direction
+DRAWN: Final = 160.0  # [m] over which roads that join converge
+MERGED: Final = 1.0  # [m] by which a meeting may be wider than the closest that follows
+OFF: Final = 0.1  # [m] distance between end and start of a lap above which its end is moved
+TURN: Final = -0.5  # cosine of the largest turn, 120 deg, between the two ends of a ring
+GAPS: Final = 3.0  # largest gap between the two ends of a ring, in median distances of points
+ORDERS: Final = range(2, 9)  # orders of the differences that separate noise from shape
+MEDIAN: Final = {1: 0.4549, 2: 0.6931}  # median over mean of χ² with one and with two degrees of freedom
 
 
 def without_repeats(survey: Survey) -> Survey:
-    """Each place once: without what a logger repeats, singly or in blocks, or writes while the car stands.
+    """Remove what a logger repeats, singly or in blocks, or writes while the car stands.
 
-    Of points in a row that are nearer than a twentieth of the usual distance, and 0.1 m, the first stays.
+    Of consecutive points that are closer than a twentieth of the usual distance, and than 0.1 m, the first is
+    kept.
     """
     if len(survey.points) < 2:
         return survey
@@ -46,7 +47,7 @@ def without_repeats(survey: Survey) -> Survey:
     rising = np.sort(gaps)
     usual = rising[
         np.searchsorted(np.cumsum(rising), 0.5 * rising.sum())
-    ]  # half of the way is in longer ones
+    ]  # half of the path consists of longer ones
     least = max(SAME, min(CLOSE, REPEATED * float(usual)))
     keep, left_out, last = [0], list[int](), len(survey.points) - 1
     seen = {_place(survey.points[0])}
@@ -63,9 +64,9 @@ def without_repeats(survey: Survey) -> Survey:
 
 
 def without_strays(survey: Survey) -> Survey:
-    """Without points far off, from which the road comes straight back: a receiver's jumps.
+    """Remove points far off from which the road returns at once: jumps of a receiver.
 
-    Where the road itself leaps, its points lacking, a note says so.
+    If the road itself leaps because points are missing, a note says so.
     """
     points = survey.points
     usual = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
@@ -89,7 +90,7 @@ def without_strays(survey: Survey) -> Survey:
 
 
 def _run_astray(points: Mat, last: int, k: int, usual: float) -> int:
-    """How many points from k on lie far off, with the one behind them near the last good one; mostly none."""
+    """Return how many points from k on lie far off while the next one is near the last good one; mostly 0."""
     out = float(np.linalg.norm(points[k] - points[last]))
     for run in range(1, 1 + (LONGEST if out > max(HOLE, FAR * usual) else 1)):
         if k + run >= len(points) or out <= 0.5 * STRAY * usual:
@@ -102,22 +103,22 @@ def _run_astray(points: Mat, last: int, k: int, usual: float) -> int:
 
 
 def _usual_gap(points: Mat) -> float:
-    """Distance [m] of neighbours: half of the way lies between points that are further apart."""
+    """Return the distance [m] of neighbours such that half of the path has larger distances."""
     gaps = np.sort(np.linalg.norm(np.diff(points, axis=0), axis=1))
     return float(gaps[np.searchsorted(np.cumsum(gaps), 0.5 * gaps.sum())])
 
 
 def without_seam(survey: Survey) -> Survey:
-    """A ring without its last point where that is the first once more."""
+    """Return a ring without its last point if that repeats the first one."""
     twice = _place(survey.points[0]) == _place(survey.points[-1])
     return _chosen(survey, np.arange(len(survey.points) - 1), "") if twice else survey
 
 
 def one_lap(survey: Survey) -> tuple[Survey, bool]:
-    """The first lap of a road that meets itself again, going the same way; whether there is one.
+    """Return the first lap of a road that meets itself again in the same direction, and whether there is one.
 
-    What lies before the place where the road is met again, and what follows it, is left out. Where the end of
-    the lap comes to lie beside its start, as receivers drift, its last stretch is moved over.
+    Points before the meeting, and after it, are left out. If the end of the lap lies next to its start, as
+    receivers drift, its last stretch is moved smoothly to the start.
     """
     way = way_along(survey.points)
     meeting = _meeting(survey.points, way)
@@ -136,7 +137,7 @@ def one_lap(survey: Survey) -> tuple[Survey, bool]:
 
 
 def _joined(lap: Survey, off: Vec, way: Vec, length: float) -> Survey:
-    """The lap with its end, `off` (2,) from its start, moved to it smoothly over its last stretch."""
+    """Return the lap with its end, at `off` (2,) from its start, moved smoothly to the start."""
     beside = float(np.linalg.norm(off))
     if beside <= OFF:
         return lap
@@ -148,7 +149,7 @@ def _joined(lap: Survey, off: Vec, way: Vec, length: float) -> Survey:
 
 
 def meets_its_start(points: Mat) -> bool:
-    """True when the last point leads on to the first: about one distance away, and without turning back."""
+    """Return whether the last point leads to the first: about one distance away, without turning back."""
     chords = np.diff(points, axis=0)
     gaps = np.linalg.norm(chords, axis=1)
     closing = float(np.linalg.norm(points[0] - points[-1]))
@@ -157,11 +158,11 @@ def meets_its_start(points: Mat) -> bool:
 
 
 def scatter(points: Mat) -> float:
-    """RMS distance [m] that (n, m) points of m = 1 or 2 coordinates scatter about a smooth curve; n ≥ 5.
+    """Return the RMS scatter [m] of (n, m) points, with m = 1 or 2 coordinates, about a smooth curve; n ≥ 5.
 
-    Differences of order k of a smooth curve vanish as k grows, those of independent noise of variance σ² have
-    the variance (2k)!/(k!)² σ²; the smallest estimate over k is taken, by the median, so that single corners
-    and gaps do not count.
+    Differences of order k of a smooth curve vanish as k grows, and those of independent noise of variance σ²
+    have the variance (2k)!/(k!)² σ². The smallest estimate over k is taken, by the median, so that single
+    corners and gaps do not matter.
     """
     return min(_scatter_by(points, k) for k in ORDERS if k + 3 <= len(points))
 
@@ -173,13 +174,13 @@ def _scatter_by(points: Mat, order: int) -> float:
 
 
 def way_along(points: Mat) -> Vec:
-    """Way (n,) [m] from the first of the points (n, 2), along the chords."""
+    """Return the distance (n,) [m] from the first of the points (n, 2), along the chords."""
     way: Vec = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
     return way
 
 
 def _meeting(points: Mat, way: Vec) -> tuple[float, float] | None:
-    """Ways [m] of two passes of one place, the first such; None where the road never meets itself."""
+    """Return the distances [m] of the first two passes of one place; None if the road never meets itself."""
     if len(points) < 2 or way[-1] < SOONEST:
         return None
     s = np.arange(0.0, way[-1] + 1e-9, STRIDE)
