@@ -88,4 +88,5 @@ def _advance(A: Mat, B: Mat, C: Mat, D: Mat, x: Vec, u: Mat, y: Mat) -> None:
             for j in range(nu):
                 total += B[i, j] * u[k, j]
             after[i] = total
-        x[:] = after
+        for i in range(nx):
+            x[i] = after[i]

@@ -7,7 +7,8 @@ E(φ) φ̇, where the columns of E are the axes about which roll, pitch and yaw 
 Derivation: Diebel, Representing Attitude (2006), sequence 3-2-1. E is singular at a pitch of 90 deg, which no
 platform reaches; quaternions have no singularity. Checked by finite differences and by round trips.
 
-All functions write their result into an array argument, since they are called from compiled code.
+All functions write their result into an array argument, since they are called from compiled code. They copy
+element by element: numba compiles the error message of a slice's assignment with it, which takes seconds.
 """
 
 import math
@@ -22,7 +23,8 @@ from otolith.core.jit import kernel
 @kernel
 def place_of(pose: Vec, place: Vec) -> None:
     """Write the place (7,) that corresponds to a pose (6,)."""
-    place[:3] = pose[:3]
+    for i in range(3):
+        place[i] = pose[i]
     cr, sr = math.cos(0.5 * pose[3]), math.sin(0.5 * pose[3])
     cp, sp = math.cos(0.5 * pose[4]), math.sin(0.5 * pose[4])
     cy, sy = math.cos(0.5 * pose[5]), math.sin(0.5 * pose[5])
@@ -35,7 +37,8 @@ def place_of(pose: Vec, place: Vec) -> None:
 @kernel
 def pose_of(place: Vec, pose: Vec) -> None:
     """Write the pose (6,) that corresponds to a place (7,); the pitch must be within ±90 deg."""
-    pose[:3] = place[:3]
+    for i in range(3):
+        pose[i] = place[i]
     w, x, y, z = place[3], place[4], place[5], place[6]
     pose[3] = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pose[4] = math.asin(min(1.0, max(-1.0, 2.0 * (w * y - z * x))))
@@ -71,7 +74,8 @@ def turn(place: Vec, x: float, y: float, z: float) -> None:
 def velocity_of(pose: Vec, twist: Vec, velocity: Vec) -> None:
     """Write the velocity (v, ω) (6,) that corresponds to the twist (6,) of a pose."""
     cp, sp, cy, sy = math.cos(pose[4]), math.sin(pose[4]), math.cos(pose[5]), math.sin(pose[5])
-    velocity[:3] = twist[:3]
+    for i in range(3):
+        velocity[i] = twist[i]
     velocity[3] = cy * cp * twist[3] - sy * twist[4]
     velocity[4] = sy * cp * twist[3] + cy * twist[4]
     velocity[5] = -sp * twist[3] + twist[5]
@@ -101,7 +105,8 @@ def acceleration_of(pose: Vec, twist: Vec, acceleration: Vec, out: Vec) -> None:
 def twist_of(pose: Vec, velocity: Vec, twist: Vec) -> None:
     """Write the twist (6,) of a pose that moves with `velocity`; the inverse of `velocity_of`."""
     cp, sp, cy, sy = math.cos(pose[4]), math.sin(pose[4]), math.cos(pose[5]), math.sin(pose[5])
-    twist[:3] = velocity[:3]
+    for i in range(3):
+        twist[i] = velocity[i]
     twist[3] = (cy * velocity[3] + sy * velocity[4]) / cp
     twist[4] = -sy * velocity[3] + cy * velocity[4]
     twist[5] = velocity[5] + sp * twist[3]

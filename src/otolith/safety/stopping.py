@@ -256,22 +256,34 @@ def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
 
 
 @kernel
+def _none_left(u: Vec) -> bool:
+    """Return whether no command (6,) is large enough to go on with."""
+    left = 0
+    for i in range(6):
+        left += not abs(u[i]) <= _AT_REST  # a NaN fails every comparison
+    return left == 0
+
+
+@kernel
 def to_rest(motion: Mat, reach: Reach, plan: Mat, out: Mat) -> int:
     """Write a plan's commands (K, 6) and then the law's until rest; return their number.
 
     `motion` (3, 6) advances by the first command.
     """
     for k in range(len(plan)):
-        out[k] = plan[k]
+        for i in range(6):  # a row's assignment would take seconds more to compile
+            out[k, i] = plan[k, i]
     ahead, k = motion.copy(), 0
     while k < len(out):
         if k >= len(plan):
             stop(ahead, reach, out[k])
-            if k > 0 and np.max(np.abs(out[k])) <= _AT_REST:
+            if k > 0 and _none_left(out[k]):
                 break
         advance(ahead, out[k], reach)
         if k == 0:
-            motion[:] = ahead
+            for j in range(3):
+                for i in range(6):
+                    motion[j, i] = ahead[j, i]
         k += 1
     return k
 

@@ -120,7 +120,8 @@ def predict_sensed(given: Given, c: int, wanted: Mat, error: Mat) -> None:
             for j in range(high - low):
                 after[i] += organs.A[low + i, low + j] * o[j]
             total += organs.C[low + i] * after[i]
-        o[:] = after
+        for i in range(high - low):
+            o[i] = after[i]
         error[k, c] = felt.root[c] * total
 
 
@@ -208,8 +209,10 @@ def pull_to(u_ref: Mat, R: Vec, ends: Ints, linear: Mat) -> None:
 @kernel
 def write(given: Given, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat) -> None:
     """Write all of the above about the plan (N, nu) into an engine's memory."""
-    memory.start[: len(x)] = x
-    memory.start[len(x) :] = given.organs.here
+    for i in range(len(x)):
+        memory.start[i] = x[i]
+    for i in range(len(given.organs.here)):
+        memory.start[len(x) + i] = given.organs.here[i]
     predict(given.axes, given.hold, x, plan, given.X)
     for c in range(wanted.shape[1]):
         if given.felt.sensed[c]:
