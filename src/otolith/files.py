@@ -15,17 +15,16 @@ from otolith.core.disk import TABLE_BYTES, read_text, whole, write_text
 from otolith.core.errors import CorruptFile, InputError, one_of
 from otolith.core.folders import PICTURES, check_file, check_folder, enlist, whole_folder
 from otolith.core.hdf5 import read_sealed, write_sealed
-from otolith.cueing.washout.tuning import Tuning, load_tuning, parse_tuning, tunings
-from otolith.logfiles import recorded
-from otolith.platforms import Platform, catalog, load, parse_platform
-from otolith.recordings import Log, log_from
-from otolith.recordings.channels import Layout
-from otolith.recordings.recorded import Columns, Recorded
+from otolith.platforms import catalog, load
 from otolith.recordings.settings import PLAIN, LogSettings, settings_from_toml
-from otolith.recordings.understanding import Understanding, understand
 from otolith.sealed import read_hint, read_laws, read_run, write_hint, write_laws, write_run
 
-if TYPE_CHECKING:  # roads and cars are imported on use: most commands have none
+if TYPE_CHECKING:  # what a file holds is imported on use: no command reads files of every kind
+    from otolith.cueing.washout.tuning import Tuning
+    from otolith.platforms import Platform
+    from otolith.recordings import Log
+    from otolith.recordings.recorded import Columns, Recorded
+    from otolith.recordings.understanding import Understanding
     from otolith.vehicle import Car, Lap, Road
 
 __all__ = [
@@ -56,13 +55,15 @@ __all__ = [
 LAP_KIND, LAP_VERSION = "otolith-lap", 2
 
 
-def read_platform(name_or_path: str) -> Platform:
+def read_platform(name_or_path: str) -> "Platform":
     """A shipped platform by name, or a platform file by its path."""
     if name_or_path in catalog():
         return load(name_or_path)
     path = Path(name_or_path)
     if path.suffix != ".toml" and not path.exists():
         raise InputError("platform", repr(name_or_path), "a .toml file or " + one_of(catalog(), name_or_path))
+    from otolith.platforms import parse_platform
+
     return parse_platform(read_text(path, "platform"), path.name)
 
 
@@ -118,8 +119,10 @@ def write_lap(lap: "Lap", path: Path) -> None:
     write_sealed(path, attributes, columns, kind=LAP_KIND, version=LAP_VERSION)
 
 
-def read_tuning(name_or_path: str) -> Tuning:
+def read_tuning(name_or_path: str) -> "Tuning":
     """A shipped tuning of washouts by name, or a tuning file by its path."""
+    from otolith.cueing.washout.tuning import load_tuning, parse_tuning, tunings
+
     path = Path(name_or_path)
     if name_or_path in tunings() or path.suffix != ".toml":
         return load_tuning(name_or_path)
@@ -128,22 +131,28 @@ def read_tuning(name_or_path: str) -> Tuning:
 
 def read_log(
     path: Path, columns: Mapping[str, str], *, needs: Sequence[str] = (), settings: LogSettings = PLAIN
-) -> Log:
+) -> "Log":
     """A recorded drive: text, JSON, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending decides.
 
     `columns` maps quantities to columns, `needs` names those that will be cued; both come on top of
     `settings`, what the user says besides: see `logs.log_from`.
     """
+    from otolith.recordings import log_from
+
     said = replace(settings, columns={**settings.columns, **columns}, needs=[*settings.needs, *needs])
     return log_from(_columns(path, said), settings=said)
 
 
-def understand_log(path: Path, settings: LogSettings) -> Understanding:
+def understand_log(path: Path, settings: LogSettings) -> "Understanding":
     """What is understood of a recorded drive, whether or not it is accepted."""
+    from otolith.recordings.understanding import understand
+
     return understand(_columns(path, settings), settings)
 
 
-def _columns(path: Path, settings: LogSettings) -> Recorded:
+def _columns(path: Path, settings: LogSettings) -> "Recorded":
+    from otolith.logfiles import recorded
+
     if path.suffix.lower() == ".h5":
         return _read_lap(path)
     return recorded(path, settings.columns, header=settings.header, units=settings.units)
@@ -154,7 +163,9 @@ def read_log_settings(path: Path) -> LogSettings:
     return settings_from_toml(read_text(path, "mapping"), path.name)
 
 
-def _read_lap(path: Path) -> Columns:
+def _read_lap(path: Path) -> "Columns":
+    from otolith.recordings.channels import Layout
+    from otolith.recordings.recorded import Columns
     from otolith.vehicle.lap import COLUMNS
 
     arrays = read_sealed(path, kind=LAP_KIND, version=LAP_VERSION).arrays

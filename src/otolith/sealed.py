@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,13 @@ from otolith.core.arrays import frozen_array
 from otolith.core.errors import damage_reported
 from otolith.core.frames import DOFS
 from otolith.core.hdf5 import Content, read_sealed, write_sealed
-from otolith.cueing.hints.stored import StoredHint
 from otolith.loop import Run
-from otolith.mpqp import Law
 from otolith.platforms import Platform
 from otolith.safety.supervisor import Intervention, Reason
+
+if TYPE_CHECKING:  # laws and hints are imported on use: most commands read runs only
+    from otolith.cueing.hints.stored import StoredHint
+    from otolith.mpqp import Law
 
 RUN_KIND, RUN_VERSION = "otolith-run", 4
 LAW_KIND, LAW_VERSION = "otolith-law", 2
@@ -125,7 +127,7 @@ def _check_series(arrays: Mapping[str, NDArray[Any]], *, period: float, plant_pe
             raise ValueError(f"{name} does not run in steps of {step:g} s")
 
 
-def write_laws(laws: Sequence[Law], path: Path) -> None:
+def write_laws(laws: Sequence["Law"], path: Path) -> None:
     """Store explicit laws, one group of arrays each."""
     arrays = {
         f"part-{number}/{name}": array
@@ -135,7 +137,7 @@ def write_laws(laws: Sequence[Law], path: Path) -> None:
     write_sealed(path, {"parts": len(laws)}, arrays, kind=LAW_KIND, version=LAW_VERSION)
 
 
-def read_laws(path: Path) -> tuple[Law, ...]:
+def read_laws(path: Path) -> tuple["Law", ...]:
     """Read explicit laws; at least one.
 
     Raises
@@ -148,7 +150,9 @@ def read_laws(path: Path) -> tuple[Law, ...]:
         return _laws(content)
 
 
-def _laws(content: Content) -> tuple[Law, ...]:
+def _laws(content: Content) -> tuple["Law", ...]:
+    from otolith.mpqp import Law
+
     groups: dict[str, dict[str, NDArray[Any]]] = {}
     for name, array in content.arrays.items():
         group, _, own = name.partition("/")
@@ -159,13 +163,13 @@ def _laws(content: Content) -> tuple[Law, ...]:
     return tuple(Law.from_arrays(groups[f"part-{number}"]) for number in range(parts))
 
 
-def write_hint(hint: StoredHint, path: Path) -> None:
+def write_hint(hint: "StoredHint", path: Path) -> None:
     """Store a hint with the model that it belongs to."""
     attributes = {"model": json.dumps(hint.model), "training": json.dumps(hint.training)}
     write_sealed(path, attributes, hint.to_arrays(), kind=HINT_KIND, version=HINT_VERSION)
 
 
-def read_hint(path: Path) -> StoredHint:
+def read_hint(path: Path) -> "StoredHint":
     """Read a hint.
 
     Raises
@@ -178,7 +182,9 @@ def read_hint(path: Path) -> StoredHint:
         return _hint(content)
 
 
-def _hint(content: Content) -> StoredHint:
+def _hint(content: Content) -> "StoredHint":
+    from otolith.cueing.hints.stored import StoredHint
+
     model, training = (json.loads(content.attributes[name]) for name in ("model", "training"))
     if not (isinstance(model, dict) and isinstance(training, dict)):
         raise ValueError("its model or training is not a table of names and values")
