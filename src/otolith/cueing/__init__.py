@@ -1,1 +1,1 @@
-"""Algorithms that decide how the platform moves, and the one place where they are put together."""
+"""Algorithms that decide how the platform moves, and the one module that composes them (`design`)."""

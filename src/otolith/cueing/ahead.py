@@ -1,18 +1,17 @@
-"""Deciding for the moment at which a command takes effect, on a platform that is not quite as described.
+"""Decides for the moment at which a command takes effect, on a platform whose timing may be imprecise.
 
-Notation: T lag, d dead time, Δ period; q = p + T v and w = v + T a as in `otolith.safety.stopping`; a hat for
-what is believed.
+Notation: T lag, d dead time, Δ period; q = p + T v and w = v + T a as in `otolith.safety.stopping`.
 
-*Dead time.* What is decided at t takes effect at t + d. Until then the commands given before act; under them
-the believed state is taken ahead, exactly, and from there the algorithm decides as if there were no dead
-time (a Smith predictor in state space; Smith, 1957).
+*Dead time.* A decision at t takes effect at t + d. Until then the earlier commands act. The estimated state
+is propagated exactly under them, and from there the algorithm decides as if there were no dead time (a Smith
+predictor in state space; Smith, 1957).
 
-*What is believed.* Measured motion is not simply taken for true. Where the real lag or dead time is another
-than the file says, what is measured and what the commands should have done differ for a moment, by up to
-(T + d) |u| in w and (T + d) |v| in q, and agree again afterwards: ẇ = u whatever the lag. A controller that
-takes the moment for true corrects at once what would have passed by itself, and swings. So the model's own
-state is kept, and drawn towards the measured one with the time constant `SETTLING`; what the timing cannot
-explain (a start elsewhere, a supervisor that held the legs, a push) is believed at once.
+*Estimated state.* Measured motion is not adopted directly. If the real lag or dead time differs from the
+file, the measured motion and the effect of the commands differ for a moment, by up to (T + d) |u| in w and (T
++ d) |v| in q, and then agree again, because ẇ = u whatever the lag. A controller that adopts the momentary
+difference corrects what would have passed by itself, and oscillates. So the model's own state is kept, and
+drawn towards the measured state with the time constant `SETTLING`. A difference that the timing cannot
+explain (another start, a supervisor that held the legs, a push) is adopted at once.
 """
 
 import math
@@ -28,20 +27,20 @@ from otolith.core.jit import kernel
 from otolith.interfaces import Command, Cueing, PlatformState, Reference
 from otolith.safety.stopping import HUGE, move
 
-LONGEST: Final = 1.0  # [s] of a dead time
-SETTLING: Final = 0.3  # [s] in which a difference that the timing may explain is believed
-_LASTING: Final = 5.0  # lags for which a command may show
+LONGEST: Final = 1.0  # [s] longest dead time
+SETTLING: Final = 0.3  # [s] time constant with which a difference that the timing may explain is adopted
+_LASTING: Final = 5.0  # time for which a command still has an effect, in lags
 
 
 @kernel
 def correct(believed: Mat, measured: Mat, commands: Mat, T: float, delay: float, share: float) -> None:
-    """Draw the believed motion (3, 6) towards the measured one, in place.
+    """Draw the estimated motion (3, 6) towards the measured one, in place.
 
     Parameters
     ----------
-    commands : (K, 6) whose effects may still show.
-    delay : T + d, by which timing may be wrong [s].
-    share : of a difference that timing may explain, how much is believed now; 0 to 1.
+    commands : (K, 6) commands whose effects may still show.
+    delay : T + d [s], the largest error of the timing.
+    share : share, 0 to 1, of a difference that timing may explain which is adopted now.
     """
     for i in range(6):
         largest = np.max(np.abs(commands[:, i]))
@@ -55,9 +54,9 @@ def correct(believed: Mat, measured: Mat, commands: Mat, T: float, delay: float,
 
 
 class Ahead:
-    """Any algorithm on a platform whose commands take effect late, or not quite as its file says.
+    """Any algorithm on a platform whose commands take effect late, or not exactly as its file states.
 
-    Its commands' pose and twist are those at the end of the period in which they act.
+    Pose and twist of its commands are those at the end of the period in which they act.
 
     Parameters
     ----------
@@ -73,36 +72,34 @@ class Ahead:
         if not 0.0 <= dead_time <= LONGEST:
             raise InputError("dead time", dead_time, f"between 0 and {LONGEST:g} s")
         self._cueing, self._lag, self._dead_time = cueing, lag, dead_time
-        self._count = math.ceil(
-            dead_time / cueing.period - 1e-9
-        )  # commands given and not yet wholly in effect
+        self._count = math.ceil(dead_time / cueing.period - 1e-9)  # commands not yet fully in effect
         shown = self._count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
-        self._given: deque[Vec] = deque(maxlen=shown)  # the latest last
+        self._given: deque[Vec] = deque(maxlen=shown)  # oldest first
         self._share = 1.0 - math.exp(-cueing.period / SETTLING)
         self._believed = np.zeros((3, 6))
         self.reset(PlatformState())
-        self._observe(PlatformState())  # no decision waits for a compiler
+        self._observe(PlatformState())  # compiled now, so that no decision waits for the compiler
         self.reset(PlatformState())
 
     @property
     def period(self) -> float:
-        """Time between two decisions [s]."""
+        """Return the time between two decisions [s]."""
         return self._cueing.period
 
     @property
     def soft(self) -> frozenset[str]:
-        """Limits that the algorithm may pass at a price."""
+        """Return the limits that the algorithm may pass with a penalty."""
         return frozenset(getattr(self._cueing, "soft", ()))
 
     def reset(self, state: PlatformState) -> None:
-        """Start from `state`, with no command on its way."""
+        """Start from `state`, with no pending command."""
         self._given.extend(np.zeros(6) for _ in range(self._given.maxlen or 0))
         self._believed[:] = np.stack([state.pose, state.twist, state.acceleration])
         self._fresh = True
         self._cueing.reset(self._ahead(state))
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide for a dead time from now."""
+        """Decide for one dead time from now."""
         if not self._fresh:
             self._pass()
         self._fresh = False
@@ -113,15 +110,15 @@ class Ahead:
         return command
 
     def _pass(self) -> None:
-        """Move what is believed on by the period since the last decision."""
-        second = self._count * self.period - self._dead_time  # [s] that the later of two commands acted
+        """Advance the estimated state by the period since the last decision."""
+        second = self._count * self.period - self._dead_time  # [s] for which the later of two commands acted
         given = list(self._given)
         before, after = given[-1 - self._count], given[-self._count] if self._count else given[-1]
         move(self._believed, before, self._lag, self.period - second)
         move(self._believed, after, self._lag, second)
 
     def _observe(self, state: PlatformState) -> bool:
-        """Correct what is believed by a measurement; False where it is none."""
+        """Correct the estimated state by a measurement; return False if the measurement is invalid."""
         measured = np.stack([state.pose, state.twist, state.acceleration])
         if not np.abs(measured).max() <= HUGE:  # a NaN fails every comparison
             return False
@@ -130,7 +127,7 @@ class Ahead:
         return True
 
     def _ahead(self, state: PlatformState) -> PlatformState:
-        """Where the commands on their way will have led."""
+        """Return the state that the pending commands will have led to."""
         motion = self._believed.copy()
         first = self._dead_time - (self._count - 1) * self.period
         for i in range(self._count):

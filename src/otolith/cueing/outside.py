@@ -1,12 +1,12 @@
-"""Cueing algorithms from outside this package: made, and watched while they decide.
+"""Cueing algorithms from outside this package: made here, and supervised while they decide.
 
-The maker is a class or function that gives a `Cueing`. An argument named `design` receives the
-`otolith.cueing.design.Design`, that is the platform, what is cued and all options; without one the maker is
-called with nothing. Three attributes of the maker may say more about its algorithms:
+The maker is a class or function that returns a `Cueing`. An argument named `design` receives the
+`otolith.cueing.design.Design`, with the platform, what is cued and all options. Without this argument the
+maker is called without arguments. Three attributes of the maker may describe its algorithms:
 
 - `reads` : names of the options it reads, such as {"horizon"}; all other options of algorithms are refused.
-- `plant` : the plant that its model describes ("ideal" unless it says otherwise).
-- `limited` : True where it knows the platform's limits and keeps them (False unless it says otherwise).
+- `plant` : the plant that its model describes ("ideal" by default).
+- `limited` : whether it knows the platform's limits and keeps them (False by default).
 """
 
 import inspect
@@ -27,12 +27,12 @@ _VECTORS: Final = ("acceleration", "pose", "twist")
 
 
 def make_outside(maker: Callable[..., Any], design: Any, *, name: str) -> Cueing:
-    """The algorithm that a maker from outside gives for a design.
+    """Return the algorithm that a maker from outside makes for a design.
 
     Raises
     ------
-    BrokenPlugin : the maker raised something.
-    InputError : the maker cannot be called so, or what it gives is no cueing algorithm.
+    BrokenPlugin : the maker raised an error.
+    InputError : the maker cannot be called in this way, or does not return a cueing algorithm.
     """
     try:
         arguments = {"design": design} if "design" in inspect.signature(maker).parameters else {}
@@ -53,10 +53,10 @@ def make_outside(maker: Callable[..., Any], design: Any, *, name: str) -> Cueing
 
 
 class Watched:
-    """An algorithm from outside; a mistake of its author's becomes one sentence that says where it is.
+    """An algorithm from outside, whose author's mistakes become one sentence that states where they are.
 
-    The shipped algorithms never raise in `step`; nobody can promise that of others. A state or a reference
-    that is no number of this world never reaches them: the fallback of `otolith.safety.stopping` brakes.
+    The shipped algorithms never raise in `step`, which cannot be assumed of others. A state or a reference
+    with implausible numbers never reaches them: the fallback of `otolith.safety.stopping` brakes instead.
     """
 
     def __init__(self, inner: Cueing, design: Any, *, name: str) -> None:
@@ -69,7 +69,7 @@ class Watched:
         self._stopping = Stopping(design.platform, design.dofs, lag=0.0, period=self.period)
 
     def reset(self, state: PlatformState) -> None:
-        """Forget the past; errors as `step`."""
+        """Discard the past; errors are those of `step`."""
         self._stopping.reset(state)
         try:
             self._inner.reset(state)
@@ -77,12 +77,13 @@ class Watched:
             raise BrokenPlugin(f"--cueing {self._name}", "failed in reset", error) from error
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide one command; brake where the state or the reference is no number of this world.
+        """Decide one command; brake if the state or the reference is implausible.
 
         Raises
         ------
-        BrokenPlugin : the algorithm raised something.
-        InputError : what it returned is no command, or holds a vector of another shape or what is not finite.
+        BrokenPlugin : the algorithm raised an error.
+        InputError : the algorithm returned something other than a command, or a vector of another shape or
+            with numbers that are not finite.
         """
         wanted = (reference.specific_force, reference.angular_rate)
         if not (self._stopping.observe(state) and all(map(plausible, wanted))):

@@ -1,4 +1,4 @@
-"""Several algorithms that share no axis, as one algorithm."""
+"""Several algorithms that share no axis, combined into one."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,7 +13,7 @@ _WORST_FIRST: Final = (Status.INVALID, Status.REFUSED, Status.FALLBACK, Status.D
 
 
 class Several:
-    """Several algorithms that share no axis as one; all decide, one after the other, in every period."""
+    """Several algorithms that share no axis; all of them decide, one after the other, in every period."""
 
     def __init__(self, parts: Sequence[Cueing]) -> None:
         self.parts = tuple(parts)
@@ -26,12 +26,12 @@ class Several:
 
     @property
     def period(self) -> float:
-        """Time between two decisions [s]."""
+        """Return the time between two decisions [s]."""
         return self.parts[0].period
 
     @property
     def soft(self) -> frozenset[str]:
-        """Limits that any of them may pass at a price."""
+        """Return the limits that any of them may pass with a penalty."""
         return frozenset().union(*(getattr(part, "soft", ()) for part in self.parts))
 
     def reset(self, state: PlatformState) -> None:
@@ -40,12 +40,12 @@ class Several:
             part.reset(state)
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide all; axes are added, for each has one author and the others leave it at zero."""
+        """Decide with all; commands are added, because each axis is zero in all but one."""
         return added([part.step(state, reference) for part in self.parts])
 
 
 def added(commands: Sequence[Command]) -> Command:
-    """One command of several whose axes are not the same."""
+    """Combine commands for different axes into one."""
     return Command(
         acceleration=np.sum([command.acceleration for command in commands], axis=0),
         pose=np.sum([command.pose for command in commands], axis=0),
@@ -56,7 +56,7 @@ def added(commands: Sequence[Command]) -> Command:
 
 
 def _added_plans(plans: Sequence[Mat]) -> Mat:
-    """Sum of plans (K_i, 6); one that is over stands at rest, and commands nothing more."""
+    """Return the sum of plans (K_i, 6); after its end, a plan is at rest."""
     whole = np.zeros((max(map(len, plans)), 6))
     for plan in plans:
         whole[: len(plan)] += plan
@@ -64,7 +64,7 @@ def _added_plans(plans: Sequence[Mat]) -> Mat:
 
 
 def worst_of(outcomes: Sequence[Outcome]) -> Outcome:
-    """One outcome of several problems: the worst status and certificate, all changes."""
+    """Combine the outcomes of several problems: the worst status and certificate, and the sum of changes."""
     worst = min(outcomes, key=lambda one: _WORST_FIRST.index(one.status))
     return Outcome(
         status=worst.status,

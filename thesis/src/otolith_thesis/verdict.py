@@ -5,7 +5,7 @@ One rule holds for every number of every table:
 - agrees: within 2 %, or within half a unit of the last printed digit if that is more;
 - close: within 10 %;
 - same order: within a factor of 2, and the number keeps its place in its row. It keeps its place if no two
-numbers of the row that differ by more than 2 % in both versions are in a different order;
+  numbers of the row that differ by more than 2 % in both versions are in a different order;
 - differs: everything else.
 """
 

@@ -1,13 +1,13 @@
-"""The explicit law of the same constraints on a coarse grid: its active rows, carried over to the fine one.
+"""The explicit law of the same constraints on a coarse grid, whose active rows are a hint for the fine one.
 
-The coarse problem is the implicit MPC's own, one axis pair at a time, with the inputs held over ten blocks of
-the horizon (or the blocks it has anyhow) and rows at their ends: same dynamics, same limits and braking rows,
-same washout. What makes it explicit: the output is linearised at zero tilt, where cos θ = 1, and the adaptive
-washout weights are held at one of a few levels, whichever is nearest. Parameter ϑ = (x, r), seven per pair.
-The law holds the regions that training visited; elsewhere its QP is solved, which is small.
+The coarse problem is that of the implicit MPC for one axis pair, with inputs held over ten blocks of the
+horizon (or over the blocks that the MPC uses), and rows at the ends of the blocks: same dynamics, same limits
+and braking rows, same washout. Two changes make it explicit: the output is linearised at zero tilt, where cos
+θ = 1, and the adaptive washout weights take the nearest of a few levels. The parameter is ϑ = (x, r), seven
+per pair. The law contains the regions that training visited; elsewhere its QP is solved, which is small.
 
-A row of the coarse grid stands for the same row of the fine grid at the nearest times; an input for the
-inputs of its block. Rows that only several pairs together have (the limit circle) are left free.
+A row of the coarse grid represents the same row of the fine grid at the nearest times, and an input
+represents the inputs of its block. Rows that belong to several pairs together (the limit circle) stay free.
 """
 
 import copy
@@ -33,19 +33,19 @@ from otolith.qp.condensed import CondensedSolver
 from otolith.qp.engines import CondensedEngine, expand
 from otolith.qp.problem import Qp
 
-COARSE: Final = 10  # blocks of the coarse grid
-REFERENCE_BOUND: Final = 100.0  # [m/s²] forces that the law covers
+COARSE: Final = 10  # number of blocks of the coarse grid
+REFERENCE_BOUND: Final = 100.0  # [m/s²] largest force that the law covers
 
 
 @dataclass(frozen=True, slots=True)
 class CoarseLaws:
-    """Where training met the regions of the laws, one law per pair and level of the washout weights."""
+    """The regions of the laws that training visited, one law per pair and level of the washout weights."""
 
     levels: Mat  # (L, washout weights)
-    parameters: tuple[Mat, ...]  # (regions, 7) each, pair by pair and in each level by level
+    parameters: tuple[Mat, ...]  # (regions, 7) each, by pair and within a pair by level
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """As plain arrays."""
+        """Return plain arrays."""
         lengths = np.array([len(part) for part in self.parameters])
         return {
             "law.levels": self.levels,
@@ -55,7 +55,13 @@ class CoarseLaws:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "CoarseLaws":
-        """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
+        """Restore from plain arrays.
+
+        Raises
+        ------
+        ValueError : the arrays do not belong together.
+        KeyError : an array is missing.
+        """
         lengths, parameters = arrays["law.lengths"], arrays["law.parameters"]
         if lengths.sum() != len(parameters):
             raise ValueError("the coarse laws' lengths do not fit")
@@ -64,7 +70,7 @@ class CoarseLaws:
 
 
 def coarse_lengths(settings: MpcSettings) -> Lengths:
-    """Steps of each block of the coarse grid."""
+    """Return the number of steps of each block of the coarse grid."""
     if settings.blocks:
         return settings.blocks
     ends = np.round(np.linspace(0.0, settings.horizon, min(COARSE, settings.horizon) + 1))
@@ -73,21 +79,21 @@ def coarse_lengths(settings: MpcSettings) -> Lengths:
 
 @dataclass(frozen=True, slots=True)
 class CoarseProblem:
-    """An mpQP, and the row of the coarse grid and side that each of its constraints is."""
+    """An mpQP, with the row of the coarse grid and the side of each of its constraints."""
 
     problem: ParametricQp
-    row: Ints  # (m,) number among blocks x rows
+    row: Ints  # (m,) index in blocks x rows
     side: Ints  # (m,) +1 or -1
 
     def only(self, constraints: Ints) -> "CoarseProblem":
-        """Keep only the constraints whose numbers are given."""
+        """Keep only the constraints with these indices."""
         whole, kept = self.problem, constraints
         problem = replace(whole, G=whole.G[kept], w=whole.w[kept], S=whole.S[kept])
         return CoarseProblem(problem, self.row[kept], self.side[kept])
 
 
 def coarse_problem(platform: Platform, pair: Dof, settings: MpcSettings, weights: Vec) -> CoarseProblem:
-    """The coarse problem of one pair with washout weights (w,) that stay."""
+    """Return the coarse problem of one pair with constant washout weights (w,)."""
     lengths = coarse_lengths(settings)
     formulation = Problem(platform, (pair,), replace(settings, blocks=lengths, firm=len(lengths)))
     qps = _affine_samples(formulation, lengths, weights)
@@ -120,14 +126,14 @@ def coarse_problem(platform: Platform, pair: Dof, settings: MpcSettings, weights
 def _problems_of_levels(
     platform: Platform, pair: Dof, settings: MpcSettings, levels: Mat
 ) -> list[CoarseProblem]:
-    """The problem at every level, without the constraints that never bind: weights do not change which."""
+    """Return the problem of each level, without redundant constraints, which do not depend on weights."""
     made = [coarse_problem(platform, pair, settings, weights) for weights in levels]
     binding = np.sort(prune(least_distance(made[0].problem)).form.rows)
     return [one.only(binding) for one in made]
 
 
 def _affine_samples(formulation: Problem, lengths: Lengths, weights: Vec) -> list[Qp]:
-    """The condensed QP at ϑ = 0 and at the seven unit vectors: all that an affine problem can be."""
+    """Return the condensed QP at ϑ = 0 and at the seven unit vectors, which determine an affine problem."""
     engine = CondensedEngine(formulation.structure, tolerance=1e-6, blocks=lengths)
     solver, memory, N = CondensedSolver(formulation.structure, blocks=lengths), engine.memory, sum(lengths)
     formulation.begin(memory)
@@ -137,12 +143,12 @@ def _affine_samples(formulation: Problem, lengths: Lengths, weights: Vec) -> lis
     for theta in np.vstack([np.zeros(7), np.eye(7)]):
         memory.start[:], memory.error[:] = theta[:6], -theta[6]
         qp = solver.condense(expand(formulation.structure, memory, lengths))
-        made.append(replace(qp, A=qp.A.copy()))  # the solver's own array, written anew every time
+        made.append(replace(qp, A=qp.A.copy()))  # the solver rewrites its own array at every call
     return made
 
 
 def _rows_by_columns(formulation: Problem, lengths: Lengths) -> Ints:
-    """Number among (blocks, rows) of every row of the condensed problem: inputs first, then the others."""
+    """Return the index in (blocks, rows) of every row of the condensed problem, inputs first."""
     problem = formulation.structure
     numbers = np.arange(len(lengths) * problem.rows).reshape(len(lengths), problem.rows)
     inner = problem.rows - problem.inputs
@@ -159,7 +165,7 @@ def _box(platform: Platform, pair: Dof) -> tuple[Vec, Vec]:
 
 
 class Coarse:
-    """The laws at work: the active rows at the nearest times of the fine grid."""
+    """Evaluates the laws and returns their active rows at the nearest times of the fine grid."""
 
     def __init__(
         self,
@@ -184,18 +190,18 @@ class Coarse:
 
     @property
     def regions(self) -> int:
-        """Regions of all laws."""
+        """Return the number of regions of all laws."""
         return sum(len(law) for law in self._laws)
 
     def reset(self) -> None:
-        """Forget what was asked since; the laws grow with every new region, and equal runs must be equal."""
+        """Restore the laws, which grow with every new region, so that equal runs are equal."""
         for number, asked in enumerate(self._region):
             if asked >= 0:
                 self._laws[number] = copy.deepcopy(self._learned[number])
         self._region = [-1] * len(self._laws)
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """(1, M, rows), or None where one of the laws has no answer."""
+        """Return a hint (1, M, rows), or None if one of the laws has no answer."""
         del plan
         found = np.zeros((1, *self._carry.shape), dtype=np.int64)
         for p, r in enumerate(wanted):
@@ -206,7 +212,13 @@ class Coarse:
         return found
 
     def visit(self, x: Mat, wanted: Mat) -> tuple[Mat, ...]:
-        """Parameters (regions, 7) of every law at which questions (n, 6P), (n, P) meet a region first."""
+        """Return, for every law, the parameters (regions, 7) that enter a region first.
+
+        Parameters
+        ----------
+        x : (n, 6P) states.
+        wanted : (n, P) wanted forces.
+        """
         met: list[list[Vec]] = [[] for _ in self._laws]
         for state, forces in zip(x, wanted, strict=True):
             for p, r in enumerate(forces):
@@ -219,7 +231,7 @@ class Coarse:
         return tuple(np.reshape(points, (-1, 7)) for points in met)
 
     def coarse_set(self, p: int, x: Vec, r: float) -> Ints | None:
-        """(blocks, rows) of the coarse grid that the law of pair p holds active."""
+        """Return the rows (blocks, rows) of the coarse grid that the law of pair p holds active."""
         number = p * self._of_pair + self._level(x)
         answer = self._laws[number].evaluate(np.append(x, r), self._region[number])
         if not answer.found:
@@ -236,7 +248,7 @@ class Coarse:
 
 
 class _Carry:
-    """Where the rows of the pairs' coarse problems stand in the fine joint problem."""
+    """Maps the rows of the pairs' coarse problems to the fine joint problem."""
 
     def __init__(self, fine: Problem, pairs: Sequence[Problem], settings: MpcSettings) -> None:
         lengths, problem = coarse_lengths(settings), fine.structure
@@ -255,7 +267,7 @@ class _Carry:
             self._to.append(np.argmax(same[self._from[-1]], axis=1))
 
     def add(self, p: int, coarse: Ints, fine: Ints) -> None:
-        """Write the rows (blocks, rows) of pair p into the set (M, rows) of all."""
+        """Write the rows (blocks, rows) of pair p into the set (M, rows) of all pairs."""
         fine[:, self._to[p]] = coarse[self._nearest][:, self._from[p]]
         inputs = self.shape[1] - 2 * len(self._to) + 2 * p
         fine[:, inputs : inputs + 2] = coarse[self._held][:, -2:]

@@ -1,10 +1,10 @@
-"""What a hint is made from: fifteen numbers per axis pair that show which limits are near.
+"""The input of a hint: fifteen numbers per axis pair that show which limits are near.
 
-Notation: x = [ω θ v s a α] of one pair (α the tilt acceleration), r the force wanted, g gravity:
+Notation: x = [ω θ v s a α] of one pair (α the tilt acceleration), r the wanted force, g gravity:
 
     ω θ v s a α, r, r − a − g sin θ, r − g sin θ, the two braking rows (eq. C.2), s + v/2, v + a/2, |ω|, |s|.
 
-All but the last two change sign with the motion, so a mirrored motion has mirrored features.
+All except the last two change sign with the motion, so a mirrored motion has mirrored features.
 """
 
 import math
@@ -19,13 +19,13 @@ from otolith.core.jit import kernel
 from otolith.cueing.mpc.rows import BrakingRows, braking_rows
 from otolith.platforms import Platform
 
-FEATURES: Final = 15  # per pair
-_EVEN: Final = 2  # of them, the last
+FEATURES: Final = 15  # number per pair
+_EVEN: Final = 2  # number of even features, which are the last
 TILT_RATE, TILT, VELOCITY, POSITION, ACCELERATION = range(5)  # as in otolith.cueing.mpc.rows
 
 
 def braking_forms(platform: Platform, pairs: Sequence[Dof]) -> Mat:
-    """The two braking rows of every pair as forms of its states (P, 2, 6), imposed or not."""
+    """Return the two braking rows of every pair as linear forms of its states (P, 2, 6), imposed or not."""
     rows = [
         braking_rows(pair, platform.limits(pair), platform.braking, BrakingRows.POSITION) for pair in pairs
     ]
@@ -33,7 +33,7 @@ def braking_forms(platform: Platform, pairs: Sequence[Dof]) -> Mat:
 
 
 def mirror_signs(pairs: int) -> Vec:
-    """What the features are multiplied by when the motion is mirrored (15P,)."""
+    """Return the factors of the features when the motion is mirrored (15P,)."""
     of_pair = np.ones(FEATURES)
     of_pair[:-_EVEN] = -1.0
     return np.tile(of_pair, pairs)
@@ -41,7 +41,7 @@ def mirror_signs(pairs: int) -> Vec:
 
 @kernel
 def describe(x: Vec, wanted: Vec, braking: Mat, features: Vec) -> None:
-    """Features (15P,) of states (6P,) and forces wanted (P,)."""
+    """Write the features (15P,) of states (6P,) and wanted forces (P,)."""
     for p in range(len(wanted)):
         s, f, r = 6 * p, 15 * p, wanted[p]
         gravity = GRAVITY * math.sin(x[s + TILT])
@@ -62,6 +62,6 @@ def describe(x: Vec, wanted: Vec, braking: Mat, features: Vec) -> None:
 
 @kernel
 def describe_all(x: Mat, wanted: Mat, braking: Mat, features: Mat) -> None:
-    """Features (n, 15P) of many states (n, 6P) and forces wanted (n, P), line by line as `describe`."""
+    """Write the features (n, 15P) of states (n, 6P) and wanted forces (n, P), row by row as `describe`."""
     for i in range(len(x)):
         describe(x[i], wanted[i], braking, features[i])

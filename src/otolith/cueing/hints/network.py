@@ -1,11 +1,12 @@
-"""A small network per pair that predicts the pair's active rows from its features: numpy and numba only.
+"""A small network per pair that predicts the pair's active rows from its features, with numpy and numba only.
 
-A pair's rows depend on its own motion almost alone: the limit circle, which is of all pairs, is left to the
-engine, and the other tilt's cosine moves few rows. So each pair learns apart, and 2 and 4 DOF learn alike.
+A pair's rows depend almost only on its own motion: the limit circle, which concerns all pairs, is left to the
+engine, and the cosine of the other tilt changes few rows. So each pair learns separately, and 2 and 4 DOF
+learn in the same way.
 
-Notation: h₀ the features, standardised and bounded; h_{l+1} = max(0, W_lᵀ h_l + b_l); the last layer has one
-number per side of a row that was ever active in training, and the row is held there when it is positive.
-It was fitted as so many logistic regressions on shared layers, so positive means more likely than not.
+Notation: h₀ the features, standardised and bounded; h_{l+1} = max(0, W_lᵀ h_l + b_l). The last layer has one
+number per side of a row that was ever active in training, and the row is held at this side if the number is
+positive. The layers were fitted as logistic regressions, so positive means more likely than not.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,32 +21,32 @@ from otolith.core.jit import kernel
 from otolith.cueing.hints.features import FEATURES, describe
 
 Singles = NDArray[np.float32]
-BOUND: Final = 8.0  # standard deviations beyond which a feature counts no further
+BOUND: Final = 8.0  # bound of a feature, in standard deviations
 
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """Layers W (inputs, outputs), b (outputs,), what standardises the features, what the outputs mean."""
+    """Layers W (inputs, outputs) and b (outputs,), scaling of the features, and meaning of the outputs."""
 
     mean: Vec  # (15,)
     deviation: Vec  # (15,) positive
     weights: tuple[Singles, ...]
     biases: tuple[Singles, ...]
-    outputs: Ints  # side · (1 + number of the row in the whole horizon), of each output
+    outputs: Ints  # side · (1 + index of the row in the whole horizon) of each output
 
     @property
     def sizes(self) -> Ints:
-        """Width of every layer, the features first."""
+        """Return the width of every layer, starting with the features."""
         return np.array([len(self.mean), *(len(b) for b in self.biases)], dtype=np.int64)
 
     @property
     def numbers(self) -> Singles:
-        """All parameters in one vector, as the kernel reads them: mean, 1/deviation, then W, b by layers."""
+        """Return all parameters in one vector for the kernel: mean, 1/deviation, and W, b of each layer."""
         layers = [part.ravel() for layer in zip(self.weights, self.biases, strict=True) for part in layer]
         return np.concatenate([self.mean, 1.0 / self.deviation, *layers]).astype(np.float32)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """As plain arrays."""
+        """Return plain arrays."""
         return {
             "sizes": self.sizes,
             "mean": self.mean,
@@ -57,7 +58,13 @@ class Network:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Network":
-        """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
+        """Restore from plain arrays.
+
+        Raises
+        ------
+        ValueError : the arrays do not belong together.
+        KeyError : an array is missing.
+        """
         sizes = arrays["sizes"]
         layers = range(len(sizes) - 1)
         weights = tuple(frozen_array(arrays[f"weight-{i}"], dtype=np.float32) for i in layers)
@@ -77,7 +84,7 @@ class Network:
 
 
 class Learned:
-    """The networks at work, one per pair: the active rows of the problem that is about to be solved."""
+    """Evaluates the networks, one per pair, for the active rows of the problem to be solved."""
 
     def __init__(self, networks: Sequence[Network], braking: Mat, shape: tuple[int, int]) -> None:
         features = np.empty(FEATURES * len(braking))
@@ -92,10 +99,10 @@ class Learned:
         self._rows = self._set.ravel()
 
     def reset(self) -> None:
-        """Nothing to forget: equal states, equal sets."""
+        """Do nothing: there is no memory, and equal states give equal sets."""
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """(1, M, rows); valid until the next call."""
+        """Return a hint (1, M, rows), which is valid until the next call."""
         del plan
         expect(x, wanted, *self._given, self._rows)
         return self._set
@@ -113,9 +120,11 @@ def expect(
     layers: Singles,
     rows: Ints,
 ) -> None:
-    """Rows (M·rows,) that the networks expect to be active: +1 upper side, −1 lower, 0 free.
+    """Write the rows (M·rows,) that the networks expect to be active: +1 upper side, −1 lower, 0 free.
 
-    `numbers`, `sizes` (P, layers) and `outputs` are those of all networks, one after the other.
+    Parameters
+    ----------
+    numbers, sizes, outputs : those of all networks, one after the other; `sizes` is (P, layers).
     """
     describe(x, wanted, braking, features)
     rows[:] = 0
@@ -131,7 +140,7 @@ def expect(
 def expect_of_pair(
     features: Vec, numbers: Singles, sizes: Ints, outputs: Ints, layers: Singles, rows: Ints
 ) -> int:
-    """Write the rows that one network expects, and no others; how many of the numbers are its own."""
+    """Write the rows that one network expects, and return how many of the numbers belong to it."""
     n, half = sizes[0], len(layers) // 2
     h, following = layers[:half], layers[half:]
     for i in range(n):
@@ -143,7 +152,7 @@ def expect_of_pair(
         W, z = numbers[at : at + n * m], following[:m]
         z[:] = numbers[at + n * m : at + n * m + m]
         for i in range(n):
-            if layer == 1 or h[i] > 0.0:  # what is below zero was cut off
+            if layer == 1 or h[i] > 0.0:  # negative values are cut off at zero
                 add(h[i], W[i * m : i * m + m], z)
         at += n * m + m
         n = m
@@ -156,6 +165,6 @@ def expect_of_pair(
 
 @kernel
 def add(factor: float, line: Singles, to: Singles) -> None:
-    """To += factor · line."""
+    """Add factor · line to `to`, in place."""
     for j in range(len(to)):
         to[j] += factor * line[j]

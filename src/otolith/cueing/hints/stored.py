@@ -1,7 +1,7 @@
-"""A hint as it is stored: what was learned offline, and the model that it belongs to.
+"""A hint as it is stored: what was learned offline, and the model to which it belongs.
 
-A hint never changes an answer, but one for another platform or other weights costs time for nothing;
-so it is bound to everything that the QP is made from, and refused for any other.
+A hint never changes an answer, but a hint for another platform or other weights costs time without use. So it
+is tied to everything that determines the QP, and refused for any other problem.
 """
 
 import hashlib
@@ -36,16 +36,16 @@ _SETTINGS: Final = (
     "later_penalty",
     "linear",
 )
-PARAMETERS: Final = 7  # of a pair: its states and the force wanted
+PARAMETERS: Final = 7  # number per pair: its states and the wanted force
 Model = dict[str, Any]  # plain JSON values
 
 
 class StaleHint(OtolithError):
-    """A hint was made for another model than the one at hand."""
+    """A hint was made for another model."""
 
 
 class Kind(StrEnum):
-    """What a stored hint holds."""
+    """The kinds of hints in a stored hint."""
 
     LEARNED = "learned"
     LAW = "law"
@@ -53,7 +53,7 @@ class Kind(StrEnum):
 
 
 def model_of(platform: Platform, pairs: Sequence[Dof], settings: MpcSettings) -> Model:
-    """Everything that the QP depends on beside state and reference."""
+    """Return everything that the QP depends on, apart from state and reference."""
     limits = {pair.name: [asdict(one) for one in platform.limits(pair)] for pair in pairs}
     chosen = {"axes": [pair.name for pair in pairs]} | {name: getattr(settings, name) for name in _SETTINGS}
     objective = settings.objective
@@ -66,7 +66,7 @@ def model_of(platform: Platform, pairs: Sequence[Dof], settings: MpcSettings) ->
 
 
 def digest(model: Model) -> str:
-    """SHA-256 of a model."""
+    """Return the SHA-256 of a model."""
     return hashlib.sha256(json.dumps(model, sort_keys=True).encode()).hexdigest()
 
 
@@ -75,7 +75,7 @@ class StoredHint:
     """All kinds of hints for one model."""
 
     model: Model
-    training: dict[str, Any]  # account of how it was made: plain JSON values
+    training: dict[str, Any]  # how it was made: plain JSON values
     networks: tuple[Network, ...]  # one per pair
     table: Table
     laws: CoarseLaws
@@ -85,7 +85,7 @@ class StoredHint:
 
         Raises
         ------
-        StaleHint : the hint was made for another one; the sentence names what differs.
+        StaleHint : the hint was made for another model; the message names the differences.
         """
         present = model_of(platform, pairs, settings)
         if present == self.model:
@@ -97,7 +97,7 @@ class StoredHint:
         )
 
     def at_work(self, kind: Kind, platform: Platform, pairs: Sequence[Dof], settings: MpcSettings) -> Hint:
-        """A fresh hint of one kind; errors as `check`."""
+        """Return a new hint of one kind; errors are those of `check`."""
         self.check(platform, pairs, settings)
         if kind is Kind.LAW:
             return Coarse(self.laws, platform, pairs, settings)
@@ -107,7 +107,7 @@ class StoredHint:
         return Learned(self.networks, braking_forms(platform, pairs), (shape[0], shape[1]))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """What was learned, as plain arrays."""
+        """Return what was learned, as plain arrays."""
         networks = {
             f"{_prefix(p)}{name}": array
             for p, network in enumerate(self.networks)
@@ -119,7 +119,7 @@ class StoredHint:
     def from_arrays(
         cls, arrays: Mapping[str, NDArray[Any]], model: Model, training: dict[str, Any]
     ) -> "StoredHint":
-        """Restore.
+        """Restore from plain arrays.
 
         Raises
         ------
@@ -141,7 +141,7 @@ class StoredHint:
         return hint
 
     def _check(self) -> None:
-        """The parts belong to as many pairs as the model has; the table's rows are all that networks name."""
+        """Check that the parts fit the number of pairs, and that the table has all rows of the networks."""
         pairs, levels = len(self.model["axes"]), len(self.laws.levels)
         found = (len(self.networks), len(self.table.deviation), len(self.laws.parameters))
         if found != (pairs, PARAMETERS * pairs, levels * pairs) or pairs == 0:
@@ -153,12 +153,12 @@ class StoredHint:
 
 
 def _prefix(pair: int) -> str:
-    """What the names of the arrays of a pair's network begin with."""
+    """Return the prefix of the names of a pair's arrays."""
     return f"network-{pair}."
 
 
 def _networks(arrays: Mapping[str, NDArray[Any]]) -> tuple[Network, ...]:
-    """One network per pair; errors as `Network.from_arrays`."""
+    """Return one network per pair; errors are those of `Network.from_arrays`."""
     pairs = len(arrays["table.deviation"]) // PARAMETERS
     parts = (
         {
@@ -176,6 +176,6 @@ def _networks(arrays: Mapping[str, NDArray[Any]]) -> tuple[Network, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A hint that was asked for and cannot be used, and why."""
+    """A hint that was requested and cannot be used, with the reason."""
 
     reason: str

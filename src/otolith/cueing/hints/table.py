@@ -1,7 +1,8 @@
 """The working sets that training visited, found again by the nearest parameter.
 
-Notation: ϑ = (x, r) states and forces wanted, each divided by its standard deviation in training. Where the
-problem is symmetric, a question is turned so that the first force wanted is not negative, and the set back.
+Notation: ϑ = (x, r) states and wanted forces, each divided by its standard deviation in training. If the
+problem is symmetric, a question is mirrored so that the first wanted force is not negative, and the set is
+mirrored back.
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ from otolith.core.jit import kernel
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Entries: a parameter each, and the set that was optimal there."""
+    """Entries of a parameter and the set that was optimal there."""
 
     deviation: Vec  # (7P,)
     parameters: Mat  # (n, 7P), scaled
@@ -26,12 +27,18 @@ class Table:
     symmetric: bool
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """As plain arrays."""
+        """Return plain arrays."""
         return {f"table.{name}": np.asarray(getattr(self, name)) for name in self.__slots__}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "Table":
-        """Restore; ValueError where the arrays do not belong together, KeyError where one is missing."""
+        """Restore from plain arrays.
+
+        Raises
+        ------
+        ValueError : the arrays do not belong together.
+        KeyError : an array is missing.
+        """
         parameters, which = frozen_array(arrays["table.parameters"]), arrays["table.which"]
         sets = frozen_array(arrays["table.sets"], dtype=np.int8)
         if len(parameters) != len(which) or not ((which >= 0) & (which < len(sets))).all() or sets.ndim != 3:
@@ -49,17 +56,17 @@ class Table:
 
 
 class Tabled:
-    """The table at work: the distinct sets among the entries nearest to the question."""
+    """Looks up the distinct sets among the entries nearest to the question."""
 
     def __init__(self, table: Table, *, nearest: int = 3) -> None:
         self._table, self._nearest = table, min(nearest, len(table.parameters))
         self._distance = np.empty(len(table.parameters))
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is no memory."""
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """(K, M, rows), nearest first."""
+        """Return hints (K, M, rows), nearest first."""
         del plan
         table = self._table
         sign = -1.0 if table.symmetric and wanted[0] < 0.0 else 1.0
@@ -73,7 +80,7 @@ class Tabled:
 
 @kernel
 def distances(parameter: Vec, parameters: Mat, squared: Vec) -> None:
-    """Squared distances (n,) of one parameter (p,) from many (n, p)."""
+    """Write the squared distances (n,) of one parameter (p,) from many (n, p)."""
     for i in range(parameters.shape[0]):
         total = 0.0
         for j in range(parameters.shape[1]):

@@ -1,4 +1,4 @@
-"""The best of several hints: the one with fewest violated conditions."""
+"""Chooses from several hints the one with the fewest violated optimality conditions."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ from otolith.qp.stage import StageProblem, by_columns
 
 
 class Chooser:
-    """Judges sets on the condensed problem; slow beside a solve, and needed only where there are several."""
+    """Judges sets on the condensed problem, which is slow compared with a solve."""
 
     def __init__(self, problem: StageProblem, blocks: Lengths) -> None:
         self._problem, self._blocks = problem, blocks
         self._solver = CondensedSolver(problem, blocks=blocks)
 
     def best(self, memory: StageMemory, sets: Ints) -> Ints:
-        """That of `sets` (K, M, rows) which the problem in memory contradicts least; the first of equals."""
+        """Return the set of `sets` (K, M, rows) that violates the fewest conditions; the first of equals."""
         if len(sets) == 1:
             only: Ints = sets[0]
             return only

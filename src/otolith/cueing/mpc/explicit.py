@@ -1,4 +1,4 @@
-"""The explicit law at work: looked up, not solved (section 5.2.1)."""
+"""Cueing with the explicit law, which is looked up and not solved (section 5.2.1)."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -17,7 +17,7 @@ from otolith.platforms import Platform
 from otolith.qp.problem import Status as SolverStatus
 from otolith.safety.stopping import Stopping
 
-EDGE_TOLERANCE: Final = 1e-7  # how far outside its box, relative to it, a parameter may lie through rounding
+EDGE_TOLERANCE: Final = 1e-7  # relative distance outside its box that rounding may cause
 
 
 class ExplicitLaw:
@@ -37,13 +37,11 @@ class ExplicitLaw:
         return len(self._law)
 
     def reset(self) -> None:
-        """Forget the last region, so that equal runs are equal."""
+        """Discard the last region, so that equal runs are equal."""
         self._region = -1
 
     def inputs(self, x: Vec, wanted: float) -> Mat | None:
-        """(N, nu) accelerations from the motion x of the degree of freedom, or None where no law exists.
-
-        None means that the explicit problem is infeasible there: no input keeps its limits.
+        """Return accelerations (N, nu) for a motion x, or None if the explicit problem is infeasible there.
 
         Parameters
         ----------
@@ -53,7 +51,7 @@ class ExplicitLaw:
         theta = self._theta
         theta[:-1], theta[-1] = x[: len(theta) - 1], wanted
         inside = np.clip(theta, self._low, self._high)
-        if not np.all(np.abs(inside - theta) <= self._edge):  # also for a NaN, which no comparison passes
+        if not np.all(np.abs(inside - theta) <= self._edge):  # also if NaN, which fails every comparison
             return None
         answer = self._law.evaluate(inside, self._region)
         if not answer.found:
@@ -67,11 +65,11 @@ class ExplicitLaw:
 class Explicit:
     """Cueing by explicit laws alone, one for each degree of freedom.
 
-    With the linearised output and separate reaches, the joint law of several degrees of freedom is these laws
-    side by side: none can see another's state.
+    With a linearised output and separate reaches, the joint law of several degrees of freedom consists of
+    these laws: none depends on another's state.
 
-    Where a law has no answer, its axes stop as `otolith.safety.stopping` says. A law whose rows are to make
-    that possible (`BrakingRows.STOPPING`) is also held to it: an answer that leads to a state from which they
+    Where a law has no answer, its axes stop by `otolith.safety.stopping`. A law with rows that guarantee
+    stopping (`BrakingRows.STOPPING`) is also checked: an answer that leads to a state from which the axes
     could not stop is not followed.
     """
 
@@ -80,33 +78,33 @@ class Explicit:
 
     @property
     def period(self) -> float:
-        """Time between two decisions [s]."""
+        """Return the time between two decisions [s]."""
         return self._parts[0].law.settings.period
 
     def reset(self, state: PlatformState) -> None:
-        """Start afresh; the laws have no memory but the region of their last query."""
+        """Start from `state`; the only memory of the laws is the region of their last query."""
         for part in self._parts:
             part.reset(state)
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Look the laws up, each on its own."""
+        """Look each law up."""
         return added([part.step(state, reference) for part in self._parts])
 
 
 class _OfDof:
-    """The law of one degree of freedom, and how its axes stop."""
+    """The law of one degree of freedom, and the stopping of its axes."""
 
     def __init__(self, platform: Platform, dof: Dof, law: ExplicitLaw) -> None:
         self.law, self._dof, self._axes = law, dof, stacked((dof,))
         self._stopping = Stopping(platform, (dof,), lag=0.0, period=law.settings.period)
 
     def reset(self, state: PlatformState) -> None:
-        """Forget the last region."""
+        """Discard the last region."""
         self.law.reset()
         self._stopping.reset(state)
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Look the law up; where it has no answer, stop, and say why."""
+        """Look the law up; if it has no answer, stop and report why."""
         felt = reference.angular_rate if self._dof.feels_rate else reference.specific_force
         wanted = felt[self._dof.felt]
         if not (self._stopping.observe(state) and plausible(wanted)):

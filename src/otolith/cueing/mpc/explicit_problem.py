@@ -1,9 +1,9 @@
-"""The explicit half: the coarse MPC of section 4.1.1 as a multi-parametric QP.
+"""The coarse MPC of section 4.1.1 as a multi-parametric QP, which the explicit law solves.
 
-Notation: x the states without accelerations, [ω θ v s] of an axis pair and [v s] of an axis of its own; u the
+Notation: x the states without accelerations, [ω θ v s] of an axis pair and [v s] of a single axis; u the
 accelerations, [a_rot a_tran] and [a]; N horizon, T blocking, U = T z the inputs step by step, parameter ϑ =
-(x₀, y_ref), and y what is felt: a_tran + g θ of a pair, linear in the tilt; a of heave; v of yaw, at the
-period's end, where an input moves it first:
+(x₀, y_ref), and y what is felt: a_tran + g θ of a pair, linear in the tilt; a of heave; v of yaw, at the end
+of the period, where an input first changes it:
 
     min_z  Σ_{k<N} (y_k − y_ref)² + ‖R^½ u_k‖² + ‖Q^½ x_k‖²   s.t. states x_1 … x_N and inputs within limits.
 """
@@ -33,13 +33,13 @@ from otolith.mpqp import ParametricQp, Progress
 from otolith.mpqp.separable import JointLaw, enumerate_parts
 from otolith.platforms import Braking, Platform
 
-UNLIMITED = 20.0  # [SI] range of a state without a limit, e.g. of the velocity [m/s] in Table C.1
-WIDEST_ALONE = 10.0  # times an axis's own speed or acceleration: the references that its law covers
+UNLIMITED = 20.0  # [SI] range of a state without a limit, e.g. the velocity [m/s] in Table C.1
+WIDEST_ALONE = 10.0  # range of references of a single axis's law, relative to its speed or acceleration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExplicitSettings:
-    """What the explicit MPC is; the defaults are the law that the thesis's hybrids use."""
+    """Settings of the explicit MPC; the defaults are the law that the thesis's hybrids use."""
 
     horizon: int = 5  # N
     period: float = 0.1  # [s]
@@ -52,8 +52,8 @@ class ExplicitSettings:
         0.0,
         0.0,
     )  # of a pair, on ω², θ², v², s² (Table C.3)
-    reference_bound: float = 100.0  # [m/s²] |y_ref| that the law covers: wider than any drive
-    open_bound: float = UNLIMITED  # [SI] what the law covers of a state without a limit
+    reference_bound: float = 100.0  # [m/s²] largest |y_ref| that the law covers, beyond any drive
+    open_bound: float = UNLIMITED  # [SI] range that the law covers of a state without a limit
 
     def __post_init__(self) -> None:
         if self.horizon < 1:
@@ -68,7 +68,7 @@ class ExplicitSettings:
             raise InputError("block-from", self.block_from, f"from 1 to the horizon of {self.horizon} steps")
 
     def blocking(self, inputs: int) -> Mat:
-        """T (N·nu, n) with U = T z: the free inputs, then the last one held to the horizon's end."""
+        """Return T (N·nu, n) with U = T z: the free inputs, then the last one held to the horizon's end."""
         free = self.block_from or self.horizon
         T = np.zeros((self.horizon, free))
         for k in range(self.horizon):
@@ -80,10 +80,12 @@ class ExplicitSettings:
 def explicit_problem(dof: Dof, limits: Limits, braking: Braking, settings: ExplicitSettings) -> ParametricQp:
     """Condense the explicit MPC of one degree of freedom into an mpQP.
 
-    A limit that is infinite imposes no row; the law then covers that state up to `open_bound`.
+    An infinite limit imposes no row; the law then covers that state up to `open_bound`.
 
-    Returns ------- ParametricQp : z (n,) the blocked inputs [rad/s², m/s²], ϑ = (x₀, y_ref) in SI: (5,) of a
-    pair, (3,) of an axis.
+    Returns
+    -------
+    ParametricQp : z (n,) the blocked inputs [rad/s², m/s²], ϑ = (x₀, y_ref) in SI units: (5,) for a pair,
+        (3,) for an axis.
     """
     N, nu = settings.horizon, len(chains(dof))
     T = settings.blocking(nu)
@@ -117,7 +119,7 @@ def explicit_problem(dof: Dof, limits: Limits, braking: Braking, settings: Expli
 
 
 def _felt(dof: Dof, Phi: Mat, Gamma: Mat, u: Mat) -> tuple[Mat, Mat]:
-    """What is felt at every step: y = (N, n) z + (N, nx) x₀."""
+    """Return what is felt at every step: y = (N, n) z + (N, nx) x₀."""
     N, of = len(u), chains(dof)
     if dof.feels_rate:
         return Gamma[1:, of[0].speed], Phi[1:, of[0].speed]
@@ -127,7 +129,7 @@ def _felt(dof: Dof, Phi: Mat, Gamma: Mat, u: Mat) -> tuple[Mat, Mat]:
 
 
 def _box(dof: Dof, limits: Limits, settings: ExplicitSettings) -> tuple[Vec, Vec]:
-    """Bounds of the parameter: the states' own limits, and the references that the law covers."""
+    """Return the bounds of the parameter: limits of the states, and the references that the law covers."""
     bounds = np.zeros((2 * len(chains(dof)), 2))
     for chain in chains(dof):
         of_axis = limits[chain.of]
@@ -144,7 +146,7 @@ def _box(dof: Dof, limits: Limits, settings: ExplicitSettings) -> tuple[Vec, Vec
 def _stage_rows(
     dof: Dof, limits: Limits, braking: Braking, settings: ExplicitSettings
 ) -> list[tuple[Row, int]]:
-    """Rows with the first stage at which an input can still move them."""
+    """Return rows with the first stage at which an input can affect them."""
     if settings.braking.leads:
         of_states = leading_rows(dof, limits, braking, lag=0.0, period=settings.period)
     else:
@@ -156,7 +158,7 @@ def _stage_rows(
 def _one_sided(
     rows: Sequence[tuple[Row, int]], dof: Dof, Phi: Mat, Gamma: Mat, u: Mat
 ) -> tuple[Mat, Vec, Mat]:
-    """G z ≤ w + S ϑ for every row, stage and side."""
+    """Return G z ≤ w + S ϑ for every row, stage and side."""
     N, nx = len(u), Phi.shape[2]
     by_input = [chain.acceleration for chain in chains(dof)]
     G, w, S = [], [], []
@@ -175,7 +177,7 @@ def _one_sided(
 
 
 def _input_rows(dof: Dof, rows: Sequence[Row], n: int) -> tuple[Mat, Vec]:
-    """Limits on the accelerations, which are the explicit model's inputs: once per free input."""
+    """Return limits on the accelerations, which are the explicit model's inputs, once per free input."""
     by_input = [chain.acceleration for chain in chains(dof)]
     nu = len(by_input)
     G, w = [], []
@@ -189,7 +191,7 @@ def _input_rows(dof: Dof, rows: Sequence[Row], n: int) -> tuple[Mat, Vec]:
 
 
 def joint_problem(parts: Sequence[ParametricQp]) -> ParametricQp:
-    """Several problems as one, block by block. That it falls apart is found from its data, not assumed."""
+    """Combine several problems into one, block by block; that it separates is found from its data."""
     blocks = {name: block_diag(*[getattr(part, name) for part in parts]) for name in ("H", "F", "G", "S")}
     vectors = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in ("f", "w", "lower", "upper")
@@ -198,9 +200,9 @@ def joint_problem(parts: Sequence[ParametricQp]) -> ParametricQp:
 
 
 def explicit_platform(platform: Platform, dofs: Sequence[Dof]) -> Platform:
-    """The platform as explicit laws see it: commands are the accelerations themselves, a circle is no row.
+    """Return the platform as explicit laws see it: commands are accelerations, and a circle is not a row.
 
-    Where both pairs are cued, surge and sway get a square inside the circle.
+    If both pairs are cued, surge and sway get a square inside the circle.
     """
     seen = platform.boxed() if sum(dof.is_pair for dof in dofs) > 1 else platform
     tables = {axis: getattr(seen, axis) for axis in AXES[:3] if getattr(seen, axis) is not None}
@@ -216,7 +218,7 @@ def joint_law(
     tolerance: float = 1e-7,
     progress: Callable[[Progress], None] | None = None,
 ) -> JointLaw:
-    """Enumerate the explicit law of degrees of freedom, found part by part (`otolith.mpqp.separable`).
+    """Enumerate the explicit law of degrees of freedom, part by part (`otolith.mpqp.separable`).
 
     Raises
     ------

@@ -1,13 +1,12 @@
-"""What is known before the QP is solved: a guess of the controls, or a hint of the working set.
+"""Knowledge before the QP is solved: a guess of the controls, or a hint of the working set.
 
-The thesis's four cueing models (section 3.1) differ in their guess of the controls alone: none, the first
+The thesis's four cueing models (section 3.1) differ only in their guess of the controls: none, the first
 control of the previous plan held over the horizon, the explicit law's first input held, or all its inputs in
-equal sections. How such a guess then enters the implicit MPC is `otolith.cueing.mpc.settings.Entry`.
+equal sections. `otolith.cueing.mpc.settings.Entry` states how such a guess enters the implicit MPC.
 
-A hint names the rows that will be active. Where the working set that the engine remembers does not settle at
-once, it asks for the hint, takes of the two the one that fewer conditions contradict, and goes on from there:
-the answer is the same in any case.
-Hints from offline knowledge are in `otolith.cueing.hints`.
+A hint names the rows that will be active. If the working set that the engine remembers is not optimal at
+once, the engine requests the hint, takes from the two the one that violates fewer conditions, and continues
+from there. The answer is the same in any case. Hints from offline knowledge are in `otolith.cueing.hints`.
 """
 
 from collections.abc import Sequence
@@ -24,54 +23,57 @@ class Guess(Protocol):
 
     @property
     def active(self) -> bool:
-        """False when there is no guess to make, so that a None is no miss."""
+        """Return whether there is a guess to make, so that None means that it was missed."""
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
 
     def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
-        """Guess (N, 2P) from the states x (6P,) of P pairs, forces wanted (P,), previous plan (N, 2P).
+        """Return a guess (N, 2P), or None if there is none; the implicit MPC then runs without it.
 
-        Per pair the controls are [a_rot, a_tran]. None where there is no guess: the implicit MPC then
-        runs without.
+        Parameters
+        ----------
+        x : (6P,) states of P pairs.
+        wanted : (P,) wanted forces.
+        plan : (N, 2P) previous plan; the controls of a pair are [a_rot, a_tran].
         """
 
 
 class Hint(Protocol):
-    """Guesses which rows will be active; asked only where the remembered working set does not settle."""
+    """Guesses which rows will be active; requested only if the remembered working set is not optimal."""
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """Candidates (K, M, rows), see `otolith.qp.stage.StageSolution.working_set`, or None.
+        """Return candidates (K, M, rows), see `otolith.qp.stage.StageSolution.working_set`, or None.
 
-        Arguments as of `Guess.controls`. Valid until the next call.
+        Arguments are those of `Guess.controls`. The result is valid until the next call.
         """
 
 
 class MissingHint:
-    """A hint that was refused: every decision that asks for it says that it was missing."""
+    """A hint that was refused; every decision that requests it reports that it was missing."""
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is no memory."""
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """Return None: there is no hint to give."""
+        """Return None: there is no hint."""
         del x, wanted, plan
         return None
 
 
 class NoGuess:
-    """Model 1: the implicit MPC on its own."""
+    """Model 1: the implicit MPC without a guess."""
 
     active: Final = False
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is no memory."""
 
     def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
-        """Return None: there is no guess to make."""
+        """Return None: there is no guess."""
         del x, wanted, plan
         return None
 
@@ -82,7 +84,7 @@ class HeldPlan:
     active: Final = True
 
     def reset(self) -> None:
-        """Nothing to forget: the plan is the controller's."""
+        """Do nothing: the controller keeps the plan."""
 
     def controls(self, x: Vec, wanted: Vec, plan: Mat) -> Mat | None:
         """Repeat the plan's first control."""
@@ -91,7 +93,7 @@ class HeldPlan:
 
 
 class FromExplicit:
-    """Models 3 and 4: the explicit law's first input held, or all of them in equal sections."""
+    """Models 3 and 4: the explicit law's first input held, or all its inputs in equal sections."""
 
     active: Final = True
 
@@ -99,7 +101,7 @@ class FromExplicit:
         self._laws, self._first_only = tuple(laws), first_only  # one law per pair
 
     def reset(self) -> None:
-        """Forget the regions of the last query."""
+        """Discard the regions of the last query."""
         for law in self._laws:
             law.reset()
 

@@ -1,4 +1,4 @@
-"""The working set that a guess of the controls stands for: rows that are at a bound along its trajectory."""
+"""The working set that belongs to a guess of the controls: rows at a bound along its trajectory."""
 
 from typing import Final
 
@@ -10,7 +10,7 @@ from otolith.cueing.mpc.problem import Problem
 from otolith.qp.blocked import block_ends, block_starts
 from otolith.qp.engines import StageMemory
 
-CLOSE: Final = 1e-3  # of a bound: as near as that counts as being at it
+CLOSE: Final = 1e-3  # relative distance from a bound that counts as being at it
 
 
 class GuessAsHint:
@@ -22,11 +22,11 @@ class GuessAsHint:
         self._starts, self._ends = block_starts(lengths), block_ends(lengths)
 
     def reset(self) -> None:
-        """Forget what the guess remembers."""
+        """Discard what the guess remembers."""
         self._guess.reset()
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """(1, M, rows), or None where there is no guess."""
+        """Return a hint (1, M, rows), or None if there is no guess."""
         controls = self._guess.controls(x, wanted, plan)
         if controls is None:
             return None
@@ -35,7 +35,7 @@ class GuessAsHint:
         return np.asarray(upper, dtype=np.int64)[None] - lower
 
     def _values(self, x: Vec, controls: Mat) -> Mat:
-        """(M, rows) what the bounds apply to; the circle's row is the distance from the centre."""
+        """Return the values (M, rows) that are bounded; for the circle, the distance from the centre."""
         X = self._problem.predicted(x, controls)[self._ends]
         rows = [X @ self._problem.structure.C.T]
         if self._problem.circle is not None:
@@ -44,6 +44,6 @@ class GuessAsHint:
 
 
 def _margin(bound: Mat) -> Mat:
-    """How near to a bound is at it; nothing is near to an infinite one."""
+    """Return the distance from a bound that counts as being at it; zero for an infinite bound."""
     margin: Mat = CLOSE * np.abs(np.where(np.isfinite(bound), bound, 0.0))
     return margin

@@ -1,13 +1,14 @@
-"""How a degree of freedom moves: its states, its commands, and where each of its axes stands among them.
+"""The motion of a degree of freedom: its states, its commands, and their order.
 
-Notation: per axis p place, v speed, a acceleration, which lags its command u by T (eqs. 4.9 and 4.21):
+Notation: per axis p position, v speed, a acceleration, which follows its command u with lag T (eqs. 4.9 and
+4.21):
 
     ṗ = v,  v̇ = a,  ȧ = (u − a)/T.
 
 An axis pair has x = [ω θ v s a_tran a_rot], u = [a_rot a_tran] in the thesis's order, with ω, θ rate and
-angle of the tilt, v, s speed and place of the translation. An axis of its own has x = [v s a], u = [a].
-Several degrees of freedom next to each other have x = (x_1, x_2 …), u = (u_1, u_2 …). Without the lag (the
-explicit model, eq. 4.1) the accelerations are the inputs, and the states are those before them.
+angle of the tilt, v, s speed and position of the translation. A single axis has x = [v s a], u = [a]. Several
+degrees of freedom have x = (x_1, x_2 …), u = (u_1, u_2 …). Without the lag (the explicit model, eq. 4.1) the
+accelerations are the inputs, and the states are the others.
 """
 
 from collections.abc import Sequence
@@ -32,15 +33,15 @@ STATES: Final = (
 )  # of a pair
 TILT_RATE, TILT, VELOCITY, POSITION, ACCELERATION, TILT_ACCELERATION = range(6)
 ROT, TRAN = range(2)  # a pair's commands
-STATES_ALONE: Final = ("velocity", "position", "acceleration")  # of an axis of its own
+STATES_ALONE: Final = ("velocity", "position", "acceleration")  # of a single axis
 
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """One axis of a degree of freedom, as the command drives it: acceleration, speed, place."""
+    """One axis of a degree of freedom as a chain of integrators: acceleration, speed, position."""
 
-    of: int  # which of `Dof.axes` it is
-    place: int  # index among the degree of freedom's states, as are the next two
+    of: int  # index in `Dof.axes`
+    place: int  # index among the degree of freedom's states, like the next two
     speed: int
     acceleration: int
 
@@ -53,27 +54,27 @@ _ALONE: Final = (Chain(0, place=1, speed=0, acceleration=2),)
 
 
 def chains(dof: Dof) -> tuple[Chain, ...]:
-    """The axes of a degree of freedom, in the order of its commands."""
+    """Return the axes of a degree of freedom, in the order of its commands."""
     return _PAIR if dof.is_pair else _ALONE
 
 
 def states(dof: Dof) -> tuple[str, ...]:
-    """Names of its states; washout weights and soft rows are addressed by them."""
+    """Return the names of its states, by which washout weights and soft rows refer to them."""
     return STATES if dof.is_pair else STATES_ALONE
 
 
 class Axes(NamedTuple):
     """All axes of several degrees of freedom, one entry per command (nu,); x is (nx,)."""
 
-    axis: Ints  # index in a six-vector
-    sign: Vec  # of the model's motion against the platform's
-    place: Ints  # index in x, as are the next two
+    axis: Ints  # index among the platform's six axes
+    sign: Vec  # sign of the model's motion relative to the platform's
+    place: Ints  # index in x, like the next two
     speed: Ints
     acceleration: Ints
 
 
 def stacked(dofs: Sequence[Dof]) -> Axes:
-    """Where the axes of degrees of freedom stand when these are put next to each other."""
+    """Return the indices of the axes when degrees of freedom are stacked."""
     first, found = 0, []
     for dof in dofs:
         for chain in chains(dof):
@@ -85,12 +86,12 @@ def stacked(dofs: Sequence[Dof]) -> Axes:
 
 
 def first_states(dofs: Sequence[Dof]) -> Ints:
-    """Index in x of the first state of every degree of freedom, and after the last (len + 1,)."""
+    """Return the index in x of the first state of every degree of freedom, and the total (len + 1,)."""
     return np.cumsum([0, *(len(states(dof)) for dof in dofs)])
 
 
 def dynamics(axes: Axes, lag: float) -> tuple[Mat, Mat]:
-    """Continuous (A (nx, nx), B (nx, nu)) of axes that lag their commands by `lag` [s]."""
+    """Return continuous (A (nx, nx), B (nx, nu)) of axes that follow their commands with `lag` [s]."""
     nu = len(axes.axis)
     A, B = np.zeros((3 * nu, 3 * nu)), np.zeros((3 * nu, nu))
     A[axes.place, axes.speed] = A[axes.speed, axes.acceleration] = 1.0
@@ -100,7 +101,7 @@ def dynamics(axes: Axes, lag: float) -> tuple[Mat, Mat]:
 
 
 def explicit_dynamics(dof: Dof) -> tuple[Mat, Mat]:
-    """Continuous (A, B) of eq. 4.1, in which the accelerations are the inputs: double integrators."""
+    """Return continuous (A, B) of eq. 4.1, double integrators whose inputs are the accelerations."""
     of = chains(dof)
     A, B = np.zeros((2 * len(of), 2 * len(of))), np.zeros((2 * len(of), len(of)))
     for i, chain in enumerate(of):
@@ -109,7 +110,7 @@ def explicit_dynamics(dof: Dof) -> tuple[Mat, Mat]:
 
 
 def held(lag: float, period: float) -> Vec:
-    """What `predict` needs of one axis: (Δ, p by a, p by u, v by a, v by u, a by a) over a period, exact.
+    """Return the coefficients (Δ, c₁ … c₅) that `predict` needs for one axis over a period, exact.
 
     p⁺ = p + Δ v + c₁ a + c₂ u,  v⁺ = v + c₃ a + c₄ u,  a⁺ = c₅ a + (1 − c₅) u.
     """
@@ -123,7 +124,12 @@ def held(lag: float, period: float) -> Vec:
 
 @kernel
 def predict(axes: Axes, hold: Mat, x0: Vec, plan: Mat, X: Mat) -> None:
-    """States x_1 … x_N into X (N, nx) under the commands `plan` (N, nu); `hold` (nu, 6) as `held`."""
+    """Write the states x_1 … x_N into X (N, nx) under the commands `plan` (N, nu).
+
+    Parameters
+    ----------
+    hold : (nu, 6) rows of `held`.
+    """
     for k in range(X.shape[0]):
         before = x0 if k == 0 else X[k - 1]
         for i in range(len(axes.axis)):
@@ -144,14 +150,14 @@ def _read(axes: Axes, pose: Vec, twist: Vec, acceleration: Vec, x: Vec) -> None:
 
 
 def model_state(axes: Axes, state: PlatformState) -> Vec:
-    """The model's x (nx,) of a platform's state."""
+    """Return the model's x (nx,) for a platform's state."""
     x = np.empty(3 * len(axes.axis))
     _read(axes, state.pose, state.twist, state.acceleration, x)
     return x
 
 
 def in_six_axes(axes: Axes, plan: Mat) -> Mat:
-    """(N, 6) accelerations of the platform from the model's commands (N, nu)."""
+    """Return the accelerations (N, 6) of the platform for the model's commands (N, nu)."""
     command = np.zeros((len(plan), 6))
     command[:, axes.axis] = axes.sign * plan
     return command

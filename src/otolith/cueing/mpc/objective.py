@@ -1,8 +1,8 @@
-"""What the MPC tracks: felt quantities as they are, or as the driver's vestibular organs pass them on.
+"""What the MPC tracks: felt quantities, either physical or as the driver's vestibular organs perceive them.
 
 A *channel* is one felt quantity of one degree of freedom: its specific force f = a + g sin(tilt), or an
-angular rate. Without an organ the channel is physical. With one, a copy of the organ is part of the
-prediction, and what it senses in the simulator follows what the same organ would sense in the car.
+angular rate. Without an organ the channel is physical. With an organ, a copy of it is part of the prediction,
+and what it perceives in the simulator follows what the same organ would perceive in the car.
 """
 
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from otolith.core.lti import StateSpace, first_order_hold, zero_order_hold
 from otolith.cueing.mpc.motion import ACCELERATION, TILT, TILT_RATE, chains, states
 from otolith.perception import Vestibular
 
-FORCE_WEIGHT: Final = 1.0  # of the squared error of a force [(m/s²)⁻²]
-TILTING_WEIGHT: Final = 0.1  # of that of a sensed rate that comes of tilting and is unwanted [(rad/s)⁻²]
-RATE_WEIGHT: Final = 100.0  # of that of a wanted rate: (10 m/s)², the force on a car that turns so at 36 km/h
+FORCE_WEIGHT: Final = 1.0  # weight of the squared error of a force [(m/s²)⁻²]
+TILTING_WEIGHT: Final = 0.1  # of a perceived rate that tilting causes and that is unwanted [(rad/s)⁻²]
+RATE_WEIGHT: Final = 100.0  # of a wanted rate: (10 m/s)², from the force on a car that turns at 36 km/h
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Objective:
-    """Weights of the squared errors, and whether they are of what is sensed."""
+    """Weights of the squared errors, and whether the errors are of what is perceived."""
 
-    senses: Vestibular | None = None  # None: physical quantities are tracked, and a tilt's rate is not
+    senses: Vestibular | None = None  # None to track physical quantities, without a tilt's rate
     force: float = FORCE_WEIGHT  # [(m/s²)⁻²]
-    tilting: float = TILTING_WEIGHT  # [(rad/s)⁻²], where something is sensed
+    tilting: float = TILTING_WEIGHT  # [(rad/s)⁻²], only if `senses` is given
     rate: float = RATE_WEIGHT  # [(rad/s)⁻²]
 
 
@@ -37,16 +37,16 @@ class Channel:
     """One felt quantity."""
 
     of: int  # index of the degree of freedom
-    row: Vec  # (states,) of its states, linear: g θ for the gravity of a tilt
-    weight: float  # of the squared error
+    row: Vec  # (states,) linear in its states: g θ for the gravity of a tilt
+    weight: float  # weight of the squared error
     organ: StateSpace | None
     is_rate: bool
-    index: int  # in (3,) of the specific force or the angular rate
-    sign: float = 1.0  # of the model's rate against the driver's
-    tilt: int = -1  # state whose sine gives gravity; none: -1
+    index: int  # index among the three specific forces or angular rates
+    sign: float = 1.0  # sign of the model's rate relative to the driver's
+    tilt: int = -1  # state whose sine gives gravity; -1 for none
 
     def wanted(self, ahead: Mat, wanted: Vec) -> None:
-        """Write what is wanted of this channel into `wanted` (N,); `ahead` (N, 6) as of a `Predictor`."""
+        """Write the reference of this channel into `wanted` (N,), from the prediction `ahead` (N, 6)."""
         if self.is_rate:
             wanted[:] = self.sign * ahead[:, 3 + self.index]
         else:
@@ -54,7 +54,7 @@ class Channel:
 
 
 def channels(dofs: Sequence[Dof], objective: Objective) -> list[Channel]:
-    """The channels of degrees of freedom, in their order."""
+    """Return the channels of degrees of freedom, in their order."""
     return [channel for p, dof in enumerate(dofs) for channel in _of_dof(p, dof, objective)]
 
 
@@ -89,12 +89,12 @@ def _of_dof(p: int, dof: Dof, objective: Objective) -> list[Channel]:
 
 @dataclass(frozen=True, slots=True)
 class Organ:
-    """An organ in discrete time, once for what is held over a period and once for what is straight in it."""
+    """An organ in discrete time, for inputs that are held over a period or linear in it."""
 
     A: Mat  # (n, n)
-    B: Vec  # (n,) held
-    B0: Vec  # (n,) straight: the value at the period's beginning
-    B1: Vec  # (n,) and at its end
+    B: Vec  # (n,) for a held input
+    B0: Vec  # (n,) for a linear input: the value at the beginning of the period
+    B1: Vec  # (n,) and the value at its end
     C: Vec  # (n,)
     D: float
 

@@ -1,8 +1,8 @@
-"""Washout weights: how strongly an MPC pulls the platform home, addressed by state name.
+"""Washout weights: how strongly an MPC pulls the platform home, by the name of the state.
 
-A weight multiplies the square of one state in the stage cost. It is a polynomial of the magnitude
-of a state now, W = w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |state| / w₅ (thesis, eq. 4.12), and is held
-over the horizon; constant weights are the case w₂ = w₃ = w₄ = 0.
+A weight multiplies the square of one state in the stage cost. It is a polynomial of the present magnitude of
+a state, W = w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |state| / w₅ (thesis, eq. 4.12), and is held over the horizon;
+constant weights have w₂ = w₃ = w₄ = 0.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ _WEIGHTED: Final = STATES[:4]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WashoutWeight:
-    """Weight on the square of state `on`, growing with the magnitude of state `of`."""
+    """Weight on the square of state `on` that grows with the magnitude of state `of`."""
 
     on: str  # a name of otolith.cueing.mpc.motion.STATES, SI units in the cost
     of: str
@@ -27,7 +27,7 @@ class WashoutWeight:
     scale: float  # w₅, magnitude of `of` at which r = 1, SI units
 
     def at(self, x: Vec) -> float:
-        """Weight at state x (6,)."""
+        """Return the weight at state x (6,)."""
         w1, w2, w3, w4 = self.coefficients
         r = abs(x[STATES.index(self.of)]) / self.scale
         return float(w1 + w2 * r + w3 * r**2 + w4 * r**4)
@@ -40,7 +40,7 @@ _W5_TILT_RATE: Final = 3.0 * pi / 180.0  # [rad/s]
 
 
 def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
-    """Constant weights by state name, e.g. {"tilt_rate": 0.001, "position": 0.9} (Table 5.3).
+    """Return constant weights by state name, e.g. {"tilt_rate": 0.001, "position": 0.9} (Table 5.3).
 
     Raises
     ------
@@ -65,14 +65,14 @@ PRESETS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
         ),
         WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
     ),
-    # The reading that comes closest to the thesis's tables: the first weight lands on the velocity,
+    # The reading that comes closest to the thesis's tables: the first weight acts on the velocity,
     # as if the state order of the generated solver differed from the one that eq. 4.13 assumes.
     "thesis-fit": (
         WashoutWeight(on="velocity", of="tilt_rate", coefficients=_TILT_RATE_POLYNOMIAL, scale=_W5_TILT_RATE),
         WashoutWeight(on="position", of="position", coefficients=_POSITION_POLYNOMIAL, scale=_W5_POSITION),
     ),
     "none": (),
-    # Constant weights for all signals of Table 5.3 at once, where the hand-tuned table has a pair for each:
+    # Constant weights for all signals of Table 5.3 together; the hand-tuned table has a pair for each:
     # the best of `otolith tune --on STATES --evaluations 26` (objective: `otolith.tuning`), in both readings.
     "constant-fit": constant({"velocity": 0.411, "position": 0.0131}),  # J = -1.667
     "constant-printed": constant({"tilt_rate": 0.00339, "position": 10.2}),  # J = -1.325
@@ -80,7 +80,12 @@ PRESETS: Final[dict[str, tuple[WashoutWeight, ...]]] = {
 
 
 def preset(name: str) -> tuple[WashoutWeight, ...]:
-    """Look one of `PRESETS` up, or say in one sentence which there are."""
+    """Look up one of `PRESETS`, or refuse an unknown name with a list of those that exist.
+
+    Raises
+    ------
+    InputError : there is no such preset.
+    """
     if name not in PRESETS:
         raise InputError("washout", repr(name), one_of(PRESETS, name))
     return PRESETS[name]

@@ -1,4 +1,4 @@
-"""Predictors: what an MPC assumes of the future of what should be felt."""
+"""Predictors: what an MPC assumes about the future of what should be felt."""
 
 from otolith.cueing.prediction.adaptive import Adaptive
 from otolith.cueing.prediction.named import PREDICTIONS, Prediction, parse_prediction, prediction_named

@@ -1,17 +1,17 @@
-"""A prediction that learns while it runs how far the present slope of a force can be trusted.
+"""A prediction that learns at run time how far the present slope of a force can be trusted.
 
-Notation, per axis: f the force now, f' its slope through a low-pass of time T_f, τ the time ahead;
+Notation, per axis: f the present force, f' its slope through a low-pass with time constant T_f, τ the time
+ahead;
 
     f̂(τ) = exp(−τ/T(|f|)) (f + γ s(τ) f'),   s(τ) = T_s (1 − exp(−τ/T_s)),
     T(r) = T_far + (T_near − T_far) max(0, 1 − r/r_far).
 
-A force dies away with T, and the sooner the larger it is: small forces can be tilted into and last in
-practice, large ones cannot be sustained by any platform, and braking for their end must begin early. The
-slope continues for T_s. The trust γ is learned by least squares from what came true: of all moments t in
-the past, weighted by exp(−age/memory), it minimises Σ (f(t) − f(t−h) − γ s(h) f'(t−h))² + ridge γ².
-Noise has slopes that never come true, so it turns them off by itself; a ridge starts from no trust.
-
-Everything is causal by construction: the predictor is handed one reference after the other.
+A force decays with T, and faster if it is large: small forces can be produced by tilt and last in practice,
+while no platform can sustain large ones, and braking for their end must begin early. The slope continues for
+T_s. The trust γ is learned by least squares from past predictions: over all past times t, weighted by
+exp(−age/memory), it minimises Σ (f(t) − f(t−h) − γ s(h) f'(t−h))² + ridge γ². The slopes of noise do not
+predict anything, so noise reduces the trust by itself; the ridge makes the trust start from zero. The
+predictor is causal by construction, because it receives one reference after the other.
 """
 
 from dataclasses import dataclass
@@ -26,29 +26,29 @@ from otolith.cueing.prediction.simple import now
 from otolith.interfaces import Reference
 from otolith.safety.stopping import HUGE
 
-_FORCES: Final = 3  # of the six columns; the rates are held
-_STEEPEST: Final = 8.0  # [m/s³] slope that counts at most, so that a jump is no trend
+_FORCES: Final = 3  # number of columns, of six, that are forces; rates are held
+_STEEPEST: Final = 8.0  # [m/s³] bound of the slope, so that a jump is not a trend
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adaptive:
-    """Parameters of the adaptive prediction; found on random references that no published table is made of.
+    """Parameters of the adaptive prediction, found on random references that no published table uses.
 
     Raises
     ------
-    InputError : a parameter is beyond its bound.
+    InputError : a parameter is out of bounds.
     """
 
-    near: float = 1.3  # T_near [s] of a force that is nearly zero
-    far: float = 0.6  # T_far [s] of a large one
-    large: float = 1.5  # r_far [m/s²] from which on a force is large
-    slope: float = 0.35  # T_s [s] for which a slope goes on
+    near: float = 1.3  # T_near [s] for a force near zero
+    far: float = 0.6  # T_far [s] for a large force
+    large: float = 1.5  # r_far [m/s²] from which a force is large
+    slope: float = 0.35  # T_s [s] for which a slope continues
     smooth: float = 0.1  # T_f [s] of the slope's low-pass
-    lead: float = 0.3  # h [s] after which a prediction is compared with what came true
-    memory: float = 8.0  # [s] of the learning
-    ridge: float = 0.01  # [m²/s³] of the learning: how much must have come true before it is believed
+    lead: float = 0.3  # h [s] after which a prediction is compared with the reference
+    memory: float = 8.0  # [s] time constant of the learning
+    ridge: float = 0.01  # [m²/s³] regularisation of the learning, which delays trust
     most: float = 1.32  # largest γ
-    gain: float = 1.1  # of γ after learning: in closed loop a little more than the signal's own is best
+    gain: float = 1.1  # factor on the learned γ: in closed loop a slightly larger γ is best
 
     def __post_init__(self) -> None:
         for name in ("near", "far", "large", "slope", "smooth", "lead", "memory", "ridge", "gain"):
@@ -60,12 +60,12 @@ class Adaptive:
             raise InputError("most of the adaptive prediction", self.most, "at least 0 and finite")
 
     def begin(self) -> "AdaptivePredictor":
-        """Make a predictor that has seen nothing yet."""
+        """Make a predictor without a past."""
         return AdaptivePredictor(self)
 
 
 class AdaptivePredictor:
-    """The adaptive prediction at work; `parameters` are explained at `Adaptive`."""
+    """The predictor; `Adaptive` explains its `parameters`."""
 
     def __init__(self, parameters: Adaptive) -> None:
         self.parameters = parameters
@@ -73,15 +73,15 @@ class AdaptivePredictor:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past; the first value seen then has no slope."""
+        """Discard the past; the first value then has no slope."""
         self._seen = np.zeros(_FORCES, dtype=np.int64)
         self._last, self._slope, self._both, self._square = (np.zeros(_FORCES) for _ in range(4))
         self._past = np.zeros((1, 2, _FORCES))
-        self._dt = 0.0  # the ring is made when the period is known
+        self._dt = 0.0  # the ring buffer is made when the period is known
 
     @property
     def trust(self) -> Vec:
-        """γ of each force (3,), between 0 and `most`."""
+        """Return γ of each force (3,), between 0 and `most`."""
         p = self.parameters
         trust: Vec = np.clip(p.gain * self._both / (self._square + p.ridge), 0.0, p.most)
         return trust
@@ -139,10 +139,14 @@ def _adapt(
     value: Vec,
     coming: Mat,
 ) -> None:
-    """Learn from the value (6,) that is wanted now, and predict into `coming` (n, 6).
+    """Learn from the present value (6,), and predict into `coming` (n, 6).
 
-    `past` (lead, 2, 3) is a ring of values and slopes. A value that is no number of this world is passed on
-    as it is, and nothing is learned from it: it would be remembered for minutes.
+    An implausible value is passed on unchanged and not learned from, because it would be remembered for
+    minutes.
+
+    Parameters
+    ----------
+    past : (lead, 2, 3) ring buffer of values and slopes.
     """
     dt, share, keep, lead, ridge, most, gain, near, far, large, lasting = constants
     ring = past.shape[0]

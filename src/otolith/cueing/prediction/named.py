@@ -15,7 +15,7 @@ class Prediction(Protocol):
     """Parameters of a prediction, as a frozen dataclass of plain numbers."""
 
     def begin(self) -> Predictor:
-        """Make a predictor that has seen nothing yet."""
+        """Make a predictor without a past."""
 
 
 PREDICTIONS: Final[Mapping[str, type[Any]]] = {
@@ -31,7 +31,7 @@ def parse_prediction(text: str) -> Prediction:
 
     Raises
     ------
-    InputError : there is no such prediction or parameter, or a value is beyond its bound.
+    InputError : there is no such prediction or parameter, or a value is out of bounds.
     """
     name, _, parameters = text.partition(":")
     kind = _kind(name)
@@ -40,7 +40,7 @@ def parse_prediction(text: str) -> Prediction:
 
 
 def prediction_to_record(prediction: Prediction) -> dict[str, Any]:
-    """Plain values of a prediction; errors as `parse_prediction` for one that has no name here."""
+    """Return plain values of a prediction; errors are those of `parse_prediction` if it has no name here."""
     for name, kind in PREDICTIONS.items():
         if type(prediction) is kind:
             return {"name": name, **asdict(prediction)}  # type: ignore[call-overload]
@@ -48,7 +48,7 @@ def prediction_to_record(prediction: Prediction) -> dict[str, Any]:
 
 
 def prediction_named(record: Mapping[str, Any]) -> Prediction:
-    """The prediction of a record; errors as `parse_prediction`."""
+    """Return the prediction of a record; errors are those of `parse_prediction`."""
     values = dict(record)
     prediction: Prediction = _kind(values.pop("name"))(**values)
     return prediction

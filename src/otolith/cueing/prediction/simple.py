@@ -1,7 +1,7 @@
-"""Predictions without a memory: hold, decay, and the oracle that is given the future.
+"""Predictions without memory: hold, decay, and the oracle that knows the future.
 
-Each is a frozen value with its parameters, so that a run's file can hold it; `begin` makes the predictor.
-A predictor's row k is what is wanted at the end of the (k + 1)-th coming period: three specific forces
+Each is a frozen value with its parameters, so that a run's file can store it; `begin` makes the predictor.
+Row k of a prediction is what is wanted at the end of the (k + 1)-th coming period: three specific forces
 [m/s²] and three angular rates [rad/s] in the driver's frame, as in `otolith.interfaces.Reference`.
 """
 
@@ -15,13 +15,13 @@ from otolith.interfaces import Reference
 
 
 def now(reference: Reference) -> Vec:
-    """What is wanted at this moment (6,): specific force, then angular rate."""
+    """Return what is wanted now (6,): specific force, then angular rate."""
     return np.concatenate([reference.specific_force, reference.angular_rate])
 
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """What is wanted now is wanted for ever: the thesis's assumption, exact for a standing force."""
+    """The present value is wanted forever: the thesis's assumption, exact for a constant force."""
 
     def begin(self) -> "Hold":
         """Return the predictor, which is the value itself, since it remembers nothing."""
@@ -39,17 +39,17 @@ class Hold:
 
 @dataclass(frozen=True, slots=True)
 class Decay:
-    """Forces die away exponentially, rates are held.
+    """Forces decay exponentially, rates are held.
 
-    A platform that assumes so turns back in time; for a force within its reach this costs little, since
-    the assumption is renewed at every decision.
+    A platform with this assumption turns back in time. For a force within its reach the cost is small,
+    because the assumption is renewed at every decision.
 
     Raises
     ------
     InputError : the time is not positive and finite.
     """
 
-    time: float = 0.8  # [s] in which a force falls to 37 %
+    time: float = 0.8  # [s] in which a force decays to 37 %
 
     def __post_init__(self) -> None:
         if not 0.0 < self.time < np.inf:
@@ -72,17 +72,17 @@ class Decay:
 
 @dataclass(frozen=True, slots=True)
 class Oracle:
-    """The future itself, as far as it is known to the loop: for studies, never live.
+    """The future itself, as far as the loop knows it: for studies, never live.
 
-    It is a bound on what any predictor can win. Where the known future ends, its last value is held; with
-    a `time`, only so much of it is used.
+    It bounds what any predictor can gain. Beyond the known future the last value is held; `time` limits how
+    much of it is used.
 
     Raises
     ------
     InputError : the time is not positive.
     """
 
-    time: float = 60.0  # [s] of the future that is used at most
+    time: float = 60.0  # [s] largest part of the future that is used
 
     def __post_init__(self) -> None:
         if not self.time > 0.0:

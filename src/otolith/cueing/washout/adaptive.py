@@ -1,19 +1,18 @@
 """The adaptive washout (thesis, section 2.2.3; Parrish et al., 1975; Nahon & Reid, 1990).
 
-The classical washout with high-passes whose input gains P adapt, while the tilt's low-pass stays
-fixed. Notation: a, q acceleration and rate wanted of an axis, s its travel, P its gain, P₀ = 1; primes
-are time derivatives. Per axis
+This is the classical washout with high-passes whose input gains P adapt, while the tilt's low-pass stays
+fixed. Notation: a, q wanted acceleration and rate of an axis, s its travel, P its gain, P₀ = 1; primes are
+time derivatives. Per axis
 
     s'' = P a − 2ζω_n s' − ω_n² s,    rotation R(s) P q,    P' = −K ∂J/∂P within [P_min, P_max],
     2 J = W₁ (a − s'')² + W₃ s'² + W₄ s² + W₇ (P − P₀)²,    for rotations W₂ (q − φ')² + W₈ (P − P₀)².
 
-The derivatives of s and φ by P obey the same filters with the input a or q (as if P stood still, which
-is the usual approximation). Eq. 2.6 sums its last term over i = 1, 2 and eq. 2.7 counts i = 1 … 6:
-both hold when the sum is over the two gains of one axis pair and the count over all axes, 2 + 2 + 1 +
-1. The pull back to P₀ that the literature adds to eq. 2.7 is the gradient of that last term.
-
-Whatever the adaptation does, the motion is bounded: stable linear filters under inputs bounded by
-P_max a.
+The derivatives of s and φ with respect to P obey the same filters with the input a or q (as if P were
+constant, which is the usual approximation). Eq. 2.6 sums its last term over i = 1, 2 and eq. 2.7 counts i = 1
+… 6. Both hold if the sum is over the two gains of one axis pair and the count over all axes, 2 + 2 + 1 + 1.
+The pull back to P₀ that the literature adds to eq. 2.7 is the gradient of that last term. The motion is
+bounded whatever the adaptation does: it is the output of stable linear filters with inputs bounded by P_max
+a.
 """
 
 import numpy as np
@@ -39,12 +38,12 @@ NEUTRAL = 1.0  # P₀
 
 
 def _travel(tuning: SecondOrder) -> StateSpace:
-    """From acceleration to high-passed travel, velocity and acceleration."""
+    """Return the system from acceleration to high-passed travel, velocity and acceleration."""
     return outputs([[1.0], [1.0, 0.0], [1.0, 0.0, 0.0]], denominator(tuning))
 
 
 class AdaptiveChannels:
-    """High-passes with adapting gains, low-pass tilts."""
+    """High-passes with adapting gains, and low-pass tilts."""
 
     def __init__(self, task: Task, period: float) -> None:
         self._of, mask, self._period = task.tuning.of(tables.Adaptive), cued(task), period
@@ -58,7 +57,7 @@ class AdaptiveChannels:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past; gains are neutral."""
+        """Discard the past; gains become neutral."""
         for bank in (self._travel, self._travel_by_gain, self._turn, self._turn_by_gain, self._tilt):
             bank.reset()
         self.gains, self.rate_gains = (np.full(len(i), NEUTRAL) for i in (self._moved, self._turned))
@@ -89,11 +88,11 @@ class AdaptiveChannels:
         return turning
 
     def _adapted(self, gains: Vec, fall: Vec) -> Vec:
-        """One Euler step down the gradient, within the bounds."""
+        """Return the gains after one Euler step down the gradient, within the bounds."""
         of = self._of
         return np.clip(gains - self._period * fall, of.least_gain, of.largest_gain)
 
 
 def adaptive(task: Task) -> Washout:
-    """The adaptive washout."""
+    """Make the adaptive washout."""
     return Washout(task, AdaptiveChannels(task, PERIOD))

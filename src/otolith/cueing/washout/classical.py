@@ -1,13 +1,13 @@
 """The classical washout (thesis, section 2.2.1, after Reid & Nahon, 1985).
 
-Notation as in `otolith.cueing.washout.filters` and `drive`; K the scaling's slope. For small signals along an
-axis pair with tilt θ, translation and tilt obey
+Notation as in `otolith.cueing.washout.filters` and `feedforward`; K is the slope of the scaling. For small
+signals along an axis pair with tilt θ, translation and tilt obey
 
     g θ = K L(s) f + g R(s)/s · K_ω ω,    a = H(s) (K f − g θ),    felt: a + g θ,
 
-because the frame transformation takes the tilt's part out of what the travel is asked for. From f to
-what is felt this is K (L + H (1 − L)), which is K wherever H or L is one: the two channels complement
-each other.
+because the frame transformation subtracts the tilt's contribution from the input of the translation. From f
+to the felt force this is K (L + H (1 − L)), which is K wherever H or L is one: the two channels are
+complementary.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from otolith.cueing.washout.tuning import Tuning
 
 
 class ClassicalChannels:
-    """High-pass translations, low-pass tilts, high-pass rotations, one bank of filters."""
+    """High-pass translations, low-pass tilts and high-pass rotations in one bank of filters."""
 
     def __init__(self, task: Task, period: float) -> None:
         of, mask = task.tuning.of(tables.Classical), cued(task)
@@ -34,7 +34,7 @@ class ClassicalChannels:
         self._bank = Bank(systems, period)
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
         self._bank.reset()
 
     def step(self, demand: Demand) -> Motion:
@@ -52,7 +52,7 @@ class ClassicalChannels:
 
 
 def coordinate(motion: Motion, pairs: tuple[Dof, ...], low: Vec) -> None:
-    """Write the tilts for low-passed forces and their derivatives, one after the other per pair."""
+    """Write the tilts for low-passed forces and their derivatives, which alternate by pair."""
     angles, rates = tilt_for(low[0::2], low[1::2])
     for pair, angle, rate in zip(pairs, angles, rates, strict=True):
         motion.tilt[pair.rotation - 3] = pair.sign * angle
@@ -60,14 +60,14 @@ def coordinate(motion: Motion, pairs: tuple[Dof, ...], low: Vec) -> None:
 
 
 def classical(task: Task) -> Washout:
-    """The classical washout."""
+    """Make the classical washout."""
     return Washout(task, ClassicalChannels(task, PERIOD))
 
 
 def force_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:
-    """From wanted to felt specific force along a pair, K (L + H (1 − L)), in continuous time.
+    """Return the continuous response from wanted to felt force along a pair, K (L + H (1 − L)).
 
-    Small signals: below the tilt's rate limit, with the scaling's slope.
+    It holds for small signals: below the tilt's rate limit, with the slope of the scaling.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def force_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:
 
     Returns
     -------
-    (n,), complex.
+    (n,) complex.
     """
     s = 1j * np.asarray(omega, dtype=np.float64)
     of = tuning.of(tables.Classical)
@@ -86,15 +86,15 @@ def force_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:
 
 
 def rate_response(tuning: Tuning, omega: Vec) -> Complexes:
-    """From wanted to given angular rate, K_ω R, in continuous time; (n,) complex."""
+    """Return the continuous response from wanted to commanded angular rate, K_ω R; (n,) complex."""
     R: Complexes = rotation(tuning.of(tables.Classical).rotation).frequency_response(omega)[:, 0, 0]
     return tuning.scaling.rate.slope * R
 
 
 def cross_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:
-    """From wanted angular rate to felt specific force along a pair [m/s² per rad/s], (n,) complex.
+    """Return the response from wanted angular rate to felt force along a pair [m/s² per rad/s], (n,) complex.
 
-    The tilt that the rotation brings is taken out again by the travel as far as H reaches: g θ (1 − H).
+    The translation compensates the tilt that the rotation brings as far as H reaches: g θ (1 − H).
     """
     s = 1j * np.asarray(omega, dtype=np.float64)
     of = tuning.of(tables.Classical)
@@ -104,12 +104,12 @@ def cross_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:
 
 
 def hold_response(omega: Vec, period: float = PERIOD, *, late: bool = False) -> Complexes:
-    """What sampling adds to the response to force, or, when `late`, to those to rate; (n,) complex.
+    """Return the effect of sampling on the response to force or, if `late`, to rate; (n,) complex.
 
-    With sinc x = sin x / x: force is held, and the acceleration is held at its mean, e^(−jωT/2) sinc³(ωT/2);
-    rate is taken as straight between the samples, and reached at the period's end, e^(−jωT) sinc⁴(ωT/2).
-    So half a period of delay or a whole one, and nothing else below a tenth of the sampling frequency. The
-    plant's own lag comes on top.
+    With sinc x = sin x / x: force is held, and the acceleration is held at its mean, e^(−jωT/2) sinc³(ωT/2).
+    Rate is linear between samples and reached at the end of the period, e^(−jωT) sinc⁴(ωT/2). So the delay is
+    half a period or one period, with no other effect below a tenth of the sampling frequency. The plant's own
+    lag is added to it.
     """
     half = 0.5 * period * np.asarray(omega, dtype=np.float64)
     sinc = np.sinc(half / np.pi)

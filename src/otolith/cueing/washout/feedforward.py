@@ -1,17 +1,16 @@
-"""What every washout shares: frames, scaling, tilt that nobody notices, motion by held accelerations.
+"""The parts that all washouts share: frames, scaling, unnoticed tilt, and motion by held accelerations.
 
 Notation: R from the driver's frame to world, f specific force without the standing 1 g, ẑ up. With the
-platform turned by R, the driver feels f exactly when the head accelerates by
+platform rotated by R, the driver feels exactly f if the head accelerates by
 
     a_world = R (f + g ẑ) − g ẑ,
 
-so what the tilt gives already is not asked of the travel. (Derived here from the definition of f; washouts
-of the Reid & Nahon family transform the force alike, but their reports were not at hand.) Angular rates
-become derivatives of roll, pitch and yaw.
+so the translation need not produce what the tilt already gives. (This is derived from the definition of f.
+Washouts of the Reid & Nahon family transform the force in the same way, but their reports were not
+available.) Angular rates become derivatives of roll, pitch and yaw.
 
-A filter says how fast each axis should move at the period's end. The command is the held acceleration
-that gets it there, so velocities are met exactly at every period's end and travel follows by
-integration.
+A filter states how fast each axis should move at the end of the period. The command is the held acceleration
+that leads there, so velocities are exact at the end of every period, and travel follows by integration.
 """
 
 from dataclasses import dataclass, field
@@ -29,77 +28,77 @@ from otolith.platforms import Platform
 from otolith.safety.stopping import HUGE, Stopping
 
 PERIOD: Final = 0.01  # [s]
-ASTRAY: Final = 0.05  # of the reach, from which on a platform is not where it was sent
-OFF: Final = 0.5  # of the largest speed, by which a platform does not move as commanded …
-OFTEN: Final = 10  # … in so many periods on end
-STOP: Final = 30  # periods in which the plan of every command comes to rest
-STEEPEST: Final = 0.9  # of g: largest force that tilt is asked for
+ASTRAY: Final = 0.05  # share of the reach from which a platform is not where it was sent
+OFF: Final = 0.5  # share of the largest speed by which a platform deviates from its commands …
+OFTEN: Final = 10  # … in this many consecutive periods
+STOP: Final = 30  # number of periods in which the plan of every command comes to rest
+STEEPEST: Final = 0.9  # largest force from tilt, as a share of g
 UP: Final = np.array([0.0, 0.0, GRAVITY])
 
 
 class Task(Protocol):
-    """What a washout is made for; `otolith.cueing.design.Design` is one."""
+    """The description of a washout's task; `otolith.cueing.design.Design` is one."""
 
     @property
     def platform(self) -> Platform:
-        """Its tilt threshold is all that a washout reads."""
+        """Return the platform; a washout reads only its limits of tilt."""
 
     @property
     def dofs(self) -> tuple[Dof, ...]:
-        """Degrees of freedom to be cued."""
+        """Return the degrees of freedom to be cued."""
 
     @property
     def tuning(self) -> Tuning:
-        """Scaling, filters and weights."""
+        """Return scaling, filters and weights."""
 
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """A scaled reference, seen from the platform where it is."""
+    """A scaled reference, seen from the platform at its present pose."""
 
     force_driver: Vec  # (3,) [m/s²]
-    acceleration_world: Vec  # (3,) [m/s²] that would make the driver feel it
-    rate_world: Vec  # (3,) [rad/s] of roll, pitch and yaw
+    acceleration_world: Vec  # (3,) [m/s²] acceleration with which the driver would feel it
+    rate_world: Vec  # (3,) [rad/s] rates of roll, pitch and yaw
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What the channels want at the period's end; zero along axes that are not cued."""
+    """The output of the channels at the end of the period; zero along axes that are not cued."""
 
     velocity: Vec = field(default_factory=lambda: np.zeros(3))  # [m/s] x, y, z
-    turning: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] roll, pitch, yaw; to be felt
-    tilt: Vec = field(default_factory=lambda: np.zeros(3))  # [rad] roll, pitch, –; not to be noticed
-    tilt_rate: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] its derivative
+    turning: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] roll, pitch, yaw; should be felt
+    tilt: Vec = field(default_factory=lambda: np.zeros(3))  # [rad] roll, pitch, –; should not be noticed
+    tilt_rate: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] derivative of the tilt
 
 
 class Channels(Protocol):
     """The part of a washout that differs: from demand to motion."""
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
 
     def step(self, demand: Demand) -> Motion:
-        """Motion at the end of the period that begins with `demand`."""
+        """Return the motion at the end of the period that starts with `demand`."""
 
 
 class Tilting:
-    """Follows a tilt at a limited rate, and closes up smoothly after it had to fall behind.
+    """Follows a tilt at a limited rate, and catches up smoothly after it fell behind.
 
-    ω⁺ = clip(ω* + κ (θ* − θ)), with everything at the period's end: exactly ω* while within the limit, and
-    while the platform's own angular acceleration allows it.
+    ω⁺ = clip(ω* + κ (θ* − θ)), all at the end of the period. It is exactly ω* within the limits of rate and
+    acceleration.
     """
 
     def __init__(self, largest: Vec, catch_up: float, period: float, steepest: float | Vec = np.inf) -> None:
         self._largest, self._kappa, self._period = largest, catch_up, period
-        self._change = steepest * period * np.ones(3)  # [rad/s] of the rate in a period
+        self._change = steepest * period * np.ones(3)  # [rad/s] largest change of the rate in a period
         self.reset(np.zeros(3), np.zeros(3))
 
     def reset(self, angle: Vec, rate: Vec) -> None:
-        """Start from a tilt [rad] that turns at a rate [rad/s], (3,) each."""
+        """Start from a tilt [rad] and its rate [rad/s], (3,) each."""
         self._angle, self._rate = angle, rate
 
     def step(self, angle: Vec, rate: Vec) -> Vec:
-        """Rate (3,) [rad/s] at the period's end towards the wanted angle and rate there."""
+        """Return the rate (3,) [rad/s] at the end of the period, towards the wanted angle and rate there."""
         half = 0.5 * self._period
         behind = angle - (self._angle + half * (self._rate + rate))
         after = np.clip(rate + self._kappa * behind, -self._largest, self._largest)
@@ -110,10 +109,10 @@ class Tilting:
 
 
 class Homing:
-    """Brings a platform that starts elsewhere back to neutral, critically damped, by held accelerations.
+    """Returns a platform that starts elsewhere to neutral, critically damped, by held accelerations.
 
-    Double integrator x⁺ = x + T v + T²a/2, v⁺ = v + T a with both poles at p = e^(−ωT): a = −k₁ x − k₂ v with
-    k₁ = (1 − p)²/T², k₂ = (1 − p)(3 + p)/(2T), by comparing coefficients with (z − p)².
+    The double integrator x⁺ = x + T v + T²a/2, v⁺ = v + T a has both poles at p = e^(−ωT) with a = −k₁ x − k₂
+    v, k₁ = (1 − p)²/T², k₂ = (1 − p)(3 + p)/(2T), by comparing coefficients with (z − p)².
     """
 
     def __init__(self, omega: float, period: float) -> None:
@@ -123,11 +122,11 @@ class Homing:
         self.reset(np.zeros(6), np.zeros(6))
 
     def reset(self, pose: Vec, twist: Vec) -> None:
-        """Start from here."""
+        """Start from this pose and twist."""
         self._x, self._v = pose, twist
 
     def step(self) -> Vec:
-        """Velocity (6,) at the period's end."""
+        """Return the velocity (6,) at the end of the period."""
         a, T = -self._k1 * self._x - self._k2 * self._v, self._period
         self._x, self._v = self._x + T * self._v + 0.5 * T**2 * a, self._v + T * a
         return self._v
@@ -136,9 +135,9 @@ class Homing:
 class Washout:
     """A washout: channels of filters between a scaled reference and the motion of the platform.
 
-    It decides from the reference alone; set-points are where its commands have led. The platform's state
-    enters at `reset`, and where the platform is not where it should be: after decisions that were missed, or
-    where its legs gave less than was asked. Then the washout starts again from there.
+    It decides from the reference alone, and its set-points are where its commands have led. The platform's
+    state is used at `reset`, and if the platform is not where it should be: after missed decisions, or if the
+    legs gave less than requested. Then the washout starts again from there.
     """
 
     def __init__(self, task: Task, channels: Channels, *, period: float = PERIOD) -> None:
@@ -160,13 +159,13 @@ class Washout:
 
     @property
     def period(self) -> float:
-        """Time between two decisions [s]."""
+        """Return the time between two decisions [s]."""
         return self._period
 
     def reset(self, state: PlatformState) -> None:
-        """Start from `state`, from where the platform returns to neutral; filters start from rest.
+        """Start from `state`, from which the platform returns to neutral; filters start at rest.
 
-        Tilt is taken over as it is, and goes on at rates that nobody notices.
+        A tilt is kept, and continues at rates that are not noticed.
         """
         self._stopped, self._off = False, 0
         self._pose, self._twist = state.pose * self._cued, state.twist * self._cued
@@ -191,7 +190,7 @@ class Washout:
         return self._command(twist)
 
     def _astray(self, state: PlatformState) -> bool:
-        """True when the platform is elsewhere, or has moved otherwise for longer than its lag explains."""
+        """Return whether the platform is elsewhere, or deviates for longer than its lag explains."""
         if not np.abs([state.pose, state.twist, state.acceleration]).max() <= HUGE:
             return False
         reach, cued = self._stopping.reach, self._cued > 0.0
@@ -210,14 +209,14 @@ class Washout:
     def _demand(self, given: Vec) -> Demand:
         force, rate = self._force(given[:3]), self._rate(given[3:])
         place, R, turning = np.empty(7), np.empty((3, 3)), np.empty(6)
-        midway = self._pose + 0.5 * self._period * self._twist  # where the command, held, is right on average
+        midway = self._pose + 0.5 * self._period * self._twist  # where the held command is right on average
         place_of(midway, place)
         rotation_of(place, R)
         twist_of(midway, np.concatenate([np.zeros(3), R @ rate]), turning)
         return Demand(force, R @ (force + UP) - UP, turning[3:])
 
     def _command(self, twist: Vec) -> Command:
-        """Accelerations held over the period that lead to `twist` at its end."""
+        """Return the accelerations held over the period that lead to `twist` at its end."""
         T = self._period
         acceleration = (twist - self._twist) / T
         self._pose = self._pose + 0.5 * T * (self._twist + twist)
@@ -233,7 +232,7 @@ class Washout:
 
 
 def scaling(tuning: Tuning) -> tuple[Cubic, Cubic]:
-    """Scaling of specific force and of angular rate, in SI units."""
+    """Return the scaling of specific force and of angular rate, in SI units."""
     force, rate = tuning.scaling.force, tuning.scaling.rate
     return (
         Cubic(slope=force.slope, largest=force.largest_mps2, limit=force.limit_mps2),
@@ -242,13 +241,13 @@ def scaling(tuning: Tuning) -> tuple[Cubic, Cubic]:
 
 
 def cued(task: Task) -> Vec:
-    """(6,) one along the axes that are cued, zero along the others."""
+    """Return one along the axes that are cued and zero along the others (6,)."""
     used = {i for dof in task.dofs for i in dof.axes}
     return np.array([float(i in used) for i in range(len(AXES))])
 
 
 def tilt_for(force: Vec, derivative: Vec) -> tuple[Vec, Vec]:
-    """Tilts whose gravity gives these forces, and their rates: g sin θ = f, ω = ḟ / (g cos θ)."""
+    """Return tilts whose gravity gives these forces, and their rates: g sin θ = f, ω = ḟ / (g cos θ)."""
     sine = np.clip(force / GRAVITY, -STEEPEST, STEEPEST)
     angle: Vec = np.arcsin(sine)
     rate: Vec = np.where(np.abs(sine) < STEEPEST, derivative / (GRAVITY * np.cos(angle)), 0.0)

@@ -1,14 +1,14 @@
-"""The optimal washout (thesis, section 2.2.2), linear and nonlinear: `riccati`'s filters at work.
+"""The optimal washout (thesis, section 2.2.2), linear and nonlinear, with the filters of `riccati`.
 
-The LQ problem contains the tilt's gravity itself, so force and rate go in as the driver should feel
-them. Force and rate run through the same filter apart, since the tilt that force asks for must not be
-noticed and is limited in rate, while the rotation that rate asks for is a cue. Small signals are the
-filter exactly.
+The LQ problem includes the gravity of the tilt, so its inputs are force and rate as the driver should feel
+them. Force and rate pass through the same filter separately, because the tilt for the force must not be
+noticed and is limited in rate, while the rotation for the rate is a cue. For small signals this is exactly
+the filter.
 
 The nonlinear variant (Telban & Cardullo, NASA CR-2005-213747) raises the degree of stability with the
-excursion, α = c (s² + v²): small cues last, large ones wash out quickly. Its gains are solved for on a
-grid of α once, and the exactly discretised filters interpolated, instead of solving a Riccati equation
-in every period.
+excursion, α = c (s² + v²): small cues last, large ones wash out quickly. Its gains are computed once on a
+grid of α and the exactly discretised filters are interpolated, instead of solving a Riccati equation in every
+period.
 """
 
 from collections.abc import Sequence
@@ -22,11 +22,11 @@ from otolith.cueing.washout.feedforward import PERIOD, Demand, Motion, Task, Was
 from otolith.cueing.washout.riccati import LqProblem, lq_problem
 from otolith.perception import Vestibular
 
-GRID = 33  # values of α
+GRID = 33  # number of values of α
 
 
 class Scheduled:
-    """One LQ filter at work, each input through a copy of its own; α is shared, so that copies add up."""
+    """One LQ filter that filters each input separately; α is common, so that the results add up."""
 
     def __init__(self, problem: LqProblem, alphas: Vec, period: float) -> None:
         self.problem, self._alphas = problem, alphas
@@ -39,20 +39,20 @@ class Scheduled:
         self._x = np.zeros(self._B.shape[1:])  # (n, m): column j is moved by input j alone
 
     def excursion(self) -> float:
-        """s² + v² of all inputs together; 0 where nothing translates."""
+        """Return s² + v² of all inputs together; 0 if nothing translates."""
         rows = self.problem.rows
         moved = [float(np.sum(self._x[rows[name]])) for name in ("position", "velocity") if name in rows]
         return sum(value**2 for value in moved)
 
     def step(self, inputs: Vec, alpha: float) -> Mat:
-        """States and u_s (n + m, m) at the period's end, column j due to input j."""
+        """Return states and u_s (n + m, m) at the end of the period; column j is due to input j."""
         A, B, C, D = (self._at(alpha, table) for table in (self._A, self._B, self._C, self._D))
         self._x = A @ self._x + B * inputs
         ends: Mat = C @ self._x + D * inputs
         return ends
 
     def _at(self, alpha: float, table: Mat) -> Mat:
-        """A table's matrix at α, linear between the grid's."""
+        """Return a table's matrix at α, linear between the points of the grid."""
         if len(self._alphas) == 1:
             return np.asarray(table[0])
         place = min(max(alpha / self._alphas[-1], 0.0), 1.0) * (len(self._alphas) - 1)
@@ -72,7 +72,7 @@ class OptimalChannels:
         self.filters = [Scheduled(_problem(dof, tuning), alphas, period) for dof in self._dofs]
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
         for one in self.filters:
             one.reset()
 
@@ -103,16 +103,16 @@ class OptimalChannels:
 
 
 def _problem(dof: Dof, tuning: tables.Optimal) -> LqProblem:
-    """The LQ problem of a degree of freedom; a pair rotates and translates."""
+    """Return the LQ problem of a degree of freedom; a pair rotates and translates."""
     rotates, translates = dof.is_pair or dof.feels_rate, not dof.feels_rate
     return lq_problem(tuning, Vestibular(), rotates=rotates, translates=translates)
 
 
 def optimal(task: Task) -> Washout:
-    """The linear optimal washout."""
+    """Make the linear optimal washout."""
     return Washout(task, OptimalChannels(task, PERIOD, nonlinear=False))
 
 
 def optimal_nonlinear(task: Task) -> Washout:
-    """The nonlinear optimal washout."""
+    """Make the nonlinear optimal washout."""
     return Washout(task, OptimalChannels(task, PERIOD, nonlinear=True))

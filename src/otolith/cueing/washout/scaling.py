@@ -1,9 +1,8 @@
 """Third-order scaling and limiting of a reference: small signals keep their slope, large ones saturate.
 
-Notation: y = c₁ x + c₂ x² + c₃ x³ for 0 ≤ x ≤ x_m, odd, and y = y_m beyond, with y(x_m) = y_m, y'(0) =
-S and y'(x_m) = 0. Derivation: the three conditions are linear in c; checked by substitution in the
-tests. The form is Reid & Nahon's (1985), with the slope at the end fixed to zero so that it joins the
-level part.
+Notation: y = c₁ x + c₂ x² + c₃ x³ for 0 ≤ x ≤ x_m, odd, and y = y_m beyond, with y(x_m) = y_m, y'(0) = S and
+y'(x_m) = 0. Derivation: the three conditions are linear in c; the tests check them by substitution. The form
+is Reid & Nahon's (1985), with zero slope at the end, where it joins the constant part.
 """
 
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from otolith.core.arrays import Vec
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cubic:
-    """An odd cubic that is level from `largest` on; it grows everywhere when 3 limit ≥ slope · largest."""
+    """An odd cubic that is constant from `largest` on; it is increasing if 3 limit ≥ slope · largest."""
 
     slope: float  # S [-]
     largest: float  # x_m [SI]

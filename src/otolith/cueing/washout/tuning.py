@@ -1,7 +1,7 @@
 """How conventional washouts are tuned to a platform: scaling, filters and weights from a TOML file.
 
-A washout knows no limits, so its parameters are what makes it fit a platform; each shipped platform has
-its own. Degrees only where a name says `deg`; what reads the values converts them.
+A washout knows no limits, so its parameters must suit the platform; each shipped platform has its own.
+Degrees appear only in names with `deg`; the code that reads the values converts them.
 """
 
 from importlib.resources import files
@@ -33,7 +33,7 @@ class _Cubic(_Table):
     slope: Slope  # output per input of small signals
 
     def _must_grow(self, unit: str) -> None:
-        """`unit` is the ending of the names of the fields in the file."""
+        """Refuse a cubic that is not increasing; `unit` is the ending of the field names in the file."""
         largest, limit = getattr(self, f"largest_{unit}"), getattr(self, f"limit_{unit}")
         if 3.0 * limit < self.slope * largest * (1.0 - 1e-9):
             raise refuse(
@@ -45,7 +45,7 @@ class _Cubic(_Table):
 
 
 class ForceScaling(_Cubic):
-    """Third-order scaling of specific force: `limit` at `largest` and beyond, where it is level."""
+    """Third-order scaling of specific force, constant at `limit` from `largest` on."""
 
     largest_mps2: Force
     limit_mps2: Force
@@ -57,7 +57,7 @@ class ForceScaling(_Cubic):
 
 
 class RateScaling(_Cubic):
-    """Scaling of a reference's angular rate: slope, and where it saturates."""
+    """Scaling of a reference's angular rate: slope and saturation."""
 
     largest_degps: Rate
     limit_degps: Rate
@@ -69,7 +69,7 @@ class RateScaling(_Cubic):
 
 
 class Scaling(_Table):
-    """What is done to the reference before any filter."""
+    """Scaling of the reference, before any filter."""
 
     force: ForceScaling
     rate: RateScaling
@@ -110,7 +110,7 @@ class Adaptive(_Table):
     rate_weight: Weight  # W2
     velocity_weight: Weight  # W3
     position_weight: Weight  # W4
-    gain_weight: Weight  # W7, W8: of the gains' distance from 1
+    gain_weight: Weight  # W7, W8: on the gains' distance from 1
     speed: Speed  # K of the translations' gains
     rate_speed: Speed  # K of the rotations' gains
     least_gain: Annotated[float, BeforeValidator(Within(1e-6, 1.0, "").number)]
@@ -118,7 +118,7 @@ class Adaptive(_Table):
 
 
 class Optimal(_Table):
-    """Weights of the optimal washout (eq. 2.5) and the noise that stands for the drive."""
+    """Weights of the optimal washout (eq. 2.5), and the noise that models the drive."""
 
     sensed_force: Weight  # Q
     sensed_rate: Weight
@@ -135,9 +135,9 @@ class Optimal(_Table):
 
 
 class Tuning(_Table):
-    """Everything the washouts are made from, except for the platform's tilt threshold.
+    """All parameters of the washouts, except the platform's tilt threshold.
 
-    A file may hold the table of one washout only; `of` refuses to make another one from it.
+    A file may contain the table of only one washout; `of` refuses to return another one.
 
     Examples
     --------
@@ -151,8 +151,8 @@ class Tuning(_Table):
     classical: Classical | None = None
     adaptive: Adaptive | None = None
     optimal: Optimal | None = None
-    catch_up_radps: Corner = 5.0  # how fast a tilt that was rate-limited closes up afterwards
-    home_radps: Corner = 0.5  # how fast a platform returns that does not start from the neutral pose
+    catch_up_radps: Corner = 5.0  # how fast a tilt catches up after a rate limit
+    home_radps: Corner = 0.5  # how fast a platform returns that starts outside the neutral pose
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -161,7 +161,7 @@ class Tuning(_Table):
         return self
 
     def of(self, washout: type[T]) -> T:
-        """The table of one of the washouts: `Classical`, `Adaptive` or `Optimal`.
+        """Return the table of one of the washouts: `Classical`, `Adaptive` or `Optimal`.
 
         Raises
         ------
@@ -175,17 +175,17 @@ class Tuning(_Table):
 
 
 def tunings() -> tuple[str, ...]:
-    """Names of the shipped tunings, sorted; each is that of the platform of the same name."""
+    """Return the names of the shipped tunings, sorted; each belongs to the platform of the same name."""
     names = (entry.name.removesuffix(".toml") for entry in _FOLDER.iterdir() if entry.name.endswith(".toml"))
     return tuple(sorted(names))
 
 
 def load_tuning(name: str) -> Tuning:
-    """A shipped tuning by name.
+    """Return a shipped tuning by name.
 
     Raises
     ------
-    InputError : there is none of that name.
+    InputError : there is none of this name.
     """
     if name not in tunings():
         raise InputError("tuning", repr(name), one_of(tunings(), name, otherwise=", or a file (.toml)"))
@@ -193,7 +193,7 @@ def load_tuning(name: str) -> Tuning:
 
 
 def parse_tuning(text: str, source: str) -> Tuning:
-    """Tuning from the text of its TOML file; errors as `otolith.platforms.parse_platform`."""
+    """Read a tuning from the text of its TOML file; errors are those of `parse_platform`."""
     fields = toml_fields(text, source)
     try:
         return Tuning.model_validate(fields)

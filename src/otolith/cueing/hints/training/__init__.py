@@ -1,1 +1,1 @@
-"""Offline knowledge for the implicit MPC: train hints by simulation, judge them on what they never saw."""
+"""Offline knowledge for the implicit MPC: hints are trained by simulation and judged on unseen problems."""

@@ -1,4 +1,4 @@
-"""Make a hint for one platform, its pairs and settings: simulate, then fit."""
+"""Makes a hint for one platform, its pairs and settings: simulate, then fit."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -59,12 +59,12 @@ def build(
 
 
 class _Clock:
-    """Seconds of each part of the work."""
+    """Measures the time of each part of the work [s]."""
 
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
         self._now, self._since, self.laps = now, now(), dict[str, float]()
 
     def lap(self, name: str) -> None:
-        """The part `name` ends here."""
+        """End the part `name`."""
         now = self._now()
         self.laps[name], self._since = round(now - self._since, 3), now

@@ -1,14 +1,14 @@
-"""Judge hints on what they never saw: identical QPs, answered from every start, and counted.
+"""Judges hints on unseen data: identical QPs are solved from every initial guess, and changes are counted.
 
-The closed loop is recorded once with the structured engine. Every scheme then answers the same problems:
+The closed loop is recorded once with the structured engine. Every scheme then solves the same problems:
 
-- by the dense engine (`daqp`, which counts its working-set changes as the thesis's solver counts iterations),
-  always from the set that was optimal a period before, with the scheme's hint beside it;
-- by the structured engine, each scheme from its own memory, timed as thread CPU time of the whole step: write
-  the problem, try the remembered set, make the hint where that does not settle, solve, certify.
+- with the dense engine (`daqp`, which counts its working-set changes as the thesis's solver counts
+  iterations), always from the set that was optimal a period before, together with the scheme's hint;
+- with the structured engine, each scheme from its own memory, timed as thread CPU time of the whole step:
+  write the problem, try the remembered set, make the hint if that is not optimal, solve, certify.
 
-Where the recorded set did not change from one period to the next, the previous set is the answer: there is
-nothing to change and no hint is looked at. Of these decisions the dense engine solves one in ten, as a check.
+If the recorded set did not change from one period to the next, the previous set is the answer, and no hint is
+used. Of these decisions the dense engine solves one in ten, as a check.
 """
 
 import time
@@ -32,23 +32,23 @@ Tell = Callable[[str], None]
 Engine = TypeVar("Engine", bound=StageEngine)
 PREVIOUS: Final = "previous"
 COLD: Final = "cold"
-PASSES: Final = 2  # over the timed steps, after one in which the hints alone are timed
-EVERY: Final = 10  # one decision in so many is solved by the dense engine in any case, and cold
+PASSES: Final = 2  # passes over the timed steps, after one in which the hints alone are timed
+EVERY: Final = 10  # the dense engine solves one decision in this many in any case, also from cold
 
 
 @dataclass(slots=True)
 class Tally:
-    """What one scheme cost, decision by decision (n,); NaN where it was not asked."""
+    """The cost of one scheme, decision by decision (n,); NaN where the engine did not run."""
 
     n: int
     inputs: int
-    changes: Vec = field(init=False)  # of the dense engine's working set
-    solves: Vec = field(init=False)  # equality solves of the structured engine
-    guess: Vec = field(init=False)  # [s] to make the hint, where it was asked for
-    step: Vec = field(init=False)  # [s] of the whole step, structured
-    hinted: Bools = field(init=False)  # the hint was taken
-    first: Mat = field(init=False)  # (n, 2P) first inputs, dense
-    first_structured: Mat = field(init=False)  # (n, 2P)
+    changes: Vec = field(init=False)  # working-set changes of the dense engine
+    solves: Vec = field(init=False)  # number of equality solves of the structured engine
+    guess: Vec = field(init=False)  # [s] to make the hint, if it was requested
+    step: Vec = field(init=False)  # [s] of the whole step of the structured engine
+    hinted: Bools = field(init=False)  # whether the hint was used
+    first: Mat = field(init=False)  # (n, 2P) first inputs of the dense engine
+    first_structured: Mat = field(init=False)  # (n, 2P) of the structured engine
 
     def __post_init__(self) -> None:
         for name in ("changes", "solves", "guess", "step"):
@@ -59,7 +59,7 @@ class Tally:
 
 
 class Problems:
-    """The recorded problems, written into an engine's memory one after the other."""
+    """The recorded problems, which are written into an engine's memory one after the other."""
 
     def __init__(self, problem: Problem, recording: Recording) -> None:
         self.recording, self._problem, self._settings = recording, problem, problem.settings
@@ -69,42 +69,42 @@ class Problems:
 
     @property
     def inputs(self) -> int:
-        """Number of commands of one step."""
+        """Return the number of commands of one step."""
         return self._problem.structure.inputs
 
     def engine(self, make: Callable[..., Engine]) -> Engine:
-        """A fresh engine for these problems."""
+        """Return a new engine for these problems."""
         settings = self._settings
         engine = make(self._problem.structure, tolerance=settings.tolerance, blocks=settings.blocks)
         self._problem.begin(engine.memory)
         return engine
 
     def write(self, engine: StageEngine, i: int) -> None:
-        """Problem i into the engine's memory."""
+        """Write problem i into the engine's memory."""
         of = self.recording
         wanted = np.broadcast_to(of.wanted[i], (self._settings.horizon, of.wanted.shape[1]))
         self._problem.write(engine.memory, of.x[i], of.plan[i], wanted, None)
 
     def proposer(self, hint: Hint, memory: StageMemory) -> "Proposer":
-        """A hint as an engine asks for it, about what lies in the engine's memory."""
+        """Return a hint in the form that an engine requests, for the problem in the engine's memory."""
         return Proposer(self.recording, hint, memory, Chooser(self._problem.structure, self._settings.blocks))
 
 
 class Proposer:
-    """A hint about problem `i`, made and chosen on request, and the time that took."""
+    """A hint about problem `i`, made and chosen on request, and the time that it took."""
 
     def __init__(self, recording: Recording, hint: Hint, memory: StageMemory, chooser: Chooser) -> None:
         self._of, self._hint, self._memory, self._chooser = recording, hint, memory, chooser
-        self.timed, self.i, self.seconds = True, 0, np.nan  # NaN: not asked, or not timed
+        self.timed, self.i, self.seconds = True, 0, np.nan  # NaN if not requested or not timed
 
     def about(self, i: int) -> None:
-        """The next question."""
+        """Continue with problem `i`."""
         self.i, self.seconds = i, np.nan
         if self._of.begins[i]:
             self._hint.reset()
 
     def __call__(self) -> Ints | None:
-        """The best set that the hint has."""
+        """Return the best set of the hint."""
         if not self.timed:
             return self._best()
         started = time.thread_time()
@@ -123,7 +123,7 @@ def compare(
     hints: Mapping[str, Hint],
     tell: Tell = lambda _: None,
 ) -> dict[str, Tally]:
-    """Tallies of `cold`, `previous` and every hint."""
+    """Return the tallies of `cold`, `previous` and every hint."""
     problems = Problems(problem, recording)
     tallies = {name: Tally(len(problems), problems.inputs) for name in (COLD, PREVIOUS, *hints)}
     with threadpool_limits(limits=1):
@@ -135,7 +135,7 @@ def compare(
 
 
 def _count(problems: Problems, hints: Mapping[str, Hint], tallies: Mapping[str, Tally], tell: Tell) -> None:
-    """Dense answers from every start."""
+    """Solve with the dense engine from every initial guess."""
     engine, of = problems.engine(CondensedEngine), problems.recording
     proposers = {name: problems.proposer(hint, engine.memory) for name, hint in hints.items()}
     nothing = np.zeros(of.sets.shape[1:], dtype=np.int64)
@@ -162,9 +162,9 @@ def _note(tally: Tally, i: int, solution: StageSolution) -> None:
 
 
 def _time(problems: Problems, name: str, hint: Hint | None, tally: Tally) -> None:
-    """Structured answers, each from the scheme's own memory; of several passes the least time counts.
+    """Solve with the structured engine, each scheme from its own memory; the fastest pass counts.
 
-    Looking at the clock takes as long as a small part of a hint, so a step is not timed while its hint is.
+    Reading the clock takes as long as a small part of a hint, so a step is not timed while its hint is.
     """
     engine, clock = problems.engine(StructuredEngine), time.thread_time
     proposer = None if hint is None else problems.proposer(hint, engine.memory)
@@ -190,7 +190,7 @@ def _time(problems: Problems, name: str, hint: Hint | None, tally: Tally) -> Non
 
 
 def account(tallies: Mapping[str, Tally], recording: Recording) -> dict[str, Any]:
-    """Plain figures of every scheme, with what it saves against `previous` [%]."""
+    """Return plain figures of every scheme, with its savings relative to `previous` [%]."""
     base = tallies[PREVIOUS]
     return {name: _of_scheme(tally, base, recording) for name, tally in tallies.items()}
 
@@ -217,7 +217,7 @@ def _of_scheme(tally: Tally, base: Tally, recording: Recording) -> dict[str, Any
 
 
 def _spread(values: Vec) -> dict[str, float]:
-    """Mean, median, 99th percentile and maximum, of those that are numbers."""
+    """Return mean, median, 99th percentile and maximum of the finite values."""
     asked = values[np.isfinite(values)]
     if not len(asked):
         return dict.fromkeys(("mean", "median", "p99", "max"), 0.0)
@@ -230,6 +230,6 @@ def _spread(values: Vec) -> dict[str, float]:
 
 
 def _worst_percent(values: Vec) -> float:
-    """Mean of the worst hundredth."""
+    """Return the mean of the largest hundredth."""
     ranked = np.sort(values)
     return float(np.mean(ranked[-max(1, len(ranked) // 100) :]))

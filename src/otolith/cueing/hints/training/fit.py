@@ -1,8 +1,9 @@
-"""Fit the three kinds of hints to a recording.
+"""Fits the three kinds of hints to a recording.
 
-Where a pair's reach is symmetric, a mirrored motion has mirrored rows: its network sees every decision as it
-was or mirrored, at random in every pass. The table keeps one of both, of all pairs together. A network learns
-from the decisions that changed its pair's part of the working set, for in the others it will not be heard.
+If a pair's reach is symmetric, a mirrored motion has mirrored rows. Its network then sees every decision
+either as it was or mirrored, at random in every pass, and the table keeps one of both, for all pairs
+together. A network learns only from the decisions that changed its pair's part of the working set, because it
+is not used for the others.
 """
 
 import importlib
@@ -30,22 +31,23 @@ from otolith.platforms import Platform
 from otolith.qp.stage import StageProblem
 
 Tell = Callable[[str], None]
-_RATES: Final = ((0.6, 2e-3), (0.85, 6e-4), (1.0, 1.2e-4))  # learning rate up to this share of the passes
-_ROUNDS: Final = 8  # in which the table grows
-_SAMPLE: Final = 20_000  # questions among which it looks for its errors
-_FAR: Final = 4  # rows by which an entry's set must differ from the right one to count as wrong
+# (share of the passes, learning rate up to that share)
+_RATES: Final = ((0.6, 2e-3), (0.85, 6e-4), (1.0, 1.2e-4))
+_ROUNDS: Final = 8  # number of rounds in which the table grows
+_SAMPLE: Final = 20_000  # number of questions on which the table is tested
+_FAR: Final = 4  # number of different rows from which an entry's set counts as wrong
 _LEAST_WEIGHT: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effort:
-    """How much is spent on fitting; the defaults take about a minute for the thesis's platform."""
+    """How much effort fitting spends; the defaults take about a minute for the thesis's platform."""
 
-    layers: tuple[int, ...] = (96, 64)  # of each pair's network
-    passes: int = 40  # over the decisions that changed the pair's rows
+    layers: tuple[int, ...] = (96, 64)  # widths of the hidden layers of each pair's network
+    passes: int = 40  # passes over the decisions that changed the pair's rows
     batch: int = 256
-    entries: int = 4000  # of the table, at most
-    levels: int = 12  # of adaptive washout weights, with a coarse law each
+    entries: int = 4000  # largest number of entries of the table
+    levels: int = 12  # number of levels of adaptive washout weights, each with a coarse law
     seed: int = 0
 
 
@@ -53,7 +55,7 @@ QUICK: Final = Effort(layers=(16,), passes=3, entries=100, levels=2)
 
 
 def is_symmetric(platform: Platform, pairs: Sequence[Dof]) -> bool:
-    """True when every reach is as far on both sides, so that a mirrored motion is as good as the motion."""
+    """Return whether every reach is symmetric, so that a mirrored motion is equally possible."""
     reaches = [limits.position for pair in pairs for limits in platform.limits(pair)]
     return all(low == -high for low, high in reaches)
 
@@ -67,7 +69,7 @@ def fit_networks(
     effort: Effort,
     tell: Tell,
 ) -> tuple[tuple[Network, ...], tuple[float, ...]]:
-    """A network per pair, and the mean loss of each [nats per decision] in its last pass.
+    """Return a network per pair, and the mean loss of each [nats per decision] in its last pass.
 
     Raises
     ------
@@ -89,7 +91,7 @@ def fit_networks(
 
 
 class _Lesson:
-    """What the network of one pair learns from: features (n, 15) and optimal rows (n, M·rows)."""
+    """The training data of one pair's network: features (n, 15) and optimal rows (n, M·rows)."""
 
     def __init__(self, features: Mat, rows: NDArray[np.int8], symmetric: bool, effort: Effort) -> None:
         self._features, self._rows, self._effort = features, rows, effort
@@ -100,12 +102,12 @@ class _Lesson:
         self._deviation = np.maximum(np.sqrt(np.mean((features - self._mean) ** 2, axis=0)), 1e-9)
 
     def learn(self, classifier: Any, name: str, tell: Tell) -> Network:
-        """Go through all of it as often as the effort says, mirrored at random."""
+        """Go through all data in as many passes as the effort states, mirrored at random."""
         passes, rng = self._effort.passes, np.random.default_rng(self._effort.seed)
         for number in range(passes):
             classifier.set_params(learning_rate_init=_rate((number + 1) / passes))
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # one pass at a time has not converged, as it should
+                warnings.simplefilter("ignore")  # a single pass is not expected to converge
                 classifier.fit(*self._turned(rng))
             tell(f"learning {name}: pass {number + 1} of {passes}, loss {classifier.loss_:.3f}")
         weights, biases = (
@@ -117,7 +119,7 @@ class _Lesson:
         )
 
     def _turned(self, rng: np.random.Generator) -> tuple[NDArray[np.float32], Bools]:
-        """Standardised features (n, 15), and which outputs hold (n, outputs), each as it was or mirrored."""
+        """Return standardised features (n, 15) and active outputs (n, outputs), mirrored at random."""
         side = rng.choice(self._sides, (len(self._rows), 1))
         turned = np.where(side < 0, self._features * self._mirror, self._features)
         standard = np.clip((turned - self._mean) / self._deviation, -BOUND, BOUND).astype(np.float32)
@@ -147,20 +149,20 @@ def _rate(share: float) -> float:
 
 
 def _features(platform: Platform, pairs: Sequence[Dof], recording: Recording) -> Mat:
-    """Features (solved, 15P)."""
+    """Return the features (solved, 15P)."""
     features = np.empty((len(recording), FEATURES * len(pairs)))
     describe_all(recording.x, recording.wanted, braking_forms(platform, pairs), features)
     return features[recording.solved]
 
 
 def _rows(recording: Recording) -> NDArray[np.int8]:
-    """Optimal sets (solved, M·rows)."""
+    """Return the optimal sets (solved, M·rows)."""
     sets = recording.sets[recording.solved]
     return sets.reshape(len(sets), -1)
 
 
 def _outputs(rows: NDArray[np.int8], *, both_sides: bool) -> Ints:
-    """Side · (1 + row) of every side that was ever active, or whose other side was."""
+    """Return side · (1 + row) of every side that was ever active, or whose opposite side was."""
     upper, lower = (rows > 0).any(axis=0), (rows < 0).any(axis=0)
     if both_sides:
         upper = lower = upper | lower
@@ -168,7 +170,10 @@ def _outputs(rows: NDArray[np.int8], *, both_sides: bool) -> Ints:
 
 
 def _pair_of(problem: StageProblem, rows: int) -> Ints:
-    """Index of the pair that each of the first rows of the horizon is of; of none for the circle's."""
+    """Return the index of the pair to which each of the first rows of the horizon belongs.
+
+    Rows of the circle belong to no pair and have an index beyond the last.
+    """
     P = problem.inputs // 2
     of_constant = np.argmax(problem.C != 0.0, axis=1) // (problem.states // P)
     of_stage = np.concatenate([of_constant, np.full(len(problem.varying), P), np.arange(2 * P) // 2])
@@ -176,7 +181,7 @@ def _pair_of(problem: StageProblem, rows: int) -> Ints:
 
 
 def fit_table(platform: Platform, pairs: Sequence[Dof], recording: Recording, effort: Effort) -> Table:
-    """Entries of the most frequent sets, then of questions whose nearest entry is far wrong (Hart, 1968)."""
+    """Return entries of the most frequent sets, then of questions with a wrong nearest entry (Hart, 1968)."""
     symmetric, rng = is_symmetric(platform, pairs), np.random.default_rng(effort.seed)
     done = recording.solved
     questions = np.hstack([recording.x, recording.wanted])[done]
@@ -194,10 +199,10 @@ def fit_table(platform: Platform, pairs: Sequence[Dof], recording: Recording, ef
 def _entries(
     parameters: Mat, sets: NDArray[np.int8], which: Ints, effort: Effort, rng: np.random.Generator
 ) -> Ints:
-    """Which questions become entries."""
+    """Return which questions become entries."""
     frequent = np.argsort(-np.bincount(which))[: effort.entries // 4]
     order = rng.permutation(len(which))
-    _, first = np.unique(which[order], return_index=True)  # a random question of every set
+    _, first = np.unique(which[order], return_index=True)  # a random question for every set
     chosen, sample = order[first[frequent]], order[:_SAMPLE]
     for _ in range(_ROUNDS):
         _, nearest = cKDTree(parameters[chosen]).query(parameters[sample])
@@ -215,7 +220,7 @@ def fit_laws(
     recording: Recording,
     effort: Effort,
 ) -> CoarseLaws:
-    """The regions of the coarse explicit laws that the recording visits."""
+    """Return the regions of the coarse explicit laws that the recording visits."""
     levels = _levels(pairs, settings, recording, effort)
     nothing = tuple(np.empty((0, 7)) for _ in range(len(pairs) * len(levels)))
     laws = Coarse(CoarseLaws(levels, nothing), platform, pairs, settings)
@@ -223,14 +228,14 @@ def fit_laws(
 
 
 def _levels(pairs: Sequence[Dof], settings: MpcSettings, recording: Recording, effort: Effort) -> Mat:
-    """Washout weights (levels, w): centres of clusters of their logarithms; one where they are constant."""
+    """Return washout weights (levels, w): cluster centres of their logarithms, one level if constant."""
     states = recording.x.reshape(-1, 6)[:: 7 * len(pairs)]
     weights = np.array([[weight.at(x) for weight in settings.washout] for x in states])
     distinct: Mat = np.unique(np.maximum(weights, _LEAST_WEIGHT), axis=0)
     if len(distinct) <= effort.levels:
         return distinct
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a cluster that ends up empty is a level that is never nearest
+        warnings.simplefilter("ignore")  # an empty cluster is a level that is never nearest
         centres, _ = kmeans2(
             np.log(np.maximum(weights, _LEAST_WEIGHT)), effort.levels, seed=effort.seed, minit="++"
         )

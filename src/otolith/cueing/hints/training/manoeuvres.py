@@ -1,9 +1,9 @@
-"""Manoeuvres that hints are trained on, and others that they are judged on.
+"""Manoeuvres on which hints are trained, and others on which they are judged.
 
-Both hold the shapes that drives are made of: pulses, random steps, sines, sums of sines, chirps, and
-random drives (accelerate, brake, turn, with the road's vibration). No amplitude, frequency, time of a jump
-or seed of the one set occurs in the other; the held-out set also has shapes that training never shows
-(a sawtooth, faster sines, three pulses in a row, busier multisines).
+Both sets contain the shapes of which drives consist: pulses, random steps, sines, sums of sines, chirps, and
+random drives (accelerate, brake, turn, with the road's vibration). No amplitude, frequency, jump time or seed
+of one set occurs in the other. The held-out set also has shapes that training never shows (a sawtooth, faster
+sines, three pulses in a row, denser multisines).
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from otolith.scenarios import Scenario
 from otolith.scenarios.sampled import Sampled
 from otolith.scenarios.waves import Along, Chirp, Pulse, Sine, Sum, Wave
 
-PERIOD: Final = 0.01  # [s] of a random drive's samples
+PERIOD: Final = 0.01  # [s] sampling period of a random drive
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,13 +31,13 @@ class Manoeuvre:
 
 @dataclass(frozen=True, slots=True)
 class Sawtooth:
-    """Rises from −amplitude to +amplitude over each `cycle` [s], then falls at once."""
+    """A signal that rises from −amplitude to +amplitude over each `cycle` [s], then falls at once."""
 
     amplitude: float  # [m/s²]
     cycle: float  # [s]
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         return self.amplitude * (2.0 * np.mod(t / self.cycle, 1.0) - 1.0)
 
 
@@ -48,12 +48,12 @@ class Recorded:
     samples: Sampled
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Value [m/s²] at times [s]."""
+        """Return the values [m/s²] at times [s]."""
         return self.samples(t)[:, 0]
 
 
 def training() -> list[Manoeuvre]:
-    """About 120 manoeuvres, 20 minutes in all."""
+    """Return about 120 manoeuvres, 20 minutes in all."""
     made = [_sine(a, f) for a in (0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 2.5) for f in (0.07, 0.1, 0.2, 0.4)]
     made += [_pulses((a, 1.0, 5.0), duration=9.0) for a in (-2.0, -1.0, -0.5, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)]
     made += [_chirp(a, low, high) for a, low, high in ((0.5, 0.05, 0.6), (1.0, 0.1, 1.0), (1.6, 0.03, 0.5))]
@@ -64,7 +64,7 @@ def training() -> list[Manoeuvre]:
 
 
 def unseen() -> list[Manoeuvre]:
-    """Held out: 190 s at least for each axis."""
+    """Return the held-out manoeuvres, at least 190 s for each axis."""
     made = [_sine(0.9, 0.27, start=0.4), _sine(1.7, 0.55, start=0.4), _sine(0.62, 0.13, start=0.8)]
     made += [_pulses((0.8, 0.77, 3.1), (-1.2, 4.4, 6.0), (1.7, 7.2, 9.1), duration=12.0)]
     made += [_pulses((-1.3, 1.31, 4.27), duration=9.0), _pulses((0.9, 0.63, 5.4), duration=9.0)]
@@ -75,7 +75,7 @@ def unseen() -> list[Manoeuvre]:
 
 
 def along(manoeuvres: Sequence[Manoeuvre], pairs: Sequence[Dof], *, seed: int = 0) -> list[Scenario]:
-    """One scenario per manoeuvre; further axes get another of the list, or, one time in four, nothing."""
+    """Return one scenario per manoeuvre; further axes get another manoeuvre or, one time in four, nothing."""
     rng = np.random.default_rng(seed)
     made = [_scenario(one, pairs[0]) for one in manoeuvres]
     for pair in pairs[1:]:
@@ -111,7 +111,7 @@ def _chirp(amplitude: float, low: float, high: float) -> Manoeuvre:
 
 
 def _multisine(seed: int, rms: float, *, count: int = 6, highest: float) -> Manoeuvre:
-    """Sines with random phases, weaker the faster: it begins with a jump."""
+    """Return sines with random phases, weaker at higher frequencies; it starts with a jump."""
     rng = np.random.default_rng(seed)
     f = np.exp(rng.uniform(np.log(0.03), np.log(highest), count))
     a = rng.normal(size=count) / np.sqrt(f / f.min())
@@ -122,7 +122,7 @@ def _multisine(seed: int, rms: float, *, count: int = 6, highest: float) -> Mano
 
 
 def _random_steps(seed: int, level: float) -> Manoeuvre:
-    """Eight jumps to random levels at random times."""
+    """Return eight jumps to random levels at random times."""
     rng = np.random.default_rng(seed)
     times = [*np.sort(rng.uniform(0.3, 10.0, 8)), 11.0]
     levels = level * rng.normal(size=8)
@@ -133,7 +133,7 @@ def _random_steps(seed: int, level: float) -> Manoeuvre:
 
 
 def _drive(seed: int, level: float, *, duration: float = 15.0) -> Manoeuvre:
-    """Random holds of 0.5 s to 4 s joined by ramps of 0.1 s to 0.8 s, and the road's vibration up to 5 Hz."""
+    """Return random holds of 0.5 s to 4 s joined by ramps of 0.1 s to 0.8 s, with vibration up to 5 Hz."""
     rng = np.random.default_rng(seed)
     t, value = [0.0], [0.0]
     while t[-1] < duration:
@@ -147,7 +147,7 @@ def _drive(seed: int, level: float, *, duration: float = 15.0) -> Manoeuvre:
 
 
 def _vibration(rng: np.random.Generator, n: int) -> np.ndarray:
-    """White noise through two first-order low-passes of 5 Hz, of unit variance."""
+    """Return white noise of unit variance through two first-order low-passes of 5 Hz."""
     noise, pole = rng.normal(size=n), np.exp(-2.0 * np.pi * 5.0 * PERIOD)
     for _ in range(2):
         for k in range(1, n):

@@ -1,4 +1,4 @@
-"""Closed loops recorded as questions and answers: what hints are fitted to and judged on."""
+"""Closed loops recorded as problems and solutions, to which hints are fitted and on which they are judged."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,23 +22,27 @@ from otolith.scenarios import Scenario
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """The decisions of several runs after each other, n in all."""
+    """The decisions of several consecutive runs, n in all."""
 
     x: Mat  # (n, 6P) states
     wanted: Mat  # (n, P) forces, held over the horizon
-    plan: NDArray[np.float64]  # (n, N, 2P) that the problem was linearised about; (n, 0, 0) when not kept
+    plan: NDArray[np.float64]  # (n, N, 2P) about which the problem was linearised; (n, 0, 0) if not kept
     sets: NDArray[np.int8]  # (n, M, rows) optimal working sets
     first: Mat  # (n, 2P) optimal first inputs
     solved: Bools  # (n,)
-    begins: Bools  # (n,) the first decision of a run
+    begins: Bools  # (n,) whether it is the first decision of a run
 
     def __len__(self) -> int:
         return len(self.x)
 
     def changed(self, rows: Bools) -> Bools:
-        """(n,) where the set of some rows of the horizon is not that of the decision before.
+        """Return (n,) where the set of these rows of the horizon differs from that of the previous decision.
 
-        First decisions count, too. `rows` (M·rows,) says which are looked at.
+        First decisions count as changed.
+
+        Parameters
+        ----------
+        rows : (M·rows,) which rows are compared.
         """
         sets = self.sets.reshape(len(self.sets), -1)[:, rows]
         changed: Bools = self.begins.copy()
@@ -47,7 +51,7 @@ class Recording:
 
 
 class _Witness:
-    """An engine and a hint at once: it sees every question and every answer, and changes neither."""
+    """An engine and a hint that records every problem and every solution without changing them."""
 
     engine: StageEngine
 
@@ -62,12 +66,12 @@ class _Witness:
         return self
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
-        """Note the question."""
+        """Record the problem."""
         self.questions.append((x.copy(), wanted.copy(), plan.copy() if self._plans else plan[:0, :0]))
         return None
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
-        """Note the answer, and the question whether or not the engine would ask for a hint."""
+        """Record the solution, and the problem even if the engine would not request a hint."""
         if hint is not None:
             hint()
         solution = self.engine.run(start)
@@ -76,12 +80,12 @@ class _Witness:
         return solution
 
     def forget(self) -> None:
-        """Forget what was noted."""
+        """Discard the records."""
         self.questions.clear()
         self.answers.clear()
 
     def reset(self) -> None:
-        """A new run, before its first decision."""
+        """Begin a new run, before its first decision."""
         self.engine.reset()
 
 
@@ -94,11 +98,11 @@ def record(
     plans: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Recording:
-    """Close the loop over the scenarios, one Gauss-Newton step per period, on the plant of the model."""
+    """Simulate the scenarios with one Gauss-Newton step per period, on the plant of the model."""
     witness = _Witness(plans=plans)
     watched = replace(settings, iterations=1, engine=witness)
     cueing = Mpc(platform, pairs, watched, hint=witness)
-    witness.forget()  # the problem that only compiled
+    witness.forget()  # discard the problem that only served to compile
     names = tuple(pair.name for pair in pairs)
     begins = []
     for done, scenario in enumerate(scenarios):
