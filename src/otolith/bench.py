@@ -1,9 +1,9 @@
-"""Step times of every QP engine on the same recorded problems, in one run.
+"""Step times of all QP engines on the same recorded problems, measured in one run.
 
-The closed loop is recorded once; each engine then replays the same states, plans and forces wanted, so
-that all solve identical problems from their own previous working sets. A step is what a controller does
-per period: predict, linearise, write the problem, solve and certify it. Times are thread CPU time, the
-least of several passes over the whole sequence, since every pass does exactly the same work.
+The closed loop is recorded once. Each engine then replays the same states, plans and wanted forces, so all
+engines solve identical problems, each from its own previous working set. A step is what a controller does per
+period: predict, linearise, write the problem, solve and certify it. Times are thread CPU time, the least of
+several passes over the whole sequence, because every pass does exactly the same work.
 """
 
 import time
@@ -36,7 +36,7 @@ SPARSE: Final = 40
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One recorded decision: all that its problem is written from."""
+    """One recorded decision: everything from which its problem is written."""
 
     x: Vec
     plan: Mat
@@ -45,7 +45,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """One engine on one recording."""
+    """The results of one engine on one recording."""
 
     dofs: str
     form: str  # a key of FORMS
@@ -53,16 +53,16 @@ class Timing:
     times: Vec  # (steps,) [s]
     certified: Bools  # (steps,)
     changes: Vec  # (steps,)
-    residual: Vec  # (steps,) of the certified
+    residual: Vec  # (steps,) certificates
     first: Mat  # (steps, 2P) first inputs of the plans
 
     def every(self, n: int) -> "Timing":
-        """What it says of every n-th problem."""
+        """Keep only every n-th problem."""
         series = ("times", "certified", "changes", "residual", "first")
         return replace(self, **{name: getattr(self, name)[::n] for name in series})
 
     def account(self, reference: "Timing") -> dict[str, Any]:
-        """Plain figures; `reference` is the dense engine of the same recording."""
+        """Return plain figures; `reference` is the dense engine on the same recording."""
         micro = 1e6 * self.times
         both = self.certified & reference.certified
         return {
@@ -96,7 +96,7 @@ FORMS: Final = {
 
 
 class _Recorder:
-    """A problem that remembers what it was asked to write."""
+    """A problem that records what it is asked to write."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self.steps = problem, list[Step]()
@@ -105,7 +105,7 @@ class _Recorder:
         return getattr(self._problem, name)
 
     def write(self, memory: Any, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
-        """Write as the problem does, and keep a copy of the question."""
+        """Write as the problem does, and keep a copy of the arguments."""
         self.steps.append(Step(x.copy(), plan.copy(), wanted.copy()))
         self._problem.write(memory, x, plan, wanted, u_ref)
 
@@ -113,7 +113,7 @@ class _Recorder:
 def record(
     platform: Platform, pairs: Sequence[Dof], names: Sequence[str], settings: MpcSettings
 ) -> tuple[Problem, list[Step]]:
-    """Close the loop over the scenarios along all axes and keep every decision's question."""
+    """Simulate the scenarios along all axes, and keep the problem of every decision."""
     cueing = Mpc(platform, pairs, settings)
     problem = cueing.problem
     recorder = _Recorder(problem)
@@ -124,7 +124,7 @@ def record(
 
 
 def _along(name: str, pairs: Sequence[Dof]) -> Scenario:
-    """A scenario along every axis; seeds differ from axis to axis."""
+    """Return a scenario along every axis, with a different seed for each axis."""
     first, *others = (
         scenario(name.replace("seed=7", f"seed={7 + i}"), axis=pair.along) for i, pair in enumerate(pairs)
     )
@@ -136,7 +136,7 @@ def _along(name: str, pairs: Sequence[Dof]) -> Scenario:
 def replay(
     name: str, make: Callable[..., StageEngine], problem: Problem, steps: Sequence[Step], *, passes: int
 ) -> Timing:
-    """Let an engine answer a recording `passes` times."""
+    """Let an engine solve a recording `passes` times."""
     settings = problem.settings
     engine = make(problem.structure, tolerance=settings.tolerance, blocks=settings.blocks)
     problem.begin(engine.memory)
@@ -146,7 +146,7 @@ def replay(
     changes, residual = np.zeros(len(steps)), np.zeros(len(steps))
     first = np.zeros((len(steps), problem.structure.inputs))
     with threadpool_limits(limits=1):
-        engine.run()  # whatever is compiled or allocated on first use
+        engine.run()  # compiles and allocates on first use
         for _ in range(passes):
             engine.reset()
             for i, step in enumerate(steps):
@@ -179,13 +179,13 @@ def bench(
     peers: Engines | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> list[tuple[Timing, dict[str, Any]]]:
-    """Time every engine on every set of pairs and form; the dense engine is each one's reference.
+    """Time every engine for every set of pairs and every form, relative to the dense engine.
 
     Parameters
     ----------
-    engines : by name, "dense" among them.
-    peers : by name; they know hard rows only, and their adapters build a solver for every call: they
-        check the answers of every `SPARSE`-th problem of the full form; their times judge the adapters.
+    engines : by name; must include "dense".
+    peers : by name. They handle hard rows only, and their adapters build a solver for every call. So they
+        check the answers of every `SPARSE`-th problem of the full form, and their times measure the adapters.
     """
     done = []
     for pairs, (form, settings) in product(pair_sets, FORMS.items()):
@@ -207,7 +207,7 @@ def bench(
 
 
 def installed_peers(tell: Callable[[str], None]) -> Engines:
-    """Engines of other people that are installed, by name; the others are told."""
+    """Return the installed engines of other projects by name; `tell` is called for missing ones."""
     found: Engines = {}
     for name in ("casadi-hpipm", "casadi-qpoases"):
         try:

@@ -1,7 +1,7 @@
-"""A closed loop as a value: what is wanted, what decides, what moves. A run's file holds it, and repeats it.
+"""A closed loop as a value: what is wanted, what decides, and what moves; a run's file stores it.
 
-`otolith run`, `compare` and `rerun` make their runs here, and so does `otolith.Experiment` from Python: a run
-that was made in one way is made again, bit for bit, in the other.
+`otolith run`, `compare` and `rerun` make their runs here, and so does `otolith.Experiment` in Python. A run
+that was made in one way can be repeated, bit for bit, in the other.
 """
 
 import functools
@@ -28,21 +28,21 @@ from otolith.recordings.settings import PLAIN, LogSettings
 from otolith.scenarios import Scenario, scenario
 from otolith.scenarios.perceived import perceived
 
-# Fields of a run that may differ when it is repeated; a log's scenario and an algorithm of
-# one's own bear the names of files.
+# Fields of a run that may differ when it is repeated. The scenario of a log and an algorithm from outside are
+# named after files.
 FREE: Final = ("step_time", "settings", "scenario", "cueing")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredFile:
-    """A file that a run was made from: where it lay, and its SHA-256."""
+    """A file from which a run was made: its path and its SHA-256."""
 
     path: str
     sha256: str
 
     @classmethod
     def of(cls, path: Path) -> "StoredFile":
-        """The file at a path, or all files of a folder (a ROS bag is one)."""
+        """Describe the file at a path, or all files of a folder (a ROS bag is one)."""
         parts = sorted(one for one in path.rglob("*") if one.is_file()) if path.is_dir() else [path]
         total = hashlib.sha256()
         for part in parts:
@@ -54,11 +54,11 @@ class StoredFile:
         return cls(path=str(path), sha256=total.hexdigest())
 
     def found(self, what: str, instead: Path | None = None) -> Path:
-        """Where the file lies, or lies by now, if its content is what it was.
+        """Return the path of the file, or its new path, if its content is unchanged.
 
         Raises
         ------
-        InputError : there is none, or its content is another one.
+        InputError : there is no such file, or its content has changed.
         """
         path = instead or Path(self.path)
         if not path.exists():
@@ -79,16 +79,16 @@ class Wanted:
     reading: LogSettings = PLAIN  # how the log is to be read
     lowpass_hz: float | None = None
     causal: bool = False
-    literal: bool = False  # steps end as the thesis prints
-    through: str | None = None  # an otolith of the registry: what it passes on is wanted
+    literal: bool = False  # whether steps end as the thesis prints
+    through: str | None = None  # an otolith of the registry that filters the reference
     scale: float = 1.0
 
     def drive(self) -> Log:
-        """The recorded drive, read as `reading` says.
+        """Read the recorded drive with the settings in `reading`.
 
         Raises
         ------
-        InputError : it is not of a recorded drive, or the log is refused.
+        InputError : there is no recorded drive, or the log is refused.
         """
         if self.log is None:
             bound = "one of 'otolith run --log', or given --log"
@@ -97,9 +97,10 @@ class Wanted:
         return files.read_log(self.log, self.reading.columns, needs=self.reading.needs, settings=plain)
 
     def along(self, design: Design, *, note: Callable[[str], None] = lambda _: None) -> Scenario:
-        """The scenario along the axes that a design cues; a log is resampled to the implicit MPC's period.
+        """Return the scenario along the axes that a design cues; a log is resampled.
 
-        That period whatever the algorithm, so that all are judged against one and the same reference.
+        The sampling period is that of the implicit MPC for every algorithm, so that all are judged against
+        the same reference.
 
         Parameters
         ----------
@@ -118,7 +119,7 @@ class Wanted:
         return self._sensed(recorded).scaled(self.scale)
 
     def _sensed(self, reference: Scenario) -> Scenario:
-        """The reference as the organ `through` passes it on, from rest under its first value."""
+        """Return the reference filtered by the organ `through`, from steady state at its first value."""
         if self.through is None:
             return reference
         otoliths = {k: e for k, e in registry.PERCEPTION.items() if k.startswith("otolith-")}
@@ -127,7 +128,7 @@ class Wanted:
         return perceived(reference, lambda f, dt: sense(organ, f, dt, before=f[0]), name=name)
 
     def record(self) -> dict[str, Any]:
-        """Plain values, with the SHA-256 of the log."""
+        """Return plain values, with the SHA-256 of the log."""
         told = {one.name: getattr(self, one.name) for one in fields(self)}
         reading = asdict(self.reading) | {"needs": list(self.reading.needs)}
         log = None if self.log is None else asdict(StoredFile.of(self.log))
@@ -137,7 +138,13 @@ class Wanted:
     def from_record(
         cls, record: Mapping[str, Any], *, log: Path | None = None, check: bool = True
     ) -> "Wanted":
-        """What a record says; `log` names the drive anew, `check`: its content must be equal."""
+        """Restore from a record.
+
+        Parameters
+        ----------
+        log : new path of the drive.
+        check : whether its content must be unchanged.
+        """
         told = dict(record)
         stored = None if told["log"] is None else StoredFile(**told["log"])
         told["reading"] = PLAIN if told["reading"] is None else LogSettings(**told["reading"])
@@ -149,7 +156,7 @@ class Wanted:
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """One closed loop, ready to run: what is wanted, the design, the algorithm's name, the plant's name.
+    """One closed loop, ready to run: what is wanted, the design, the names of algorithm and plant.
 
     Examples
     --------
@@ -161,17 +168,17 @@ class Experiment:
     wanted: Wanted
     design: Design
     cueing: str = "predictive"  # a name of the registry, "module:attribute" or "file.py:attribute"
-    plant: str | None = None  # a name of the registry; None: what the algorithm assumes
-    law: Path | None = None  # the file that `design.stored_laws` came from
-    hint: Path | None = None  # the file that `design.hint` came from
+    plant: str | None = None  # a name of the registry; None for the plant that the algorithm assumes
+    law: Path | None = None  # the file of `design.stored_laws`
+    hint: Path | None = None  # the file of `design.hint`
 
     @property
     def plant_name(self) -> str:
-        """Name of the plant; errors as `otolith.registry.cueing_named`."""
+        """Return the name of the plant; errors are those of `otolith.registry.cueing_named`."""
         return self.plant or registry.cueing_named(self.cueing).plant
 
     def run(self, *, progress: Callable[[float], None] = lambda _: None) -> Run:
-        """Close the loop once; `progress` is called with the fraction done.
+        """Simulate the closed loop; `progress` is called with the fraction done.
 
         Raises
         ------
@@ -193,7 +200,7 @@ class Experiment:
         )
 
     def record(self) -> dict[str, Any]:
-        """Plain JSON values that repeat the run, next to what a `Run` holds itself (platform, names)."""
+        """Return plain JSON values that, with what a `Run` stores itself, repeat the run."""
         entry = registry.cueing_named(self.cueing)
         reads = entry.reads
         hint = self.design.hint
@@ -216,13 +223,14 @@ class Experiment:
         law: Path | None = None,
         hint: Path | None = None,
     ) -> "Experiment":
-        """The experiment that a run was made by; the files are named anew where they moved.
+        """Return the experiment that made a run; paths are given if files have moved.
 
-        An algorithm from outside has to be named again in `cueing`: a file is data and starts no code.
+        An algorithm from outside must be named again in `cueing`, because a file is data and starts no code.
 
         Raises
         ------
-        InputError : the run was made of objects that its file does not hold, or a file is missing or changed.
+        InputError : the run was made of objects that its file does not contain, or a file is missing or
+            changed.
         CorruptFile : the settings of the run are of another version, or damaged.
         """
         told = run.settings
@@ -248,7 +256,7 @@ class Experiment:
 def hint_for(
     path: Path, platform: Platform, pairs: tuple[Dof, ...], settings: MpcSettings
 ) -> StoredHint | Refused:
-    """A stored hint, or why it cannot be used: without one the answers are the same, only later."""
+    """Return a stored hint, or why it cannot be used; without a hint answers are the same but take longer."""
     try:
         hint = files.read_hint(path)
         hint.check(platform, pairs, settings)
@@ -258,7 +266,7 @@ def hint_for(
 
 
 def differences(run: Run, again: Run) -> list[str]:
-    """Names of the fields in which two runs differ by any bit, without times, settings and name."""
+    """Return the fields in which two runs differ by any bit, except times, settings and names."""
     names = [one.name for one in fields(Run) if one.name not in FREE]
     return [name for name in names if not _equal(getattr(run, name), getattr(again, name))]
 
@@ -270,14 +278,14 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _stored(path: Path | None, *, asked: bool) -> dict[str, str] | None:
-    """The record of a file that was read; one that nobody named has no path."""
+    """Return the record of a file that was read; the path is empty if it is unknown."""
     if not asked:
         return None
     return asdict(StoredFile(path="", sha256="") if path is None else StoredFile.of(path))
 
 
 def _named(what: str, record: Mapping[str, str] | None, instead: Path | None) -> Path | None:
-    """The path of a file that a run was made from; None where it was made without one."""
+    """Return the path of a file from which a run was made; None if it was made without one."""
     if record is None:
         return None
     stored = StoredFile(**record)

@@ -36,7 +36,7 @@ class Reference:
     specific_force: Vec  # (3,) [m/s²], without the constant 1 g
     angular_rate: Vec = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
     preview: Mat | None = None  # (K, 3) [m/s²] forces at the ends of the next K periods
-    age: float = 0.0  # [s] how long before the time of the state that comes with it this is wanted
+    age: float = 0.0  # [s] age of the reference relative to the state that comes with it
 
     def __post_init__(self) -> None:
         freeze(self, specific_force=(3,), angular_rate=(3,))
@@ -76,20 +76,20 @@ class Command:
 
 
 class Predictor(Protocol):
-    """Says what will be wanted in the coming periods, from what was wanted until now.
+    """Predicts what will be wanted in the coming periods, from what was wanted until now.
 
-    It is causal by construction: it is handed one reference after the other, once per period, and may know no
-    more of the future than `Reference.preview` holds.
+    It is causal by construction: it receives one reference after the other, once per period, and knows no
+    more of the future than `Reference.preview` contains.
     """
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Discard the past."""
 
     def ahead(self, reference: Reference, dt: float, n: int) -> Mat:
         """Return what will be wanted at the ends of the next n periods of dt [s].
 
-        The rows (n, 6) are specific force [m/s²] and angular rate [rad/s] in the driver's frame. An axis that
-        is wanted as no number is passed on as it is, so that whoever decides sees it.
+        The rows (n, 6) are specific force [m/s²] and angular rate [rad/s] in the driver's frame. NaN is
+        passed on unchanged, so that the algorithm sees it.
         """
 
 
@@ -105,7 +105,7 @@ class Cueing(Protocol):
         """Time between two calls of `step` [s]; an MPC is discretised for exactly this one."""
 
     def reset(self, state: PlatformState) -> None:
-        """Forget the past and start from `state`."""
+        """Discard the past and start from `state`."""
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide one command. In trouble, return a safe command whose outcome gives the reason; never

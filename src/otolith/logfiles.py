@@ -1,4 +1,4 @@
-"""Recorded drives on disk: which format a file is in, read within bounds."""
+"""Recorded drives on disk: the format of a file is recognised, and the file is read within size limits."""
 
 import re
 from collections.abc import Mapping
@@ -26,9 +26,9 @@ OWN: Final = (
     ".dat",
     ".log",
 )  # read as text, whatever is installed
-MAX_FILE: Final = 2**30  # [bytes] of a log, 1 GiB
-MAX_LINE: Final = 2**20  # [bytes] of one line of a table, 1 MiB
-MAX_JSON: Final = 2**26  # [bytes] of one line of JSON, 64 MiB: all of it is taken to pieces in memory
+MAX_FILE: Final = 2**30  # [bytes] largest size of a log, 1 GiB
+MAX_LINE: Final = 2**20  # [bytes] longest line of a table, 1 MiB
+MAX_JSON: Final = 2**26  # [bytes] longest line of JSON, 64 MiB, because it is parsed in memory
 CHUNK: Final = 2**20  # [bytes] read at once
 _XML: Final = re.compile(r"\s*<(\?xml|!doctype|html|gpx|kml)\b", re.IGNORECASE)
 
@@ -36,17 +36,17 @@ _XML: Final = re.compile(r"\s*<(\?xml|!doctype|html|gpx|kml)\b", re.IGNORECASE)
 def recorded(
     path: Path, columns: Mapping[str, str], *, header: int | None = None, units: int | None = None
 ) -> Recorded:
-    """The columns of a recorded drive; the ending of the name gives the format, else it is text.
+    """Read the columns of a recorded drive; the ending of the name gives the format, by default text.
 
     Parameters
     ----------
-    columns : what the user maps, so that formats of thousands of channels need not give all of them.
-    header, units : lines of a text that hold names and units, counted from 1, where they are not found.
+    columns : the user's mapping, so that formats with thousands of channels need not return all of them.
+    header, units : lines of names and units in a text, counted from 1, if they are not found automatically.
 
     Raises
     ------
     InputError : the file is absent, unreadable, too large, or holds no table.
-    CorruptFile : it is damaged, or not of the format that its name says.
+    CorruptFile : the file is damaged, or not of the format that its name states.
     """
     if not path.exists():
         raise InputError(f"log {path}", "absent", "an existing file")
@@ -72,7 +72,7 @@ def recorded(
 
 
 def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
-    """The columns of a log in a format of its own; None of a text."""
+    """Read the columns of a log that is not text; None for text."""
     ending = path.suffix.lower()
     verdict = f"{path.name} is damaged, or not of the format that its name says"
     if ending == ".erg":
@@ -97,10 +97,9 @@ def _of_format(path: Path, columns: Mapping[str, str]) -> Recorded | None:
 
 
 def _of_plugin(path: Path, verdict: str) -> Recorded | None:
-    """The columns of a log in a format that an installed package reads; None where no package does.
+    """Read the columns of a log with an installed package; None if no package reads this format.
 
-    The name of its entry point is the ending without the dot. Endings of tables and of our own formats are
-    never asked for.
+    The name of its entry point is the ending without the dot. Packages never read tables or our own formats.
     """
     ending = path.suffix.lower()
     if ending in OWN:
@@ -123,7 +122,7 @@ def _begins(path: Path, mark: bytes) -> bool:
 
 
 def _text(path: Path) -> bytes:
-    """The bytes of a text, read no further than a line that is too long to be a row."""
+    """Read the bytes of a text, but stop at a line that is too long to be a row."""
     read, line, limit = bytearray(), 0, MAX_LINE
     try:
         with path.open("rb") as file:

@@ -1,6 +1,6 @@
-"""A design as plain JSON values, and back: what a run's file keeps of the settings that were meant.
+"""A design as plain JSON values, and back: the settings that a run's file stores.
 
-Numbers come back bit for bit, since Python writes the shortest text that reads as the same number.
+Numbers are restored bit for bit, because Python writes the shortest text that reads as the same number.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -29,12 +29,12 @@ _MATRICES: Final = ("A", "B", "C", "D")
 
 
 def design_to_record(design: Design, reads: Collection[str] | None = None) -> dict[str, Any]:
-    """Plain values of a design; the platform, the degrees of freedom, laws and hints are kept elsewhere.
+    """Return plain values of a design, without platform, degrees of freedom, laws and hints.
 
     Parameters
     ----------
-    reads : options that the algorithm reads, see `otolith.registry.Entry`; what it would ignore is left out,
-        so that nothing looks as if it had an effect. None: nothing is known of it, and all is kept.
+    reads : options that the algorithm reads, see `otolith.registry.Entry`; options that it ignores are left
+        out, so that none seems to have had an effect. None if this is unknown; then all are kept.
     """
     mpc, explicit = _mpc_to_record(design.mpc), asdict(design.explicit)
     record: dict[str, Any] = {"mpc": mpc}
@@ -54,7 +54,7 @@ def design_to_record(design: Design, reads: Collection[str] | None = None) -> di
 
 
 def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tuple[str, ...]) -> Design:
-    """The design that a record describes, for a platform and degrees of freedom by name.
+    """Return the design of a record, for a platform and degrees of freedom by name.
 
     Raises
     ------
@@ -126,13 +126,13 @@ def _system(record: Mapping[str, Any]) -> StateSpace:
 
 
 def _engine_name(engine: Any) -> str:
-    """Name of a QP engine, or "module:attribute" of one from outside, which no file brings back."""
+    """Return the name of a QP engine; one from outside is named "module:attribute" and not loaded again."""
     target = f"{getattr(engine, '__module__', '')}:{getattr(engine, '__qualname__', '')}"
     return next((name for name, entry in registry.SOLVERS.items() if entry.target == target), target)
 
 
 def _engine(name: str) -> Any:
-    """The engine of a record; code from outside is not started because a file names it."""
+    """Return the engine of a record; code from outside is not started because a file names it."""
     return registry.lookup(registry.SOLVERS, "QP engine of the run", name).load()
 
 
@@ -140,7 +140,7 @@ def _prediction(record: Mapping[str, Any] | None) -> Prediction | None:
     return None if record is None else prediction_named(record)
 
 
-# Fields of `MpcSettings` that are no plain values, and what makes them of such.
+# Fields of `MpcSettings` that are not plain values, and the functions that make them from plain values.
 _TYPED: Final[Mapping[str, Callable[[Any], Any]]] = {
     "objective": _objective,
     "washout": _washout,

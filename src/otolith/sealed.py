@@ -1,4 +1,4 @@
-"""Runs, explicit laws and hints as sealed HDF5 files; see `otolith.core.hdf5` for what the seal is worth."""
+"""Runs, explicit laws and hints as sealed HDF5 files; `otolith.core.hdf5` describes the seal."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from otolith.loop import Run
 from otolith.platforms import Platform
 from otolith.safety.supervisor import Intervention, Reason
 
-if TYPE_CHECKING:  # laws and hints are imported on use: most commands read runs only
+if TYPE_CHECKING:  # laws and hints are imported on use, because most commands read only runs
     from otolith.cueing.hints.stored import StoredHint
     from otolith.mpqp import Law
 
@@ -65,12 +65,12 @@ def write_run(run: Run, path: Path) -> None:
 
 
 def read_run(path: Path) -> Run:
-    """Read a run back, equal to the one written.
+    """Read a run that equals the one written.
 
     Raises
     ------
     InputError : there is no such file.
-    CorruptFile : not a run of this version, damaged, or its series do not belong together.
+    CorruptFile : the file is not a run of this version, is damaged, or its series do not belong together.
     """
     content = read_sealed(path, kind=RUN_KIND, version=RUN_VERSION)
     with damage_reported(f"{path} is no sound {RUN_KIND} file"):
@@ -104,11 +104,11 @@ def _run(content: Content) -> Run:
 
 
 def _check_series(arrays: Mapping[str, NDArray[Any]], *, period: float, plant_period: float) -> None:
-    """Every series has the kind and the shape that follow from the two clocks.
+    """Check that every series has the type and shape that follow from the two clocks.
 
     Raises
     ------
-    ValueError : one has not; the text says which.
+    ValueError : a series has not; the message names it.
     """
     n, m = len(arrays["time"]), len(arrays["command_time"])
     if not (0.0 < plant_period <= period < np.inf and n == m * round(period / plant_period) > 0):
@@ -138,12 +138,12 @@ def write_laws(laws: Sequence["Law"], path: Path) -> None:
 
 
 def read_laws(path: Path) -> tuple["Law", ...]:
-    """Read explicit laws; at least one.
+    """Read explicit laws, at least one.
 
     Raises
     ------
     InputError : there is no such file.
-    CorruptFile : not laws of this version, damaged, or arrays that do not belong together.
+    CorruptFile : the file holds no laws of this version, is damaged, or its arrays do not belong together.
     """
     content = read_sealed(path, kind=LAW_KIND, version=LAW_VERSION)
     with damage_reported(f"{path} is no sound {LAW_KIND} file"):
@@ -164,7 +164,7 @@ def _laws(content: Content) -> tuple["Law", ...]:
 
 
 def write_hint(hint: "StoredHint", path: Path) -> None:
-    """Store a hint with the model that it belongs to."""
+    """Store a hint with the model to which it belongs."""
     attributes = {"model": json.dumps(hint.model), "training": json.dumps(hint.training)}
     write_sealed(path, attributes, hint.to_arrays(), kind=HINT_KIND, version=HINT_VERSION)
 
@@ -175,7 +175,7 @@ def read_hint(path: Path) -> "StoredHint":
     Raises
     ------
     InputError : there is no such file.
-    CorruptFile : not a hint of this version, damaged, or arrays that do not belong together.
+    CorruptFile : the file is not a hint of this version, is damaged, or its arrays do not belong together.
     """
     content = read_sealed(path, kind=HINT_KIND, version=HINT_VERSION)
     with damage_reported(f"{path} is no sound {HINT_KIND} file"):

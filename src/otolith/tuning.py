@@ -1,13 +1,13 @@
-"""Constant washout weights found by optimisation instead of by hand (thesis, Table 5.3).
+"""Constant washout weights, found by optimisation instead of by hand (thesis, Table 5.3).
 
-For weights on given states the implicit MPC cues every scenario; the objective is
+With weights on given states, the implicit MPC cues every scenario. The objective is
 
     J = mean over scenarios of ln(RMSE(f) / RMS(f_ref)) + μ · RMS(travel) / reach,
 
-the logarithm of the geometric mean of the relative errors, and a price μ on the travel that is spent: what
-is not spent is there for the next manoeuvre. It is minimised over the logarithms of the weights by the
-simplex of Nelder & Mead (Computer Journal 7, 1965), which needs no derivative: J has kinks where limits
-become active.
+the logarithm of the geometric mean of the relative errors, plus a price μ on the travel that is used: travel
+that is not used is available for the next manoeuvre. J is minimised over the logarithms of the weights by the
+simplex method of Nelder & Mead (Computer Journal 7, 1965), which needs no derivative, because J has kinks
+where limits become active.
 """
 
 import math
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import scipy  # its modules are imported on first use: none waits for one that it does not need
+import scipy  # scipy imports its modules on first use, so unused ones cost no time
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
@@ -30,16 +30,16 @@ from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
 
-TRAVEL_PRICE: Final = 0.5  # μ: half the reach in RMS is worth 28 % of error
-BOUNDS: Final = (1e-4, 1e2)  # of every weight
-START: Final = 0.3  # of every weight
-FIRST_STEP: Final = 0.7  # of the simplex, in decades
-CLOSE: Final = 0.02  # the simplex is small enough: in decades, and in J
+TRAVEL_PRICE: Final = 0.5  # μ: half the reach in RMS counts as much as 28 % of error
+BOUNDS: Final = (1e-4, 1e2)  # bounds of every weight
+START: Final = 0.3  # initial value of every weight
+FIRST_STEP: Final = 0.7  # initial size of the simplex, in decades
+CLOSE: Final = 0.02  # size of the simplex at which it stops, in decades and in J
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuned:
-    """The best weights that were met."""
+    """The best weights that were found."""
 
     weights: Mapping[str, float]  # by state
     objective: float
@@ -47,7 +47,7 @@ class Tuned:
     by_scenario: Mapping[str, tuple[float, float]]  # RMSE(f) [m/s²], RMS of the travel [m]
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values."""
+        """Return plain values."""
         return {
             "weights": dict(self.weights),
             "objective": self.objective,
@@ -68,17 +68,23 @@ def tune(
     price: float = TRAVEL_PRICE,
     tell: Callable[[int, float], None] = lambda _, __: None,
 ) -> Tuned:
-    """Tune constant weights on `states` of the surge-pitch pair; `tell` is called with each evaluation's J.
+    """Tune constant weights on `states` of the surge-pitch pair.
+
+    Parameters
+    ----------
+    price : μ.
+    tell : is called with the number and J of each evaluation.
 
     Raises
     ------
-    InputError : no scenario, no state, an unknown state, or too few evaluations for a simplex.
+    InputError : there is no scenario or no state, a state is unknown, or there are too few evaluations for a
+        simplex.
     """
     if not scenarios or not states:
         raise InputError("scenarios and states", "none", "at least one of each")
     if evaluations < len(states) + 1:
         raise InputError("evaluations", evaluations, f"at least {len(states) + 1}, a simplex")
-    constant(dict.fromkeys(states, 0.0))  # refuses what is no state
+    constant(dict.fromkeys(states, 0.0))  # refuses unknown states
     search = _Search(platform, tuple(states), tuple(scenarios), price, tell)
     corner = np.full(len(states), math.log10(START))
     simplex = np.vstack([corner, corner + FIRST_STEP * np.eye(len(states))])
@@ -93,7 +99,7 @@ def tune(
 
 
 class _Search:
-    """Evaluates the objective and keeps the best."""
+    """Evaluates the objective and keeps the best weights."""
 
     def __init__(
         self,
@@ -108,7 +114,7 @@ class _Search:
         self.best = Tuned(weights={}, objective=math.inf, evaluations=0, by_scenario={})
 
     def objective(self, logarithms: Vec) -> float:
-        """J at weights of these decimal logarithms."""
+        """Return J for weights with these decimal logarithms."""
         self._count += 1
         weights = dict(zip(self._states, (10.0**logarithms).tolist(), strict=True))
         found = self._cued(weights)
@@ -135,6 +141,6 @@ class _Search:
 
 
 def _size(scenario: Scenario) -> float:
-    """RMS of the wanted force [m/s²]."""
+    """Return the RMS of the wanted force [m/s²]."""
     t = np.arange(0.0, scenario.duration, 0.01)
     return float(np.sqrt(np.mean(scenario.specific_force(t)[:, 0] ** 2)))
