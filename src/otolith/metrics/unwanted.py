@@ -63,16 +63,21 @@ def seconds(kind: str, of_axes: Mapping[str, Mapping[str, Mapping[str, float]]])
     return float(sum(of_axis[kind]["duration_s"] for of_axis in of_axes.values()))
 
 
-def turns_against(run: Run, *, threshold: float = THRESHOLD) -> dict[str, int]:
+def turns_against(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHORTEST) -> dict[str, int]:
     """How often the felt force turns against what is still wanted, along every cued force axis.
 
-    Counted within each stretch in which at least `threshold` τ [m/s²] is wanted in one direction: every
-    change of the felt force from at least τ in that direction to at least τ in the other.
+    Counted within each stretch in which at least `threshold` τ [m/s²] is wanted in one direction, for at
+    least `shortest` [s]: every change of the felt force from at least τ in that direction to at least τ in
+    the other.
     """
-    return {
-        name: _turns(run.reference_force[:, axis], run.felt_force[:, axis], threshold)
-        for name, axis in force_axes(run).items()
-    }
+    found = {}
+    for name, axis in force_axes(run).items():
+        wanted, felt = run.reference_force[:, axis], run.felt_force[:, axis]
+        found[name] = sum(
+            _turns(way * wanted, way * felt, threshold, round(shortest / run.plant_period))
+            for way in (1.0, -1.0)
+        )
+    return found
 
 
 def neutral_crossings(run: Run) -> dict[str, int]:
@@ -107,13 +112,12 @@ def _too_much(wanted: Vec, felt: Vec, threshold: float) -> tuple[Bools, Bools]:
     return too_much & remembered & ~of_wrong_size, too_much & ~remembered
 
 
-def _turns(wanted: Vec, felt: Vec, threshold: float) -> int:
-    """Changes of the felt force from with to against, over all stretches wanted in one direction."""
+def _turns(wanted: Vec, felt: Vec, threshold: float, shortest: int) -> int:
+    """Changes of the felt force from with to against what is wanted in the direction positive here."""
     count = 0
-    for way in (1.0, -1.0):
-        for first, stop in spans(way * wanted >= threshold):
-            sides = _sides(way * felt[first:stop], -threshold, threshold)
-            count += int(np.sum(np.diff(sides) < 0))
+    for first, stop in spans(wanted >= threshold):
+        if stop - first >= shortest:
+            count += int(np.sum(np.diff(_sides(felt[first:stop], -threshold, threshold)) < 0))
     return count
 
 

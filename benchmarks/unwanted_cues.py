@@ -1,0 +1,189 @@
+"""Unwanted cues where drivers complain of them: in a long bend, in braking to a stop, in both, and on a lap.
+
+    python benchmarks/unwanted_cues.py [--only WORDS] [--json FILE] [--jobs N]
+
+Every algorithm cues every situation in 2, 4 and 6 DOF, on the ideal plant and on six legs; the tables are
+those of docs/which-cueing.md. Of several forces, times and counts are summed, peaks are the largest, doses
+and errors are root sums of squares.
+
+An exclamation mark stands where a hard limit of the machine was broken, or, on legs, where their supervisor
+had to hold them back: such a run asks for more than its machine can do, and is compared with none. On legs
+the MPCs read what the same machine can do in every combination (`davsi-4dof`), except in 6 DOF, since that
+file says nothing of heave and yaw. The washouts read no limits, and keep the tuning that is shipped for the
+machine.
+"""
+
+import argparse
+import json
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import otolith
+from otolith import files, registry
+from otolith.metrics.measure import root_sum_square
+from otolith.vehicle import Driver, drive, load_car, road
+
+Figures = dict[str, float]
+
+WASHOUTS: Final = ("classical", "adaptive", "optimal", "optimal-nonlinear")
+ALL: Final = (*WASHOUTS, "linear-mpc", "implicit", "predictive")
+LAP: Final = 60.0  # [s] of the lap
+FORCES: Final = (otolith.SURGE_PITCH, otolith.SWAY_ROLL)
+SIX: Final = (*FORCES, otolith.HEAVE, otolith.YAW)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """What is to be felt, along which axes, and on what it is cued."""
+
+    wanted: str  # "bend", "stop", "both" or "lap"
+    dofs: tuple[otolith.Dof, ...]
+    machine: str  # a platform, and "ideal" or "hexapod"
+
+    @property
+    def title(self) -> str:
+        """How a table names it."""
+        return f"{self.wanted}, {2 * min(len(self.dofs), 2) + max(len(self.dofs) - 2, 0)} DOF, {self.machine}"
+
+    def platform(self, name: str) -> otolith.Platform:
+        """What an algorithm reads of the machine."""
+        of, plant = self.machine.split()
+        all_at_once = plant == "hexapod" and len(self.dofs) <= len(FORCES) and name not in WASHOUTS
+        return otolith.platform("davsi-4dof" if all_at_once else of)
+
+    def reference(self, design: otolith.Design, lap: Path) -> otolith.Scenario:
+        """What is to be felt: the bend along y, the stop along x, both of them, or the lap."""
+        if self.wanted == "lap":
+            whole = otolith.Wanted(log=lap, through="telban").along(design)
+            return replace(whole, duration=min(whole.duration, LAP))
+        bend, stop = otolith.scenario("bend", axis="lateral"), otolith.scenario("stop")
+        return {"bend": bend, "stop": stop, "both": stop.combined_with(bend)}[self.wanted]
+
+
+ONE_AXIS: Final = ("thesis ideal", "davsi ideal", "davsi hexapod")
+SITUATIONS: Final = (
+    *(Situation(wanted="bend", dofs=FORCES[1:], machine=machine) for machine in ONE_AXIS),
+    *(Situation(wanted="stop", dofs=FORCES[:1], machine=machine) for machine in ONE_AXIS),
+    *(Situation(wanted="both", dofs=FORCES, machine=machine) for machine in ONE_AXIS[::2]),
+    *(Situation(wanted="lap", dofs=FORCES, machine=machine) for machine in ONE_AXIS[::2]),
+    *(Situation(wanted="lap", dofs=SIX, machine=machine) for machine in ONE_AXIS[1:]),
+)
+
+
+def figures(situation: Situation, name: str, lap: Path) -> Figures:
+    """Key figures of one algorithm in one situation."""
+    platform = situation.platform(name)
+    design = otolith.Design(platform=platform, dofs=situation.dofs)
+    plant = registry.make_plant(situation.machine.split()[1], platform)
+    run = otolith.simulate(
+        registry.make_cueing(name, design, dead_time=plant.dead_time),
+        plant,
+        situation.reference(design, lap),
+        platform=platform,
+        dofs=tuple(dof.name for dof in situation.dofs),
+    )
+    return in_short(otolith.summarise(run), legs="hexapod" in situation.machine)
+
+
+def in_short(summary: dict[str, Any], *, legs: bool) -> Figures:
+    """The numbers of a table's row, from a run's summary."""
+    cues = summary["unwanted_cues"].values()
+    passed = sum(
+        one["nodes_beyond"] for one in summary["limits"].values() if not (one["comfort"] or one["soft"])
+    )
+    held = sum(one["seconds"] for one in summary["supervisor"].values())
+    return {
+        **{f"{kind}_s": sum(one[kind]["duration_s"] for one in cues) for kind in ("lag", "rebound")},
+        **{f"{kind}_peak": max(one[kind]["peak"] for one in cues) for kind in ("lag", "rebound")},
+        "unwanted_s": sum(one[kind]["duration_s"] for one in cues for kind in one),
+        "unwanted": sum(one[kind]["duration_s"] * one[kind]["mean"] for one in cues for kind in one),
+        "unwanted_peak": max(one[kind]["peak"] for one in cues for kind in one),
+        "turns": sum(summary["turns_against"].values()),
+        "crossings": sum(summary["neutral_crossings"].values()),
+        "rmse": summary["rmse"],
+        "yaw": sum(summary.get("rate_rmse", {}).values()),
+        "dose": root_sum_square(summary["sickness_dose"]),
+        "held_s": held,
+        "failed": sum(summary["status"].values()) - summary["status"].get("decided", 0),
+        "broken": float(held > 0.0 if legs else passed > 0),
+    }
+
+
+def show(situation: Situation, found: dict[str, Figures]) -> None:
+    """Print the table of a situation, and how the default stands against the washouts."""
+    heads = [
+        "RMSE",
+        "lag: s, peak",
+        "rebound: s, peak",
+        "unwanted: m/s",
+        "turns",
+        "crossings",
+        "dose",
+        "held: s",
+    ]
+    yaw = any(one["yaw"] for one in found.values())
+    print(f"\n**{situation.title}**\n")
+    print("| | " + " | ".join([*heads, *(["yaw: deg/s"] if yaw else [])]) + " |")
+    print("|" + "---|" * (len(heads) + 1 + yaw))
+    for name, one in found.items():
+        cells = [
+            f"{one['rmse']:.3f}",
+            f"{one['lag_s']:.2f}, {one['lag_peak']:.2f}",
+            f"{one['rebound_s']:.2f}, {one['rebound_peak']:.2f}",
+            f"{one['unwanted']:.2f}",
+            f"{one['turns']:.0f}",
+            f"{one['crossings']:.0f}",
+            f"{one['dose']:.2f}",
+            f"{one['held_s']:.2f}",
+            *([f"{57.29578 * one['yaw']:.2f}"] if yaw else []),
+        ]
+        mark = (" !" if one["broken"] else "") + (" failed" if one["failed"] else "")
+        print(f"| {name}{mark} | " + " | ".join(cells) + " |")
+    print("\n" + verdict(found))
+
+
+def verdict(found: dict[str, Figures]) -> str:
+    """How the default stands against the best washout of each figure, among those that broke nothing."""
+    kept = [name for name in WASHOUTS if not found[name]["broken"]]
+    if not kept:
+        return "No washout stayed within what the machine can do."
+    parts = []
+    for key, words in (("unwanted_s", "duration"), ("unwanted_peak", "peak"), ("unwanted", "integral")):
+        best = min(kept, key=lambda name: found[name][key])
+        ours, theirs = found["predictive"][key], found[best][key]
+        ratio = f"{ours / theirs:.2f} of" if theirs > 0.0 else f"{ours:.2f} against none of"
+        parts.append(f"{words} {ratio} {best}'s")
+    return "Unwanted cues of predictive: " + ", ".join(parts) + "."
+
+
+def _work(job: tuple[Situation, str, Path]) -> Figures:
+    return figures(*job)
+
+
+def main() -> None:
+    """Run all, print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", default="", help="situations whose title holds this, e.g. 'bend, 2 DOF'")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--jobs", type=int, default=2)
+    chosen = parser.parse_args()
+    situations = [one for one in SITUATIONS if chosen.only in one.title]
+    found: dict[str, dict[str, Figures]] = {}
+    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(chosen.jobs) as pool:
+        lap = Path(folder) / "lap.csv"
+        files.write_lap(drive(road("hockenheim").limited(120 / 3.6), load_car(), Driver()), lap)
+        for situation in situations:
+            jobs = [(situation, name, lap) for name in ALL]
+            found[situation.title] = dict(zip(ALL, pool.map(_work, jobs), strict=True))
+            show(situation, found[situation.title])
+    if chosen.json:
+        chosen.json.write_text(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main()
