@@ -189,9 +189,9 @@ def test_turns_against_what_is_still_wanted_are_counted_once_each(handmade: Run)
 
 
 def test_what_is_wanted_too_shortly_to_be_a_cue_is_turned_against_by_none(handmade: Run) -> None:
-    """Chatter of 12.5 Hz, felt a quarter of a period late."""
+    """Chatter of 12.5 Hz, felt three quarters of a period late."""
     t = at(4.0)
-    chatter, late = (2.0 * np.sign(np.sin(2.0 * np.pi * 12.5 * (t - d) - 1e-6)) for d in (0.0, 0.02))
+    chatter, late = (2.0 * np.sign(np.sin(2.0 * np.pi * 12.5 * (t - d) - 1e-6)) for d in (0.0, 0.06))
     run = felt_instead(handmade, chatter, late)
     assert turns_against(run) == {"surge-pitch": 0}
     assert turns_against(run, shortest=0.03)["surge-pitch"] > 0
