@@ -1,6 +1,6 @@
 """Unwanted cues where drivers complain of them: in a long bend, in braking to a stop, in both, and on a lap.
 
-    python benchmarks/unwanted_cues.py [--only WORDS] [--json FILE] [--jobs N]
+    python benchmarks/unwanted_cues.py [--only WORDS] [--json FILE] [--figure FILE] [--jobs N]
 
 Every algorithm cues every situation in 2, 4 and 6 DOF, on the ideal plant and on six legs; the tables are
 those of docs/which-cueing.md. Of several forces, times and counts are summed, peaks are the largest, doses
@@ -21,15 +21,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+import matplotlib.pyplot as plt
+
 import otolith
 from otolith import files, registry
+from otolith.metrics import unwanted_cues
 from otolith.metrics.measure import root_sum_square
+from otolith.report import palette
 from otolith.vehicle import Driver, drive, load_car, road
 
 Figures = dict[str, float]
 
 WASHOUTS: Final = ("classical", "adaptive", "optimal", "optimal-nonlinear")
 ALL: Final = (*WASHOUTS, "linear-mpc", "implicit", "predictive")
+DRAWN: Final = {"classical": palette.BLUE, "implicit": palette.VERMILION, "predictive": palette.GREEN}
 LAP: Final = 60.0  # [s] of the lap
 FORCES: Final = (otolith.SURGE_PITCH, otolith.SWAY_ROLL)
 SIX: Final = (*FORCES, otolith.HEAVE, otolith.YAW)
@@ -73,19 +78,18 @@ SITUATIONS: Final = (
 )
 
 
-def figures(situation: Situation, name: str, lap: Path) -> Figures:
-    """Key figures of one algorithm in one situation."""
+def cued(situation: Situation, name: str, lap: Path) -> otolith.Run:
+    """One algorithm in one situation."""
     platform = situation.platform(name)
     design = otolith.Design(platform=platform, dofs=situation.dofs)
     plant = registry.make_plant(situation.machine.split()[1], platform)
-    run = otolith.simulate(
+    return otolith.simulate(
         registry.make_cueing(name, design, dead_time=plant.dead_time),
         plant,
         situation.reference(design, lap),
         platform=platform,
         dofs=tuple(dof.name for dof in situation.dofs),
     )
-    return in_short(otolith.summarise(run), legs="hexapod" in situation.machine)
 
 
 def in_short(summary: dict[str, Any], *, legs: bool) -> Figures:
@@ -159,8 +163,36 @@ def verdict(found: dict[str, Figures]) -> str:
     return "Unwanted cues of predictive: " + ", ".join(parts) + "."
 
 
+def draw(situations: tuple[Situation, ...], path: Path) -> None:
+    """What is wanted and felt in some situations of one axis, and below it when cues lag and rebound."""
+    figure, axes = plt.subplots(
+        2, len(situations), figsize=(9.0, 4.4), height_ratios=(3, 1), sharex="col", layout="constrained"
+    )
+    for (force, bars), situation in zip(axes.T, situations, strict=True):
+        axis = situation.dofs[0].felt
+        runs = {name: cued(situation, name, Path()) for name in DRAWN}
+        wanted = runs["predictive"]
+        force.plot(
+            wanted.time, wanted.reference_force[:, axis], color=palette.GREY, linewidth=3, label="wanted"
+        )
+        for row, (name, run) in enumerate(runs.items()):
+            force.plot(run.time, run.felt_force[:, axis], color=DRAWN[name], label=name)
+            for kind, color in (("lag", palette.ORANGE), ("rebound", "black")):
+                spans = [(c.start, c.duration) for c in unwanted_cues(run) if c.kind == kind]
+                bars.broken_barh(spans, (row - 0.35, 0.7), color=color, label="_" * row + kind)
+        force.set_title(situation.title, fontsize=9)
+        bars.set_yticks(range(len(runs)), labels=runs)
+        bars.set_ylim(len(runs) - 0.5, -0.5)
+        bars.set_xlabel("time [s]")
+    axes[0, 0].set_ylabel("specific force [m/s²]")
+    axes[0, 0].legend(fontsize=8)
+    axes[1, 0].legend(fontsize=8, loc="lower left")
+    figure.savefig(path, dpi=140)
+
+
 def _work(job: tuple[Situation, str, Path]) -> Figures:
-    return figures(*job)
+    situation, *_ = job
+    return in_short(otolith.summarise(cued(*job)), legs="hexapod" in situation.machine)
 
 
 def main() -> None:
@@ -170,6 +202,7 @@ def main() -> None:
     )
     parser.add_argument("--only", default="", help="situations whose title holds this, e.g. 'bend, 2 DOF'")
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--figure", type=Path, help="picture of the bend and the stop, as in the docs")
     parser.add_argument("--jobs", type=int, default=2)
     chosen = parser.parse_args()
     situations = [one for one in SITUATIONS if chosen.only in one.title]
@@ -181,6 +214,8 @@ def main() -> None:
             jobs = [(situation, name, lap) for name in ALL]
             found[situation.title] = dict(zip(ALL, pool.map(_work, jobs), strict=True))
             show(situation, found[situation.title])
+    if chosen.figure:
+        draw(tuple(one for one in SITUATIONS if one.title.endswith("2 DOF, davsi ideal")), chosen.figure)
     if chosen.json:
         chosen.json.write_text(json.dumps(found, indent=1))
 
