@@ -129,10 +129,10 @@ class Wanted:
 
     def record(self) -> dict[str, Any]:
         """Return plain values, with the SHA-256 of the log."""
-        told = {one.name: getattr(self, one.name) for one in fields(self)}
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
         reading = asdict(self.reading) | {"needs": list(self.reading.needs)}
         log = None if self.log is None else asdict(StoredFile.of(self.log))
-        return told | {"reading": reading if self.log is not None else None, "log": log}
+        return values | {"reading": reading if self.log is not None else None, "log": log}
 
     @classmethod
     def from_record(
@@ -145,13 +145,13 @@ class Wanted:
         log : new path of the drive.
         check : whether its content must be unchanged.
         """
-        told = dict(record)
-        stored = None if told["log"] is None else StoredFile(**told["log"])
-        told["reading"] = PLAIN if told["reading"] is None else LogSettings(**told["reading"])
-        told["log"] = (
+        values = dict(record)
+        stored = None if values["log"] is None else StoredFile(**values["log"])
+        values["reading"] = PLAIN if values["reading"] is None else LogSettings(**values["reading"])
+        values["log"] = (
             log if stored is None else stored.found("log", log) if check else log or Path(stored.path)
         )
-        return cls(**told)
+        return cls(**values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,17 +233,20 @@ class Experiment:
             changed.
         CorruptFile : the settings of the run are of another version, or damaged.
         """
-        told = run.settings
-        if "wanted" not in told:
+        settings = run.settings
+        if "wanted" not in settings:
             bound = "one that 'otolith run' or otolith.Experiment made"
             raise InputError("the run", "made of objects that its file does not hold", bound)
         if cueing is None and ":" in run.cueing:
             bound = f"given: the run names {run.cueing}, and no file starts code by itself"
             raise InputError("--cueing", "absent", bound)
-        paths = {"law": _named("law", told.get("law"), law), "hint": _named("hint", told.get("hint"), hint)}
+        paths = {
+            "law": _named("law", settings.get("law"), law),
+            "hint": _named("hint", settings.get("hint"), hint),
+        }
         with damage_reported("the settings of the run are not of this version"):
-            design = design_from_record(told["design"], run.platform, run.dofs)
-            wanted = Wanted.from_record(told["wanted"], log=log)
+            design = design_from_record(settings["design"], run.platform, run.dofs)
+            wanted = Wanted.from_record(settings["wanted"], log=log)
         if paths["law"] is not None:
             design = replace(design, stored_laws=files.read_laws(paths["law"]))
         if paths["hint"] is not None:

@@ -139,8 +139,8 @@ def read_log(
     """
     from otolith.recordings import log_from
 
-    said = replace(settings, columns={**settings.columns, **columns}, needs=[*settings.needs, *needs])
-    return log_from(_columns(path, said), settings=said)
+    combined = replace(settings, columns={**settings.columns, **columns}, needs=[*settings.needs, *needs])
+    return log_from(_columns(path, combined), settings=combined)
 
 
 def understand_log(path: Path, settings: LogSettings) -> "Understanding":

@@ -60,30 +60,30 @@ def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tupl
     ------
     KeyError, TypeError, ValueError, OtolithError : the record is of another version, or damaged.
     """
-    told: dict[str, Any] = {"mpc": _mpc_from_record(record["mpc"])}
+    values: dict[str, Any] = {"mpc": _mpc_from_record(record["mpc"])}
     if "explicit" in record:
         explicit = dict(record["explicit"])
         explicit["braking"] = BrakingRows(explicit["braking"])
         explicit["state_weights"] = tuple(explicit["state_weights"])
-        told["explicit"] = ExplicitSettings(**explicit)
+        values["explicit"] = ExplicitSettings(**explicit)
     if "liveliness" in record:
-        told["liveliness"] = record["liveliness"]
+        values["liveliness"] = record["liveliness"]
     if "guess_entry" in record:
-        told["entry"] = Entry(record["guess_entry"])
+        values["entry"] = Entry(record["guess_entry"])
     if "tuning" in record:
-        told["washout"] = Tuning.model_validate(record["tuning"])
-    return Design(platform=platform, dofs=dofs_named(dofs), **told)
+        values["washout"] = Tuning.model_validate(record["tuning"])
+    return Design(platform=platform, dofs=dofs_named(dofs), **values)
 
 
 def _mpc_to_record(settings: MpcSettings) -> dict[str, Any]:
-    told = {one.name: getattr(settings, one.name) for one in fields(settings)}
+    values = {one.name: getattr(settings, one.name) for one in fields(settings)}
     senses = settings.objective.senses
     organs = senses and {
         "otolith": _system_to_record(senses.otolith),
         "canal": _system_to_record(senses.canal),
     }
     prediction = settings.prediction
-    return told | {
+    return values | {
         "prediction": None if prediction is None else prediction_to_record(prediction),
         "objective": {
             **asdict(replace(settings.objective, senses=None)),

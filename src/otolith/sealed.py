@@ -78,22 +78,22 @@ def read_run(path: Path) -> Run:
 
 
 def _run(content: Content) -> Run:
-    told, arrays = content.attributes, content.arrays
-    plain: dict[str, Any] = {name: str(told[name]) for name in _TEXTS}
-    plain |= {name: float(told[name]) for name in _PERIODS}
+    stored, arrays = content.attributes, content.arrays
+    plain: dict[str, Any] = {name: str(stored[name]) for name in _TEXTS}
+    plain |= {name: float(stored[name]) for name in _PERIODS}
     _check_series(arrays, period=plain["period"], plant_period=plain["plant_period"])
     series: dict[str, Any] = {name: frozen_array(arrays[name], dtype=None) for name in _SERIES}
     series |= {name: tuple(value.decode() for value in series[name]) for name in _WORDS}
     run = Run(
         **plain,
         **series,
-        platform=Platform.model_validate_json(told["platform"]),
-        dofs=tuple(json.loads(told["dofs"])),
-        soft=tuple(map(str, json.loads(told["soft"]))),
-        settings=json.loads(told["settings"]),
+        platform=Platform.model_validate_json(stored["platform"]),
+        dofs=tuple(json.loads(stored["dofs"])),
+        soft=tuple(map(str, json.loads(stored["soft"]))),
+        settings=json.loads(stored["settings"]),
         interventions=tuple(
             Intervention(**{**one, "reason": Reason(one["reason"])})
-            for one in json.loads(told["interventions"])
+            for one in json.loads(stored["interventions"])
         ),
     )
     if not (set(run.dofs) <= set(DOFS) and run.dofs):

@@ -129,16 +129,16 @@ def verify(
         }
     found = {name: figures for name, (figures, _) in judged.items()}
     passed = all(one["same_answer"] for one in found.values())
-    said = {**_about(stored), "passed": passed, "references": found}
+    document = {**_about(stored), "passed": passed, "references": found}
     if out is not None:
         with files.whole_folder(out, command="hint verify", force=force) as made:
-            files.write_json(made / "hint.json", said)
+            files.write_json(made / "hint.json", document)
             for name, (_, tallies) in judged.items():
                 _draw(made / Path(name).stem, tallies)
     if json:
-        print_json(said)
+        print_json(document)
     for name, one in found.items():
-        _tell(name, one)
+        _print_figures(name, one)
     if not passed:
         sys.exit(1)
 
@@ -180,7 +180,7 @@ def _draw(path: Path, tallies: dict[str, Tally]) -> None:
     write_figure(path.parent, path.stem, figure)
 
 
-def _tell(name: str, found: dict[str, Any]) -> None:
+def _print_figures(name: str, found: dict[str, Any]) -> None:
     table = Table(box=None, pad_edge=False, title=f"{name}: {found['steps']} steps", title_justify="left")
     table.add_column("scheme")
     for above, head in zip(_COLUMNS, _HEADS, strict=True):

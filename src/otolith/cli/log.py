@@ -75,7 +75,7 @@ def check(
     if json:
         print_json(summary)
     else:
-        _tell(summary, screen(stderr=False, wide=True))
+        _print_summary(summary, screen(stderr=False, wide=True))
     if save_mapping is not None:
         files.write_text(save_mapping, settings_to_toml(understood.mapping(), file.name))
         console.print(f"mapping written to {save_mapping}", highlight=False, soft_wrap=True)
@@ -87,34 +87,34 @@ def check(
         sys.exit(2)
 
 
-def _tell(summary: dict[str, Any], console: Console) -> None:
+def _print_summary(summary: dict[str, Any], console: Console) -> None:
     layout = summary["layout"]
     places = [("names", layout["names"]), ("units", layout["units"]), ("data from", layout["data_from"])]
     form = "; ".join([layout["form"], *(f"{what} {where}" for what, where in places if where)])
     length = "" if summary["duration_s"] is None else f", {summary['duration_s']:.6g} s"
-    _say(console, f"{summary['file']}: {form}; {layout['rows']} rows{length}")
-    _say(console, f"clock: {layout['clock'] or 'each channel its own'}")
+    _print_line(console, f"{summary['file']}: {form}; {layout['rows']} rows{length}")
+    _print_line(console, f"clock: {layout['clock'] or 'each channel its own'}")
     console.print(_channels(summary["channels"]))
-    _say(console, f"axes: {_axes(summary)}")
+    _print_line(console, f"axes: {_axes(summary)}")
     if summary["relations"]:
         console.print(_relations(summary["relations"]))
     for event in summary["events"][:LISTED]:
         doubt = "" if event["sure"] else ", which may be driving"
         times = f"from {event['start_s']:.5g} s to {event['end_s']:.5g} s"
-        _say(console, f"event: {event['kind']} {times} ({event['size']}){doubt}")
+        _print_line(console, f"event: {event['kind']} {times} ({event['size']}){doubt}")
     if len(summary["events"]) > LISTED:
-        _say(console, f"and {len(summary['events']) - LISTED} more events, which --json lists")
+        _print_line(console, f"and {len(summary['events']) - LISTED} more events, which --json lists")
     if layout["unused"]:
         more = f" and {len(layout['unused']) - LISTED} more" if len(layout["unused"]) > LISTED else ""
-        _say(console, f"not used: {', '.join(layout['unused'][:LISTED])}{more}")
+        _print_line(console, f"not used: {', '.join(layout['unused'][:LISTED])}{more}")
     for note in summary["notes"]:
         if note.split(":")[0] in {"t", *summary["channels"]} and ": column '" in note:
             continue  # the table says it
-        _say(console, f"note: {note}", "yellow")
-    _say(console, "accepted" if summary["accepted"] else "refused as it stands", "bold")
+        _print_line(console, f"note: {note}", "yellow")
+    _print_line(console, "accepted" if summary["accepted"] else "refused as it stands", "bold")
 
 
-def _say(console: Console, line: str, style: str = "") -> None:
+def _print_line(console: Console, line: str, style: str = "") -> None:
     console.print(Text(line, style=style), soft_wrap=True)
 
 

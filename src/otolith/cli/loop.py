@@ -53,10 +53,10 @@ def prepare(
         design = replace(design, washout=files.read_tuning(tuning))
     if isinstance(design.hint, Refused):
         warn(console, f"hint refused, running without it: {design.hint.reason}")
-    told = functools.partial(warn, console)
+    note = functools.partial(warn, console)
     return Prepared(
         design=design,
-        scenarios=tuple(choices.wanted().along(design, note=told) for choices in each),
+        scenarios=tuple(choices.wanted().along(design, note=note) for choices in each),
         settings=tuple(
             {name: choices.experiment(name, design).record() for name in names} for choices in each
         ),
@@ -97,12 +97,12 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
                     preview=design.preview,
                     progress=progress,
                 )
-            _tell_interventions(run.interventions, console)
+            _report_interventions(run.interventions, console)
             done.append(run)
     return runs
 
 
-def _tell_interventions(found: Sequence[Intervention], console: Console) -> None:
+def _report_interventions(found: Sequence[Intervention], console: Console) -> None:
     """Report the longest interventions in order of time, and the number of the others."""
     longest = sorted(found, key=lambda one: one.start - one.end)[:_REPORTED]
     for intervention in sorted(longest, key=lambda one: one.start):

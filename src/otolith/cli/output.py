@@ -128,16 +128,16 @@ def lines(
     every : seconds between lines; shorter tasks print none.
     now : clock [s].
     """
-    told: tuple[str, float | None] = (text, None)
+    latest: tuple[str, float | None] = (text, None)
     began, done = now(), threading.Event()
 
     def tell(text: str, fraction: float | None = None) -> None:
-        nonlocal told
-        told = (text, fraction)
+        nonlocal latest
+        latest = (text, fraction)
 
     def print_lines() -> None:
         while not done.wait(every):
-            console.print(_progress_sentence(*told, now() - began), soft_wrap=True)
+            console.print(_progress_sentence(*latest, now() - began), soft_wrap=True)
 
     printer = threading.Thread(target=print_lines, daemon=True)
     printer.start()
@@ -169,7 +169,7 @@ def sentence(summary: dict[str, Any]) -> str:
     known = [(measure.line, summary.get(measure.name)) for measure in MEASURES.values()]
     figures = ", ".join(line(value) for line, value in known if line is not None and value is not None)
     failed, passed = failures(summary), breaches(summary)
-    said = [*(failed or ["no decision failed"]), *(passed or ["all limits kept at every node"])]
+    verdicts = [*(failed or ["no decision failed"]), *(passed or ["all limits kept at every node"])]
     return "; ".join(
-        [f"{summary['cueing']} on {summary['scenario']}: {figures}", *said, *between_nodes(summary)]
+        [f"{summary['cueing']} on {summary['scenario']}: {figures}", *verdicts, *between_nodes(summary)]
     )

@@ -75,8 +75,8 @@ def new(
     if out.exists() and not force:
         raise InputError(f"file {out}", "there already", "another one, or --force")
     files.write_text(out, text)
-    told = f"written to {out}: fill in your numbers, then otolith platform show {out}"
-    screen().print(told, markup=False, highlight=False, soft_wrap=True)
+    message = f"written to {out}: fill in your numbers, then otolith platform show {out}"
+    screen().print(message, markup=False, highlight=False, soft_wrap=True)
 
 
 @app.command("fit")

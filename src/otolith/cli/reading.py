@@ -52,8 +52,8 @@ def log_settings(chosen: Mapping[str, Any]) -> LogSettings:
     columns = assignments("--column", chosen.get("column") or [])
     needs = [NEEDS[dof] for dof in (chosen.get("dofs") or "").split(",") if dof in NEEDS]
     plain = ("header", "units", "axes", "events", "offsets")
-    said = {name: chosen[name] for name in plain if chosen.get(name) is not None}
-    return replace(settings, columns={**settings.columns, **columns}, needs=needs, **said)
+    given = {name: chosen[name] for name in plain if chosen.get(name) is not None}
+    return replace(settings, columns={**settings.columns, **columns}, needs=needs, **given)
 
 
 def assignments(option: str, texts: Sequence[str]) -> dict[str, str]:

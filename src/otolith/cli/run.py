@@ -69,7 +69,7 @@ def run(
     files.check_folder(folder, command="run", force=force)
     ((result,),) = simulate_all(prepared, console)
     summary = write_results(result, folder, command="run", force=force)
-    _tell(summary if json else None, [summary], folder, console)
+    _print_results(summary if json else None, [summary], folder, console)
     if optimum:
         _measure_by_optimum(prepared, [[result]], console)
     _judge([summary], strict)
@@ -135,9 +135,9 @@ def compare(
                 own = file_name(result.cueing)
                 name = f"{file_name(scenario)}-{own}" if several else own
                 files.write_run(result, made / f"{name}.h5")
-        said = _write_comparison(made, contest, (by, criterion), ranked)
+        account = _write_comparison(made, contest, (by, criterion), ranked)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
-    _tell(said if json else None, every, folder, console)
+    _print_results(account if json else None, every, folder, console)
     for one in ranked:
         console.print(_place(one, ranked), highlight=False, soft_wrap=True)
     if optimum:
@@ -172,15 +172,15 @@ def _write_comparison(
     if len(contest) > 1:
         summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
         ranking = [one.as_json() for one in ranked]
-        said: dict[str, Any] = {"ranked_by": name, "ranking": ranking, "scenarios": summaries}
+        summary: dict[str, Any] = {"ranked_by": name, "ranking": ranking, "scenarios": summaries}
         page, figures = report.render_contest(contest, by=criterion, date=_today()), _contest_figures(contest)
     else:
         ((only, account),) = contest.values()
-        said = dict(account)
-        page = report.render_comparison(only, said, by=criterion, date=_today())
+        summary = dict(account)
+        page = report.render_comparison(only, summary, by=criterion, date=_today())
         figures = _figures(only[0].dofs, lambda dof: report.comparison_figure(only, dof))
-    _write(folder, said, page, figures)
-    return said
+    _write(folder, summary, page, figures)
+    return summary
 
 
 def _figures(dofs: Sequence[str], draw: Callable[[str], "Figure"]) -> dict[str, "Figure"]:
@@ -207,7 +207,9 @@ def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, 
         write_figure(folder, name, figure)
 
 
-def _tell(json_value: object | None, summaries: list[dict[str, Any]], folder: Path, console: Console) -> None:
+def _print_results(
+    json_value: object | None, summaries: list[dict[str, Any]], folder: Path, console: Console
+) -> None:
     if json_value is not None:
         print_json(json_value)
     for summary in summaries:

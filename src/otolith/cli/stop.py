@@ -66,10 +66,10 @@ def signals_stop() -> Iterator[None]:
     try:
         yield
     except Stopped as stopped:
-        _tell(stopped.number)
+        _exit_with_sentence(stopped.number)
     except Exception:
         if asked:
-            _tell(asked[0])
+            _exit_with_sentence(asked[0])
         raise
     finally:
         sys.unraisablehook, sys.excepthook = report, show
@@ -85,7 +85,7 @@ def _raise_in_main_thread(number: int) -> None:
         signal.raise_signal(number)
 
 
-def _tell(number: int) -> NoReturn:
+def _exit_with_sentence(number: int) -> NoReturn:
     """Report that the program was stopped, and exit with 128 + the signal's number, as shells expect."""
     for every in _WORDS:
         signal.signal(every, signal.SIG_IGN)  # a second Ctrl-C must not interrupt the exit

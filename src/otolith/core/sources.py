@@ -48,8 +48,8 @@ def _together(file: str, packages: Packages) -> str:
         if (one := waiting.pop()) not in seen:
             seen.add(one)
             waiting += _read(one, packages)[1]
-    said = sorted(_read(one, packages)[0] for one in seen)
-    return hashlib.sha256("".join(said).encode()).hexdigest()
+    digests = sorted(_read(one, packages)[0] for one in seen)
+    return hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
 @functools.cache

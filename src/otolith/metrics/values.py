@@ -92,13 +92,13 @@ def supervised(run: Run) -> dict[str, ByName]:
     The entries are the number of interventions, their total duration [s], and the largest deviation of a leg
     [m].
     """
-    told: dict[str, ByName] = {}
+    by_limit: dict[str, ByName] = {}
     for one in run.interventions:
-        of_limit = told.setdefault(one.reason.limit, {"times": 0, "seconds": 0.0, "behind_m": 0.0})
+        of_limit = by_limit.setdefault(one.reason.limit, {"times": 0, "seconds": 0.0, "behind_m": 0.0})
         of_limit["times"] += 1
         of_limit["seconds"] += one.end - one.start
         of_limit["behind_m"] = max(of_limit["behind_m"], one.behind)
-    return told
+    return by_limit
 
 
 def _forces(run: Run) -> dict[str, tuple[Vec, Vec]]:

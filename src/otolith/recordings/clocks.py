@@ -39,7 +39,7 @@ class Stamps(NamedTuple):
     """Time stamps of a file's rows."""
 
     t: Vec  # (n,) [s] from the first one; NaN where a cell is blank
-    said: str  # how they were read, in words, for a note
+    how: str  # how they were read, in words, for a note
     notes: tuple[str, ...] = ()
     zero: float = 0.0  # [s] first stamp on the file's own clock, which relates several tables to each other
 
@@ -102,8 +102,8 @@ def clock_times(cells: Sequence[str], column: Column, where: Callable[[int], str
     if len(zones) > 1:
         raise InputError(f"time zone in {column.name!r}", " and ".join(sorted(map(repr, zones))), "one zone")
     dated, zero = any(days), float(t[np.isfinite(t)][0]) if np.isfinite(t).any() else 0.0
-    said = f"as {'dates and ' if dated else ''}clock times"
-    return Stamps(t - zero if dated else _over_midnight(t), said, zero=zero)
+    how = f"as {'dates and ' if dated else ''}clock times"
+    return Stamps(t - zero if dated else _over_midnight(t), how, zero=zero)
 
 
 def _numeric(values: Vec, column: Column) -> Stamps:

@@ -131,7 +131,7 @@ def _leave_lone_letters(ranked: dict[str, list[Column]], header: Header) -> None
         return
     for key in ("roll_rate", "pitch_rate"):
         meaning = ((one, interpret(one.name, header.units[one.index])) for one in ranked.get(key, []))
-        kept = [one for one, said in meaning if said is not None and not said.letter]
+        kept = [one for one, means in meaning if means is not None and not means.letter]
         if kept:
             ranked[key] = kept
         else:

@@ -225,8 +225,12 @@ def _first_of_repeated(at: int, same: Sequence[int], preamble: Sequence[str], de
 
 def _informativeness(row: Sequence[str]) -> float:
     """Score how informative a line of names is: 1 for each quantity, less for units and other words."""
-    said = sum(1.0 for name in row if (u := _unwrapped(name))[0] and interpret(u[0], u[1]) is not None)
-    return said + sum(0.1 for name in row if split_unit(name)[1]) + 0.01 * len({name for name in row if name})
+    quantities = sum(1.0 for name in row if (u := _unwrapped(name))[0] and interpret(u[0], u[1]) is not None)
+    return (
+        quantities
+        + sum(0.1 for name in row if split_unit(name)[1])
+        + 0.01 * len({name for name in row if name})
+    )
 
 
 def _split(text: str, delimiter: str | None, width: int) -> list[str]:

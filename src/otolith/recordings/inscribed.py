@@ -40,10 +40,10 @@ def without_units(
         found = {
             at: both for at, row in enumerate(rows) if i < len(row) and (both := measured(row[i].strip()))
         }
-        said = {_meaning(unit): unit for _, unit in found.values()}
-        if len(said) > 1 or (units[i] and _meaning(units[i]) not in said):
+        by_meaning = {_meaning(unit): unit for _, unit in found.values()}
+        if len(by_meaning) > 1 or (units[i] and _meaning(units[i]) not in by_meaning):
             continue
-        units[i] = units[i] or next(iter(said.values()))
+        units[i] = units[i] or next(iter(by_meaning.values()))
         for at, (number, _) in found.items():
             rows[at][i] = number
     return [delimiter.join(row) for row in rows], units

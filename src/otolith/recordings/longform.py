@@ -54,8 +54,8 @@ def widened(recorded: Recorded, mapping: Mapping[str, str]) -> Recorded:
 def _column(names: Sequence[str], wanted: frozenset[str]) -> int | None:
     """Return the first column whose last word is one of these."""
     for index, name in enumerate(names):
-        said = words(name)
-        if said and said[-1] in wanted:
+        parts = words(name)
+        if parts and parts[-1] in wanted:
             return index
     return None
 

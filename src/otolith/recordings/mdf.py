@@ -51,8 +51,10 @@ def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
     timed = [s for s, master in numeric if master == TIME]
     left = {s.name: MASTERS.get(master, "something else") for s, master in numeric if master != TIME}
     if left and not timed:
-        said = " and ".join(f"{name!r} over {over}" for name, over in left.items())
-        raise InputError(f"channels of {path.name}", f"recorded without time: {said}", "recorded over time")
+        quantities = " and ".join(f"{name!r} over {over}" for name, over in left.items())
+        raise InputError(
+            f"channels of {path.name}", f"recorded without time: {quantities}", "recorded over time"
+        )
     notes = tuple(
         f"{path.name}: {name!r} runs over {over}, not over time: left out" for name, over in left.items()
     )

@@ -107,7 +107,7 @@ def _stamps(
         return None, replace(recorded.layout, clock="")
     if asked.strip().lower().startswith(f"{EVERY}:"):
         stamps = even_rows(asked, len(recorded.rows(0)))
-        return stamps, replace(recorded.layout, clock=stamps.said)
+        return stamps, replace(recorded.layout, clock=stamps.how)
     if not clocks:
         raise missing("t", header)
     faults: list[InputError] = []
@@ -132,8 +132,8 @@ def _stamps(
         raise faults[0]
     _, _, _, stamps, column = min(usable, key=lambda one: one[:3])
     stamps, anew = _resumed(stamps, recorded, column)
-    said = f"column {column.name!r} {stamps.said}"
-    return stamps, replace(recorded.layout, clock=said, clock_name=column.name, anew=anew)
+    how = f"column {column.name!r} {stamps.how}"
+    return stamps, replace(recorded.layout, clock=how, clock_name=column.name, anew=anew)
 
 
 def _resumed(stamps: Stamps, recorded: Recorded, column: Column) -> tuple[Stamps, tuple[int, ...]]:

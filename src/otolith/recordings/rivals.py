@@ -93,9 +93,9 @@ def _reason(first: Samples, other: Samples, supported: Samples | None) -> str:
     if supported is not None:
         return "it follows speed and yaw rate, they do not"
     better = (mine < theirs for mine, theirs in zip(first.column.rank, other.column.rank, strict=True))
-    said = ("its name says which way", "it was measured, not derived", "it is not filtered",
+    reasons = ("its name says which way", "it was measured, not derived", "it is not filtered",
             "it is finer", "its unit is stated", "it comes first")  # fmt: skip
-    return next((reason for reason, holds in zip(said, better, strict=True) if holds), "it is mapped")
+    return next((reason for reason, holds in zip(reasons, better, strict=True) if holds), "it is mapped")
 
 
 def _rank(one: Samples) -> tuple[int, ...]:

@@ -154,10 +154,10 @@ def split(
     if any('"' in line for line in body) and not _quoted_delimiters(body, place.delimiter):
         body = "\n".join(body).replace('"', "").split("\n")
     body, stated = without_units(body, place.delimiter, place.units)
-    said = tuple[str, ...]()
+    more = tuple[str, ...]()
     if vbox.is_vbox(lines[: place.first]):
         stated = vbox.stated_units(place.names, place.units, lines[: place.first])
-        said = (
+        more = (
             f"{source}: a VBOX file, whose coordinates are minutes of arc, west positive; read beside "
             "a heading only",
         )
@@ -168,7 +168,7 @@ def split(
         units=stated,
         body=body,
         lines=np.array(kept, dtype=np.int64) + 1,
-        notes=notes + _said(place, lines, kept, source) + left + said,
+        notes=notes + _layout_notes(place, lines, kept, source) + left + more,
         origins=place.origins,
         layout=Layout(
             form=f"text, columns parted by {_WORDS[place.delimiter]}",
@@ -239,24 +239,24 @@ def _quoted_delimiters(body: Sequence[str], delimiter: str | None) -> bool:
     )
 
 
-def _said(place: Place, lines: Sequence[str], kept: Sequence[int], source: str) -> tuple[str, ...]:
+def _layout_notes(place: Place, lines: Sequence[str], kept: Sequence[int], source: str) -> tuple[str, ...]:
     """Note where the table stands if not simply in the first line, and which lines are left out."""
-    said = []
+    notes = []
     plain = place.first - place.header - 1 == (place.unit_row >= 0)
     before = sum(bool(line.strip()) for line in lines[: place.header])
     if before or not plain:
         units = f", units in line {place.unit_row + 1}" if place.unit_row >= 0 else ""
-        said.append(
+        notes.append(
             f"{source}: names in line {place.header + 1}{units}, data from line {place.first + 1}"
             + (f"; {before} lines before are not read" if before else "")
         )
     inside = [line for line in lines[place.first : kept[-1] if kept else 0] if not line.strip()]
     comments = sum(line.lstrip()[:1] in MARKS for line in lines[place.first :] if line.strip())
     if inside or comments:
-        said.append(
+        notes.append(
             f"{source}: {len(inside)} blank lines and {comments} comments among the data were left out"
         )
-    return tuple(said)
+    return tuple(notes)
 
 
 def _check_widths(table: Table) -> None:

@@ -131,10 +131,10 @@ def verdict(run: Run, summary: Summary, name: str = "") -> str:
     who = f"<strong>{escape(name)}</strong>: " if name else ""
     failed, passed = failures(summary), breaches(summary)
     made = "are optimal" if run.residual.any() else "were made"
-    said = failed or [f"all {len(run.status):,} decisions {made}"]
-    said += passed or (["all limits were kept at every node"] if "limits" in summary else [])
+    parts = failed or [f"all {len(run.status):,} decisions {made}"]
+    parts += passed or (["all limits were kept at every node"] if "limits" in summary else [])
     held = held_back(summary)
-    text = escape("; ".join([*said, *between_nodes(summary), *held]))
+    text = escape("; ".join([*parts, *between_nodes(summary), *held]))
     mood = "warn" if failed or summary.get("violations") else "mild" if passed or held else "good"
     return f'<p class="{mood}">{who}{text[0].upper()}{text[1:]}.</p>'
 

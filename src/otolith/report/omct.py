@@ -84,8 +84,10 @@ def omct_page(
         Part("In numbers", tables, folded=True),
         Part("How it was made", f'<dl class="facts">{entries}</dl>', folded=True),
     ]
-    told = " · ".join(f"{escape(k)}: <strong>{escape(v)}</strong>" for k, v in facts.items() if k != "cueing")
-    lead = f'<p class="lead">{told}</p>'
+    lines = " · ".join(
+        f"{escape(k)}: <strong>{escape(v)}</strong>" for k, v in facts.items() if k != "cueing"
+    )
+    lead = f'<p class="lead">{lines}</p>'
     return page(title, "Objective motion cueing test", lead, parts, styles=("platform.css",))
 
 

@@ -137,17 +137,17 @@ def sentences(summary: Mapping[str, Any]) -> list[str]:
             "The file describes no legs: what the axes can do together cannot be told, and none are shown "
             "(a table [hexapod] describes them)."
         ]
-    told = [f"Of the legs: {summary['legs']}."] if summary["legs"] else []
+    found = [f"Of the legs: {summary['legs']}."] if summary["legs"] else []
     angles = summary["joint_angles_deg"]
     if angles is None:
-        told.append(
+        found.append(
             "Joint angles are not given: reach ends with the legs' strokes and at singular poses only."
         )
     else:
-        told.append(
+        found.append(
             f"Legs lean up to {angles[0]:g} deg at the base's joints, {angles[1]:g} deg at the platform's."
         )
-    return [*told, *_box_sentences(summary), *filter(None, [together_sentence(summary)])]
+    return [*found, *_box_sentences(summary), *filter(None, [together_sentence(summary)])]
 
 
 def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
@@ -161,18 +161,18 @@ def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
             for file, legs in ends
             if file is not None and (file[0] < legs[0] or file[1] > legs[1])
         ]
-    told = [f"Alone, the file allows more than the legs reach of {', '.join(beyond)}."] if beyond else []
+    found = [f"Alone, the file allows more than the legs reach of {', '.join(beyond)}."] if beyond else []
     share = summary["reachable_share_of_file"]
     if share < 1.0:
-        told.append(
+        found.append(
             "All at once, the file's limits leave the legs' reach: of the poses that they allow, the legs "
             f"make only {_percent(share)}."
         )
     else:
-        told.append(
+        found.append(
             "All at once, the file's limits stay within the legs' reach, in every pose that was tried."
         )
-    return told
+    return found
 
 
 def _percent(share: float) -> str:
@@ -322,15 +322,15 @@ def platform_page(
     """
     rows = [(axis, _row(axis, entry)) for axis, entry in summary["ranges"].items()]
     ranges = table("models", ("axis", "legs reach", "what ends it", "the file allows"), rows)
-    told = "".join(f"<p>{escape(sentence)}</p>" for sentence in sentences(summary))
+    described = "".join(f"<p>{escape(sentence)}</p>" for sentence in sentences(summary))
     drawing = f'<div class="drawing">{_svg(figure)}</div>'
     if not has_own_legs(platform):
-        allowed = f'{told}<div class="wide">{ranges}</div>'
+        allowed = f'{described}<div class="wide">{ranges}</div>'
         parts = [Part("What the file allows of each axis", allowed), Part("As a picture", drawing)]
     else:
         share = _percent(summary["reachable_share_of_box"])
         share = f"Of the box of all these ranges at once the legs reach {share}."
-        reached = f'{told}<div class="wide">{ranges}</div><p class="note">{share}</p>'
+        reached = f'{described}<div class="wide">{ranges}</div><p class="note">{share}</p>'
         parts = [
             Part("In motion", _moving(platform.six_legs(), run)),
             Part("Reach of each axis alone", reached),

@@ -15,8 +15,8 @@ MISLED: Final = criterion("false_cues", "Misled")
 
 def why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Criterion) -> list[str]:
     """Return one or two sentences per scenario, preceded by one on all scenarios if there are several."""
-    said = [_in_one(k, name, of_one, ranked, by) for k, (name, of_one) in enumerate(scenarios.items())]
-    return ([_over_all(ranked)] if len(scenarios) > 1 else []) + said
+    each = [_in_one(k, name, of_one, ranked, by) for k, (name, of_one) in enumerate(scenarios.items())]
+    return ([_over_all(ranked)] if len(scenarios) > 1 else []) + each
 
 
 def _over_all(ranked: Sequence[Standing]) -> str:
@@ -80,24 +80,24 @@ def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Crit
 def _took(summary: Summary) -> str:
     """State the reach that was used and the time that the driver was misled, as far as defined."""
     used, misled = USED.of(summary), MISLED.of(summary)
-    told = [] if math.isnan(used) else [f"used {used:.0f} {USED.unit} of the reach"]
-    told += [] if math.isnan(misled) else [f"misled for {misled:.1f} {MISLED.unit}"]
-    return " and ".join(told)
+    costs = [] if math.isnan(used) else [f"used {used:.0f} {USED.unit} of the reach"]
+    costs += [] if math.isnan(misled) else [f"misled for {misled:.1f} {MISLED.unit}"]
+    return " and ".join(costs)
 
 
 def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standing, by: Criterion) -> str:
     """Name algorithms with a better measure that passed a hard limit, or state that all passed one."""
     if best.broken[k]:
         return " All of them passed a hard limit." if all(one.broken[k] for one in order) else ""
-    said = []
+    found = []
     for one in order:
         mine, other = one.values[k], best.values[k]
         if one.broken[k] and (mine > other if by.better is Better.HIGHER else mine < other):
             first = next(iter(breaches(of_one[one.cueing])), "a hard limit was passed")
-            said.append(
+            found.append(
                 f" {one.cueing} has a {by.better} one, {by.shown(mine):.3g}, and is ruled out: {first}."
             )
-    return "".join(said)
+    return "".join(found)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -212,9 +212,9 @@ def _against(
     measure: Measure, names: Sequence[str], summaries: Sequence[Summary], numbers: Sequence[object]
 ) -> tuple[str, list[object]]:
     """Return numbers relative to the implicit MPC if the summaries state them, else to the first run [%]."""
-    told = [_at(summary, (f"{measure.name}_against_implicit_percent",)) for summary in summaries]
-    if any(value is not None for value in told):
-        return "Against implicit [%]", [_signed(value) for value in told]
+    stated = [_at(summary, (f"{measure.name}_against_implicit_percent",)) for summary in summaries]
+    if any(value is not None for value in stated):
+        return "Against implicit [%]", [_signed(value) for value in stated]
     return f"Against {names[0]} [%]", [_signed(_percentage(one, numbers[0])) for one in numbers]
 
 

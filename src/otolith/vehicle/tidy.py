@@ -128,10 +128,10 @@ def one_lap(survey: Survey) -> tuple[Survey, bool]:
     gap = float(np.median(np.diff(way)))
     keep = np.flatnonzero((way >= start - 1e-9) & (way < end - 0.3 * gap))
     before, after = float(start), float(way[-1] - end)
-    told = [f"the {before:.0f} m before it"] if before > STRIDE else []
-    told += [f"the {after:.0f} m after it"] if after > STRIDE else []
-    note = f"the road meets itself again: one lap is kept, {' and '.join(told)} left out"
-    lap = _chosen(survey, keep, note if told else "")
+    left_out = [f"the {before:.0f} m before it"] if before > STRIDE else []
+    left_out += [f"the {after:.0f} m after it"] if after > STRIDE else []
+    note = f"the road meets itself again: one lap is kept, {' and '.join(left_out)} left out"
+    lap = _chosen(survey, keep, note if left_out else "")
     off = np.diff(_at(survey.points, way, np.array([start, end])), axis=0)[0]
     return _joined(lap, off, way[keep] - start, end - start), True
 

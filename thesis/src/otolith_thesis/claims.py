@@ -28,7 +28,7 @@ def _means(values: Values) -> dict[str, float]:
     return dict(sorted(mean.items(), key=lambda item: item[1]))
 
 
-def _told(means: dict[str, float]) -> str:
+def _listed(means: dict[str, float]) -> str:
     return ", ".join(f"{model} {mean:.2f}" for model, mean in means.items())
 
 
@@ -37,7 +37,7 @@ def _hybrids_first(values: Values) -> Asked:
     return (
         "Over all signals the two hybrids need fewer than both implicit models",
         set(list(means)[:2]) == {"hybrid-first", "hybrid-all"},
-        _told(means),
+        _listed(means),
     )
 
 
@@ -65,7 +65,7 @@ def least_mean(values: Values) -> list[Asked]:
         (
             "Over all signals the hybrid with the first input needs the fewest iterations",
             first == "hybrid-first",
-            _told(means),
+            _listed(means),
         ),
         _hybrids_first(values),
     ]

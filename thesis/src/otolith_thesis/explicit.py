@@ -283,8 +283,8 @@ def _rest(done: list[tuple[Case, Row]]) -> tuple[Grid, ...]:
 def _falls(rows: list[Row], key: str) -> tuple[bool, str]:
     values = [row[key] for row in rows]
     falling = all(b < a for a, b in itertools.pairwise(values))
-    told = (str(value) if isinstance(value, int) else f"{value:.4g}" for value in values)
-    return falling, ", ".join(told)
+    shown = (str(value) if isinstance(value, int) else f"{value:.4g}" for value in values)
+    return falling, ", ".join(shown)
 
 
 def _claims_5_2(rows: list[Row]) -> list[Claim]:

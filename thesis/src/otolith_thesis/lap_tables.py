@@ -158,11 +158,11 @@ def _seconds(one: Closed) -> float:
 
 def _legs_grid(answers: Answers) -> Grid:
     header = ("RMSE x [m/s²]", "y", "changes, mean", "p99", "max", "decisions of a lap [s]", "whole lap [s]")
-    told = ("unsolved", "supervisor acted", "nodes beyond another limit", "tilt rate beyond [deg/s]")
+    verdicts = ("unsolved", "supervisor acted", "nodes beyond another limit", "tilt rate beyond [deg/s]")
     rows = tuple((f"{job.speed} km/h", job.cueing, *_on_legs(answers[job])) for job in ON_LEGS)
     return Grid(
         title="Hexapod: errors, effort, and whether limits of platform and legs held (the tilt rate is soft)",
-        header=("lap", "model", *header, *told),
+        header=("lap", "model", *header, *verdicts),
         rows=rows,
     )
 
@@ -258,8 +258,8 @@ def _stretch(label: str, one: Driven, start: float, end: float) -> Curve:
 
 def _where(drives: Mapping[str, Driven]) -> str:
     places = {start: one.at(EVENT) for start, one in drives.items()}
-    told = "; ".join(f"{start} ({place[0]:.0f}, {place[1]:.0f}) m" for start, place in places.items())
-    return f"At {EVENT:g} s the car is here: {told}."
+    positions = "; ".join(f"{start} ({place[0]:.0f}, {place[1]:.0f}) m" for start, place in places.items())
+    return f"At {EVENT:g} s the car is here: {positions}."
 
 
 def lap_figure(figure: str, answers: Answers) -> Outcome:

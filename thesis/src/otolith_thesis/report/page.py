@@ -291,10 +291,12 @@ def _grid(grid: Values) -> str:
     head = "".join(
         f"<th{c}>{escape(str(cell))}</th>" for c, cell in zip(classes, grid["header"], strict=True)
     )
-    said = [f'{c} data-head="{escape(str(name))}"' for c, name in zip(classes, grid["header"], strict=True)]
+    attributes = [
+        f'{c} data-head="{escape(str(name))}"' for c, name in zip(classes, grid["header"], strict=True)
+    ]
     body = "".join(
         f'<tr><th scope="row">{escape(number(row[0]))}</th>'
-        + "".join(f"<td{c}>{escape(number(v))}</td>" for c, v in zip(said[1:], row[1:], strict=True))
+        + "".join(f"<td{c}>{escape(number(v))}</td>" for c, v in zip(attributes[1:], row[1:], strict=True))
         + "</tr>"
         for row in grid["rows"]
     )
@@ -334,7 +336,7 @@ def unexplained(name: str, items: Mapping[str, Values]) -> str:
 
 def _reasons(name: str, items: Mapping[str, Values]) -> str:
     """Return what studies found about this table's differences; studies of the same run are links."""
-    parts = [f"<p><strong>{escape(told)}</strong></p>"] if (told := unexplained(name, items)) else []
+    parts = [f"<p><strong>{escape(sentence)}</strong></p>"] if (sentence := unexplained(name, items)) else []
     for heading, studies in sorted_reasons(name, items):
         entries = "".join(
             f'<li><a href="#{study}">{escape(items[study]["title"])}</a></li>'

@@ -53,7 +53,7 @@ def acado(answers: Answers) -> Outcome:
         table: {name: _saved(values) for name, values in of_table.items()}
         for table, of_table in means.items()
     }
-    told = "; ".join(f"{table}: {_told(of_table)}" for table, of_table in fits.items())
+    figures = "; ".join(f"{table}: {_in_percent(of_table)}" for table, of_table in fits.items())
     moved = max(_moved(answers, loop) for table in COMPARED for loop in _loops(table))
     return Outcome(
         name="study-acado-start",
@@ -70,12 +70,12 @@ def acado(answers: Answers) -> Outcome:
             Claim(
                 text="It gives the published iterations (median within 10 %)",
                 holds=all(of_table[START] <= NEAR for of_table in fits.values()),
-                figures=told,
+                figures=figures,
             ),
             Claim(
                 text="It comes nearer to them than the previous working set",
                 holds=all(of_table[START] < of_table[PREVIOUS] for of_table in fits.values()),
-                figures=told,
+                figures=figures,
             ),
             Claim(
                 text="Counted so, every guess saves iterations, as in print",
@@ -137,7 +137,7 @@ def _saved(values: list[float]) -> list[float]:
     return [float(value) for value in 100.0 * (1.0 - sums[1:] / sums[0])]
 
 
-def _told(fits: dict[str, float]) -> str:
+def _in_percent(fits: dict[str, float]) -> str:
     return ", ".join(f"{name}: {100.0 * (np.exp(value) - 1.0):.0f} %" for name, value in fits.items())
 
 
@@ -194,7 +194,7 @@ def means(answers: Answers) -> Outcome:
             Claim(
                 text="A mean over the active time gives the published iterations (median within 10 %)",
                 holds=fits["changes, while the reference is not zero"] <= NEAR,
-                figures=_told(fits),
+                figures=_in_percent(fits),
             ),
             Claim(
                 text="The last look is counted: no published mean is below 1",

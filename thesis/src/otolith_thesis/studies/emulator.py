@@ -100,8 +100,8 @@ def guess(answers: Answers) -> Outcome:
             found = [answers[_entered(model, place, entry)] for model in MODELS]
             changes = [one["changes"]["mean"] for one in found]
             mean[place, entry] = max(changes[1:])
-            told = (f"{one['changes']['mean']:.2f} / {one['rmse']:.4f}" for one in found)
-            rows.append((f"{place}, as {entry.value}", *told))
+            figures = (f"{one['changes']['mean']:.2f} / {one['rmse']:.4f}" for one in found)
+            rows.append((f"{place}, as {entry.value}", *figures))
     worst = {entry: mean["emulator", entry] for entry in (Entry.REFERENCE, Entry.PRIMAL)}
     return Outcome(
         name="study-emulator-guess",

@@ -83,8 +83,8 @@ def tolerance(answers: Answers) -> Outcome:
 
 
 def _near(text: str, gaps: dict[str, float]) -> Claim:
-    told = "; ".join(f"{label}: {100.0 * gap:.1f} %" for label, gap in gaps.items())
-    return Claim(text=text, holds=min(gaps.values()) <= NEAR, figures=f"largest deviation with {told}")
+    deviations = "; ".join(f"{label}: {100.0 * gap:.1f} %" for label, gap in gaps.items())
+    return Claim(text=text, holds=min(gaps.values()) <= NEAR, figures=f"largest deviation with {deviations}")
 
 
 def _short(table: str) -> str:
@@ -233,7 +233,7 @@ def overlaps(answers: Answers) -> Outcome:
                 text=f"With overlapping regions, parameters up to {UNLIMITED:g} m/s give the published "
                 "counts within 5 %",
                 holds=near,
-                figures=_told(gaps, UNLIMITED),
+                figures=_gaps_at(gaps, UNLIMITED),
             ),
             Claim(
                 text="With overlapping regions, open parameters come nearer than without",
@@ -241,7 +241,7 @@ def overlaps(answers: Answers) -> Outcome:
                     abs(gaps[name, OPEN]) < abs(answers[Reach(name, OPEN)]["regions"] / printed[name] - 1.0)
                     for name in OPEN_ROWS
                 ),
-                figures=_told(gaps, OPEN),
+                figures=_gaps_at(gaps, OPEN),
             ),
             Claim(
                 text="Our partition leaves a hole, overlaps, or gives another input than the QP",
@@ -273,5 +273,5 @@ def overlaps(answers: Answers) -> Outcome:
     )
 
 
-def _told(gaps: dict[tuple[str, float], float], reach: float) -> str:
+def _gaps_at(gaps: dict[tuple[str, float], float], reach: float) -> str:
     return "; ".join(f"{name}: {100.0 * gap:+.1f} %" for (name, far), gap in gaps.items() if far == reach)
