@@ -1,0 +1,3 @@
+"""Packets of telemetry sources: described as data, decoded into `Telemetry`; no socket, no clock, no
+state.
+"""
