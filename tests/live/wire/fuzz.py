@@ -51,7 +51,7 @@ def sound(sample: Telemetry) -> bool:
 
 
 def main(count: int) -> None:
-    """Print for every source how many packets were read and refused, the time of each, and the memory kept."""
+    """Print how many packets of every source were read and refused, the time of each, and the memory kept."""
     for golden in GOLDEN:
         read, refused, begin = 0, 0, time.perf_counter()
         tracemalloc.start()

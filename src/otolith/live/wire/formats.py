@@ -45,7 +45,7 @@ TYPES: Final = {
     "f64": "d",
     "pad": "x",
 }
-# unit -> (factor to SI, largest possible size in SI units, SI unit). The bounds are those of what is possible,
+# unit -> (factor to SI, largest size in SI units, SI unit). The bounds are those of what is possible,
 # far beyond driving. What is only implausible is judged where the past is known, in `live.core.health`.
 UNITS: Final = {
     "": (1.0, math.inf, ""),
