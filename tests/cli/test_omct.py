@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from otolith.cli import main, omct
-from otolith.metrics.omct import Procedure
-from otolith.scenarios.omct import TESTS, Sweep
+from otolith.metrics.frequency_response import Procedure
+from otolith.scenarios.cueing_tests import TESTS, Sweep
 
 
 @pytest.fixture

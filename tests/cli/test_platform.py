@@ -12,7 +12,7 @@ from otolith.loop import Run
 from otolith.platforms import parse_platform
 from otolith.platforms.combined_limits import together
 from otolith.platforms.template import template
-from otolith.report.platform import file_share
+from otolith.report.platform_page import file_share
 from otolith.sealed import read_run
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from otolith.core.errors import InputError
 from otolith.metrics.boundaries import Boundary, parse_boundaries
-from otolith.metrics.omct import Response
-from otolith.scenarios.omct import TESTS
+from otolith.metrics.frequency_response import Response
+from otolith.scenarios.cueing_tests import TESTS
 
 HEAD = "test,omega_radps,modulus_low,modulus_high,phase_low_deg,phase_high_deg\n"
 

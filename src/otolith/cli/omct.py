@@ -14,7 +14,7 @@ from otolith.core.frames import AXES, dofs_named
 from otolith.cueing.design import Design
 from otolith.metrics import failures
 from otolith.metrics.boundaries import parse_boundaries
-from otolith.metrics.omct import (
+from otolith.metrics.frequency_response import (
     Procedure,
     System,
     applicable,
@@ -22,7 +22,7 @@ from otolith.metrics.omct import (
     motion_cueing_test,
     sinacori_point,
 )
-from otolith.scenarios.omct import TESTS, Amplitudes
+from otolith.scenarios.cueing_tests import TESTS, Amplitudes
 
 
 def omct_(
@@ -63,7 +63,7 @@ def omct_(
     with progress_bar(console, f"{cueing}, {procedure.seconds(system):.0f} s of motion") as progress:
         responses = motion_cueing_test(system, procedure, progress=progress)
         points = {axis: sinacori_point(system, axis, procedure) for axis in AXES if axis in system.axes}
-    from otolith.report import omct as report
+    from otolith.report import bode as report
 
     skipped = [test.name for test in TESTS if test not in applicable(system.axes)]
     summary = {

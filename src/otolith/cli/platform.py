@@ -41,7 +41,7 @@ def show(
         raise InputError("--run", "given", bound)
     folder = out or Path("out") / f"platform-{shown.name}"
     files.check_folder(folder, command="platform show", force=force)
-    from otolith.report import platform as report
+    from otolith.report import platform_page as report
 
     summary, figure = report.platform_summary(shown), report.platform_figure(shown)
     with files.whole_folder(folder, command="platform show", force=force) as made:

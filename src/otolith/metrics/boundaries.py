@@ -16,8 +16,8 @@ import numpy as np
 from otolith.core.arrays import Vec, freeze
 from otolith.core.disk import check_lines
 from otolith.core.errors import InputError, one_of
-from otolith.metrics.omct import Response
-from otolith.scenarios.omct import TESTS
+from otolith.metrics.frequency_response import Response
+from otolith.scenarios.cueing_tests import TESTS
 
 COLUMNS: Final = ("test", "omega_radps", "modulus_low", "modulus_high", "phase_low_deg", "phase_high_deg")
 _LONGEST_LINE: Final = 1_000  # characters

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from otolith.metrics.frequency import Fidelity, graded, harmonic
+from otolith.metrics.harmonics import Fidelity, graded, harmonic
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)

@@ -15,9 +15,9 @@ from otolith.core.arrays import Vec
 from otolith.core.frames import AXES
 from otolith.interfaces import Cueing, Plant
 from otolith.loop import Run, simulate
-from otolith.metrics.frequency import Harmonic, harmonic
+from otolith.metrics.harmonics import Harmonic, harmonic
 from otolith.platforms import Platform
-from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes, MotionTest, Sweep, sinusoid
+from otolith.scenarios.cueing_tests import FREQUENCIES, TESTS, Amplitudes, MotionTest, Sweep, sinusoid
 
 NOTHING = 1e-9  # share of the driven amplitude below which a response counts as zero, without a phase
 
@@ -107,7 +107,7 @@ def sinacori_point(system: System, axis: str, procedure: Procedure) -> Response:
     """Return gain and phase of one axis's own motion at 1 rad/s, by which Sinacori judges a washout.
 
     Unlike the test along the same axis, a translation is measured without gravity from tilt, so the result is
-    the high-pass path alone. Judge it with `otolith.metrics.frequency.graded`.
+    the high-pass path alone. Judge it with `otolith.metrics.harmonics.graded`.
     """
     run = drive(system, axis, 1.0, procedure)
     index = AXES.index(axis)

@@ -11,7 +11,7 @@ from otolith.core.filter import Filter
 from otolith.core.frames import GRAVITY
 from otolith.core.lti import StateSpace, diagonal
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
-from otolith.metrics.omct import (
+from otolith.metrics.frequency_response import (
     Procedure,
     System,
     applicable,
@@ -23,7 +23,7 @@ from otolith.metrics.omct import (
 )
 from otolith.plant import Ideal
 from otolith.platforms import load
-from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes, Sweep, sinusoid
+from otolith.scenarios.cueing_tests import FREQUENCIES, TESTS, Amplitudes, Sweep, sinusoid
 
 T, LAG = 0.01, 0.01  # [s] period of the algorithm, lag of the plant
 HIGH = StateSpace.from_polynomials([0.5, 0.0, 0.0], [1.0, 3.0, 4.0])  # force -> surge acceleration

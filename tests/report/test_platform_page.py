@@ -12,7 +12,7 @@ from otolith.loop import Run
 from otolith.platforms import load
 from otolith.platforms.geometry import JointAngles
 from otolith.platforms.reach import reach
-from otolith.report.platform import (
+from otolith.report.platform_page import (
     file_share,
     platform_figure,
     platform_page,

@@ -13,9 +13,9 @@ from otolith.cueing.washout.classical import (
     hold_response,
     rate_response,
 )
-from otolith.metrics.omct import Procedure, System, drive, respond
+from otolith.metrics.frequency_response import Procedure, System, drive, respond
 from otolith.plant.ideal import Ideal
-from otolith.scenarios.omct import FREQUENCIES, TESTS, Amplitudes
+from otolith.scenarios.cueing_tests import FREQUENCIES, TESTS, Amplitudes
 from tests.cueing.washout.loop import Task
 
 PITCH, PITCH_TO_SURGE, SURGE = TESTS[0], TESTS[1], TESTS[5]

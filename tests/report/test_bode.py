@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from otolith.metrics.boundaries import parse_boundaries
-from otolith.metrics.omct import Response
+from otolith.metrics.frequency_response import Response
 from otolith.report import save_figure
-from otolith.report.omct import omct_figure, omct_json, omct_page
-from otolith.scenarios.omct import FREQUENCIES, TESTS
+from otolith.report.bode import omct_figure, omct_json, omct_page
+from otolith.scenarios.cueing_tests import FREQUENCIES, TESTS
 
 HEAD = "test,omega_radps,modulus_low,modulus_high,phase_low_deg,phase_high_deg\n"
 BOUNDS = parse_boundaries(HEAD + "surge,0.05,0.8,,-30,30\nsurge,20,0.8,,-30,30\n", "b.csv")

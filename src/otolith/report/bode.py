@@ -14,10 +14,10 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from otolith.core.arrays import Bools, Vec
 from otolith.metrics.boundaries import Boundary
-from otolith.metrics.omct import Response
+from otolith.metrics.frequency_response import Response
 from otolith.report.page import Part, page, table
 from otolith.report.palette import BLUE, GREEN, VERMILION
-from otolith.scenarios.omct import MotionTest
+from otolith.scenarios.cueing_tests import MotionTest
 
 WIDTH: Final = 7.0  # [in] width of two columns
 ROW: Final = 1.55  # [in] height of the row of one test
