@@ -5,9 +5,9 @@ unless the name says that they are the sender's.
 """
 
 from dataclasses import dataclass
-from enum import IntFlag, StrEnum
+from enum import IntEnum, IntFlag, StrEnum
 
-from otolith.core.arrays import Vec, freeze
+from otolith.core.arrays import Mat, Vec, freeze, frozen_array
 
 
 class Flag(IntFlag):
@@ -115,3 +115,55 @@ class Feedback:
     def __post_init__(self) -> None:
         if self.pose is not None:
             freeze(self, pose=(6,))
+
+
+class Rung(IntEnum):
+    """How strong a reaction is; a higher one includes the lower ones."""
+
+    NONE = 0
+    HOLD = 1  # R1: the last reference is held, then decays
+    FADE = 2  # R2: the reference fades to zero
+    RETURN = 3  # R3: brake to rest, then return to neutral; left by the operator's word only
+    FAULT = 4  # R4: set-points end, so that the device's own watchdog acts; left by the operator's word only
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What the controller wants of the output: commanded accelerations by time, and a reaction to faults."""
+
+    sequence: int
+    generation: int  # of the engagement it was decided for; any other is refused
+    time_ns: int  # [ns] from which the first stage counts
+    period_ns: int  # [ns] of one stage
+    stages: Mat  # (K, 6) [m/s² ×3, rad/s² ×3] commanded accelerations; they end at rest; K = 0: only alive
+    rung: Rung = Rung.NONE
+    reason: str = ""  # of the rung
+    healthy: bool = False  # telemetry has been good long enough to be cued
+    telemetry_ns: int = 0  # [ns] arrival of the packet that the plan answers
+    outcome: str = ""  # status of the decision, for the log
+    residual: float = 0.0
+
+    def __post_init__(self) -> None:
+        stages = frozen_array(self.stages)
+        if stages.ndim != 2 or stages.shape[1] != 6:
+            raise ValueError(f"stages have shape {stages.shape}, expected (K, 6)")
+        object.__setattr__(self, "stages", stages)
+
+    def command(self, now_ns: int) -> Vec | None:
+        """Return the stage (6,) that counts at a time; None before the first and after the last."""
+        k = (now_ns - self.time_ns) // self.period_ns
+        return self.stages[k] if 0 <= k < len(self.stages) else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """What the output tells the controller: where the set-points are, and what is done with its plans."""
+
+    time_ns: int
+    motion: Mat  # (3, 6) pose, twist, acceleration of the set-points
+    state: State
+    generation: int  # of the current engagement
+    follows: int = -1  # sequence of the plan that is followed; −1: none, the output decides itself
+
+    def __post_init__(self) -> None:
+        freeze(self, motion=(3, 6))

@@ -310,7 +310,7 @@ class Stopping:
         lag: float,
         period: float,
     ) -> None:
-        self.reach = _reach(platform, dofs)._replace(
+        self.reach = reach_of(platform, dofs)._replace(
             circle=math.inf if circle is None else circle, lag=lag, period=period
         )
         self._cued = (self.reach.command > 0.0).astype(np.float64)
@@ -365,7 +365,7 @@ class Stopping:
         return self.decided(np.empty((0, 6)), outcome)
 
 
-def _reach(platform: Platform, dofs: Sequence[Dof]) -> Reach:
+def reach_of(platform: Platform, dofs: Sequence[Dof]) -> Reach:
     """Return the limits of all cued axes in the platform's own signs."""
     low, high = np.full(6, -_UNLIMITED), np.full(6, _UNLIMITED)
     speed, command = np.full(6, _UNLIMITED), np.zeros(6)

@@ -1,0 +1,404 @@
+"""A world in virtual time: source, links, schedulers and a device around the two cores of live operation.
+
+A test is a script of faults (`world.at(3.0, lambda: …)`) and assertions on the trace. Nothing sleeps, nothing
+reads a clock, and equal seeds give equal traces, bit for bit.
+
+The device here is ideal in everything but what a fault changes: it moves towards the set-point with a lag,
+parks when packets end, and has its own envelope. It judges us, not we it: what it notes as violated was sent.
+"""
+
+import heapq
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.interfaces import Cueing
+from otolith.live.controller import Controller, ControllerInbox
+from otolith.live.core.gate import Gate
+from otolith.live.core.health import Health
+from otolith.live.core.ladder import NO_REACTION, Reaction
+from otolith.live.devices.driver import Request
+from otolith.live.messages import DeviceState, Feedback, Flag, Plan, Report, SetPoint, State, Word
+from otolith.live.output import Device, Output, OutputInbox, OutputOutbox
+from otolith.live.wire.generic import TELEMETRY, Generic, seal
+from otolith.platforms import Platform
+
+SECOND: Final = 1_000_000_000  # [ns]
+MS: Final = 1_000_000  # [ns]
+
+
+@dataclass(slots=True)
+class Link:
+    """A link for packets, with everything that networks do to them."""
+
+    delay_ns: int = MS
+    jitter_ns: int = 0  # largest further delay
+    loss: float = 0.0  # share of packets
+    duplication: float = 0.0
+    reordering: float = 0.0  # share of packets that come 40 ms later
+    corruption: float = 0.0
+    silent_until_ns: int = 0
+
+    def times(self, now_ns: int, rng: np.random.Generator) -> list[int]:
+        """Return when a packet that is sent now arrives: not at all, once, or twice."""
+        if now_ns < self.silent_until_ns or rng.random() < self.loss:
+            return []
+        late = 40 * MS if rng.random() < self.reordering else 0
+        arrival = now_ns + self.delay_ns + late + int(rng.integers(0, self.jitter_ns + 1))
+        return [arrival, arrival + MS] if rng.random() < self.duplication else [arrival]
+
+    def content(self, packet: bytes, rng: np.random.Generator) -> bytes:
+        """Return what arrives of a packet."""
+        if rng.random() >= self.corruption:
+            return packet
+        broken = bytearray(packet)
+        broken[int(rng.integers(len(packet)))] ^= 1 << int(rng.integers(8))
+        return bytes(broken) if rng.random() < 0.5 else bytes(broken[: int(rng.integers(len(packet)))])
+
+
+@dataclass(slots=True)
+class Source:
+    """A vehicle that sends the generic packet.
+
+    Parameters
+    ----------
+    drive : time [s] -> specific force and angular rate (6,) in our axes.
+    change : makes other numbers of those of a packet: a fault of the source.
+    """
+
+    drive: Callable[[float], Vec]
+    rate_hz: float = 60.0
+    sequence: int = 0
+    clock_ns: int = 5 * SECOND  # what the sender's clock shows when ours shows zero
+    flags: Flag = Flag.RUNNING
+    speed: float = 20.0  # [m/s]
+    change: Callable[[dict[str, tuple[Any, ...]]], dict[str, tuple[Any, ...]]] | None = None
+
+    def packet(self, now_ns: int) -> bytes:
+        """Return the next packet."""
+        self.sequence += 1
+        wanted = self.drive(1e-9 * now_ns)
+        values: dict[str, tuple[Any, ...]] = {
+            "sequence": (self.sequence,),
+            "time": (now_ns + self.clock_ns,),
+            "flags": (int(self.flags),),
+            "source": (0,),
+            "specific force": tuple(wanted[:3]),
+            "angular rate": tuple(wanted[3:]),
+            "attitude": (1.0, 0.0, 0.0, 0.0),
+            "velocity": (self.speed, 0.0, 0.0),
+        }
+        return seal(TELEMETRY, values if self.change is None else self.change(values))
+
+
+@dataclass(slots=True)
+class IdealDevice:
+    """A platform that follows, with a state machine of its own and a watchdog.
+
+    Parameters
+    ----------
+    park : (6,) [m, rad]. lag : [s] with which it follows. engages : [s] that it takes to engage.
+    """
+
+    park: Vec
+    lag: float = 0.02
+    engages: float = 0.3
+    watchdog_ns: int = 50 * MS
+    state: DeviceState = DeviceState.IDLE
+    faults: tuple[str, ...] = ()
+    shown: DeviceState | None = None  # what it reports instead of its state: a fault
+    offset: Vec = field(default_factory=lambda: np.zeros(6))  # of what it measures: a fault
+    share: Vec = field(default_factory=lambda: np.ones(6))  # of the way that it goes: a fault
+    refuses: bool = False  # to engage: a fault
+    mute: bool = False  # sends no replies: a fault
+    pose: Vec = field(default_factory=lambda: np.zeros(6))
+    _target: Vec = field(default_factory=lambda: np.zeros(6))
+    _heard_ns: int = -1
+    _moved_ns: int = 0
+    _since_ns: int = 0
+
+    def __post_init__(self) -> None:
+        self.pose, self._target = self.park.copy(), self.park.copy()
+
+    def receive(self, now_ns: int, set_point: SetPoint, request: Request) -> None:
+        """Take in a packet."""
+        self._heard_ns = now_ns
+        match request:
+            case Request.ENGAGE if self.state is DeviceState.IDLE and not self.refuses:
+                self._go(now_ns, DeviceState.STANDBY)
+            case Request.MOVE if self.state is DeviceState.ENGAGED:
+                self._target = self.park + self.share * (set_point.pose - self.park)
+            case Request.PARK if self.state in {DeviceState.ENGAGED, DeviceState.STANDBY}:
+                self._go(now_ns, DeviceState.PARKING)
+            case Request.RESET if self.state is DeviceState.FAULT:
+                self.faults = ()
+                self._go(now_ns, DeviceState.PARKING)
+
+    def step(self, now_ns: int) -> None:
+        """Move until now."""
+        dt, self._moved_ns = 1e-9 * (now_ns - self._moved_ns), now_ns
+        powered = self.state in {DeviceState.ENGAGED, DeviceState.STANDBY}
+        if powered and now_ns - self._heard_ns > self.watchdog_ns:
+            self.fail(now_ns, "watchdog")
+        if self.state is DeviceState.STANDBY and 1e-9 * (now_ns - self._since_ns) >= self.engages:
+            self._target = self.pose.copy()
+            self._go(now_ns, DeviceState.ENGAGED)
+        if self.state is DeviceState.ENGAGED:
+            self.pose = self.pose + (1.0 - np.exp(-dt / self.lag)) * (self._target - self.pose)
+        elif self.state in {DeviceState.PARKING, DeviceState.FAULT}:
+            self.pose = self.pose + (1.0 - np.exp(-dt / 0.5)) * (self.park - self.pose)
+            if self.state is DeviceState.PARKING and float(np.abs(self.pose - self.park).max()) < 1e-3:
+                self._go(now_ns, DeviceState.IDLE)
+
+    def feedback(self) -> Feedback | None:
+        """Return what it reports."""
+        if self.mute:
+            return None
+        return Feedback(pose=self.pose + self.offset, state=self.shown or self.state, faults=self.faults)
+
+    def fail(self, now_ns: int, *faults: str) -> None:
+        """Fail: power goes, and the platform sinks to where it rests."""
+        self.faults = faults
+        self._go(now_ns, DeviceState.FAULT)
+
+    def _go(self, now_ns: int, state: DeviceState) -> None:
+        self.state, self._since_ns = state, now_ns
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One tick of the output, as it is traced."""
+
+    time_ns: int
+    state: State
+    reason: str  # of what only the operator ends
+    motion: Mat  # (3, 6) of the set-point
+    sent: bool  # whether there was a set-point
+    follows: int
+    measured: Vec  # (6,)
+    device: DeviceState
+
+
+@dataclass(slots=True)
+class _Core:
+    """When a core runs: the scheduler of the virtual machine."""
+
+    stopped: bool = False
+    not_before_ns: int = 0
+
+
+class World:
+    """Everything around the cores, moved by one queue of events.
+
+    Parameters
+    ----------
+    cueing : has decided at least once, so that it compiles nothing here.
+    drive : see `Source`.
+    park : (6,) [m, rad] where the platform rests without power.
+    tick : [s] of the output.
+    """
+
+    def __init__(
+        self,
+        cueing: Cueing,
+        platform: Platform,
+        *,
+        drive: Callable[[float], Vec],
+        park: Vec,
+        seed: int = 0,
+        tick: float = 1e-3,
+    ) -> None:
+        lag = platform.actuators.lag_s
+        gate = Gate(platform, lag=lag, period=cueing.period)
+        travel = Gate(platform, lag=lag, period=cueing.period, park=park)
+        self.rng = np.random.default_rng(seed)
+        self.now_ns = 0
+        self.gate, self.travel = gate, travel
+        self.source = Source(drive)
+        self.controller = Controller(cueing, gate, parse=Generic().parse, health=Health())
+        self.output = Output(gate, travel, Device.at(park))
+        self.device = IdealDevice(park=np.asarray(park, dtype=np.float64))
+        self.links = {name: Link() for name in ("telemetry", "device", "feedback")}
+        self.cores = {name: _Core() for name in ("controller", "output", "source", "device")}
+        self.costs_ns: list[int] = []  # of the controller's next steps
+        self.trace: list[Row] = []
+        self.plans: list[Plan] = []
+        self.on_plan: Callable[[Plan], Plan] = lambda plan: plan  # what becomes of a plan in the memory
+        self.reaction: Reaction = NO_REACTION  # of the shell
+        self._tick_ns, self._period_ns = round(1e9 * tick), round(1e9 * cueing.period)
+        self._events: list[tuple[int, int, Callable[[], None]]] = []
+        self._count = itertools.count()
+        self._packets: list[tuple[int, bytes]] = []
+        self._words: list[Word] = []
+        self._plan: Plan | None = None
+        self._feedback: Feedback | None = None
+        self._report: Report | None = None
+        self._missed = 0
+        for beginning in (self._send, self._output, self._control, self._reply):
+            self._after(0, beginning)
+
+    # What a script says.
+
+    def at(self, seconds: float, action: Callable[[], Any]) -> None:
+        """Let something happen at a time [s]."""
+        self._push(round(1e9 * seconds), lambda: action())
+
+    def say(self, *words: Word) -> None:
+        """Let the operator say something now."""
+        self._words.extend(words)
+
+    def silence(self, link: str, seconds: float) -> None:
+        """Let a link drop everything from now on, for a time [s]."""
+        self.links[link].silent_until_ns = self.now_ns + round(1e9 * seconds)
+
+    def stop(self, core: str, seconds: float | None = None) -> None:
+        """Stop a core from now on, for a time [s] or for good."""
+        if seconds is None:
+            self.cores[core].stopped = True
+        else:
+            self.cores[core].not_before_ns = self.now_ns + round(1e9 * seconds)
+
+    def run(self, until: float) -> "World":
+        """Let the world go on until a time [s]."""
+        end = round(1e9 * until)
+        while self._events and self._events[0][0] <= end:
+            self.now_ns, _, event = heapq.heappop(self._events)
+            event()
+        self.now_ns = max(self.now_ns, end)
+        return self
+
+    @property
+    def state(self) -> State:
+        """Return the state of the session."""
+        return self.output.session.state
+
+    @property
+    def seconds(self) -> float:
+        """Return the time [s]."""
+        return 1e-9 * self.now_ns
+
+    # What goes on by itself.
+
+    def _push(self, time_ns: int, event: Callable[[], None]) -> None:
+        heapq.heappush(self._events, (max(time_ns, self.now_ns), next(self._count), event))
+
+    def _after(self, span_ns: int, event: Callable[[], None]) -> None:
+        self._push(self.now_ns + span_ns, event)
+
+    def _runs(self, name: str, event: Callable[[], None]) -> bool:
+        """Return whether a core runs now; if it is delayed, it runs later."""
+        core = self.cores[name]
+        if core.stopped:
+            return False
+        if self.now_ns < core.not_before_ns:
+            self._push(core.not_before_ns, event)
+            return False
+        return True
+
+    def _send(self) -> None:
+        if not self._runs("source", self._send):
+            return
+        self._after(round(1e9 / self.source.rate_hz), self._send)
+        self._transmit("telemetry", self.source.packet(self.now_ns))
+
+    def _transmit(self, name: str, packet: bytes) -> None:
+        link = self.links[name]
+        for time_ns in link.times(self.now_ns, self.rng):
+            content = link.content(packet, self.rng)
+            self._push(time_ns, lambda content=content: self._arrive(content))  # type: ignore[misc]
+
+    def _arrive(self, packet: bytes) -> None:
+        self._packets.append((self.now_ns, packet))
+
+    def _control(self) -> None:
+        if not self._runs("controller", self._control):
+            return
+        inbox = ControllerInbox(packets=tuple(self._packets), report=self._report, missed=self._missed)
+        self._packets.clear()
+        plan = self.controller.tick(self.now_ns, inbox)
+        cost = self.costs_ns.pop(0) if self.costs_ns else 300_000
+        self._missed = cost // self._period_ns
+        self._after(cost, lambda: self._publish(plan))
+        self._after(max(self._period_ns, cost), self._control)
+
+    def _publish(self, plan: Plan) -> None:
+        if not self.cores["controller"].stopped:
+            self._plan = self.on_plan(plan)
+            self.plans.append(plan)
+
+    def _output(self) -> None:
+        if not self._runs("output", self._output):
+            return
+        inbox = OutputInbox(
+            plan=self._plan, feedback=self._feedback, words=tuple(self._words), reaction=self.reaction
+        )
+        self._feedback = None
+        self._words.clear()
+        out = self.output.tick(self.now_ns, inbox)
+        self._report = out.report
+        self._note(out)
+        if out.due and out.set_point is not None:
+            self._to_device(out.set_point, out.request)
+        self._after(self._tick_ns, self._output)
+
+    def _to_device(self, set_point: SetPoint, request: Request) -> None:
+        for time_ns in self.links["device"].times(self.now_ns, self.rng):
+            self._push(time_ns, lambda: self.device.receive(self.now_ns, set_point, request))
+
+    def _reply(self) -> None:
+        if not self._runs("device", self._reply):
+            return
+        self.device.step(self.now_ns)
+        self._after(round(1e9 / self.output.device.rate_hz), self._reply)
+        feedback = self.device.feedback()
+        if feedback is not None:
+            for time_ns in self.links["feedback"].times(self.now_ns, self.rng):
+                self._push(time_ns, lambda: self._hear(feedback))
+
+    def _hear(self, feedback: Feedback) -> None:
+        self._feedback = feedback
+
+    def _note(self, out: OutputOutbox) -> None:
+        self.trace.append(
+            Row(
+                time_ns=self.now_ns,
+                state=out.report.state,
+                reason=self.output.session.ladder.kept.reason,
+                motion=out.report.motion,
+                sent=out.set_point is not None,
+                follows=out.report.follows,
+                measured=self.device.pose,
+                device=self.device.state,
+            )
+        )
+
+
+def states(world: World) -> list[tuple[float, State, str]]:
+    """Return the changes of state: time [s], state, and why."""
+    return [(1e-9 * event.time_ns, event.after, event.reason) for event in world.output.session.events]
+
+
+def arm_and_engage(world: World, at: float = 0.1) -> World:
+    """Let the operator arm, and engage as soon as the platform is ready."""
+    world.at(at, lambda: world.say(Word.ARM))
+    world.run(at)
+    while world.state is not State.READY and world.seconds < at + 30.0:
+        world.run(world.seconds + 0.05)
+    world.say(Word.ENGAGE)
+    return world
+
+
+def sines(forces: Mapping[int, tuple[float, float]]) -> Callable[[float], Vec]:
+    """Return a drive of one sine per channel: channel -> amplitude [m/s², rad/s] and frequency [Hz]."""
+
+    def drive(t: float) -> Vec:
+        wanted = np.zeros(6)
+        for channel, (amplitude, hertz) in forces.items():
+            wanted[channel] = amplitude * np.sin(2.0 * np.pi * hertz * t)
+        return wanted
+
+    return drive
