@@ -62,9 +62,9 @@ class OutputInbox:
 class OutputOutbox:
     """What the output says in one tick."""
 
-    set_point: SetPoint | None  # None: nothing is sent, so that the device's own watchdog acts
+    set_point: SetPoint | None  # to be sent now; None between the packets of the device's rate
+    sends: bool  # False: set-points have ended, so that the device's own watchdog acts
     request: Request
-    due: bool  # whether the device expects a packet now
     report: Report
 
 
@@ -127,8 +127,12 @@ class Output:
             self._enter(state)
         self._reached = self._go_on(now_ns, 1e-9 * dt_ns)
         self._sequence += 1
+        sends = state is not State.FAULT or self.device.on_silence == "falls"
         return OutputOutbox(
-            set_point=self._set_point(now_ns), request=self._request(), due=due, report=self._report(now_ns)
+            set_point=self._set_point(now_ns) if sends and due else None,
+            sends=sends,
+            request=self._request(),
+            report=self._report(now_ns),
         )
 
     # What arrives.
@@ -347,10 +351,8 @@ class Output:
         rate = 1e-9 * self.device.rate_hz
         return int(now_ns * rate) != int(self._last_ns * rate)
 
-    def _set_point(self, now_ns: int) -> SetPoint | None:
+    def _set_point(self, now_ns: int) -> SetPoint:
         state, motion = self.session.state, self._rollout.motion
-        if state is State.FAULT and self.device.on_silence != "falls":
-            return None
         if state in {State.IDLE, State.CHECKING, State.PARKED}:
             measured = self._feedback.pose
             self._rollout.place(self.device.park if measured is None else measured)

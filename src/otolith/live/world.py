@@ -7,10 +7,11 @@ The device here is ideal in everything but what a fault changes: it moves toward
 parks when packets end, and has its own envelope. It judges us, not we it: what it notes as violated was sent.
 """
 
+import copy
 import heapq
-import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -177,7 +178,7 @@ class Row:
     state: State
     reason: str  # of what only the operator ends
     motion: Mat  # (3, 6) of the set-point
-    sent: bool  # whether there was a set-point
+    sent: bool  # whether set-points are sent
     follows: int
     measured: Vec  # (6,)
     device: DeviceState
@@ -227,11 +228,11 @@ class World:
         self.costs_ns: list[int] = []  # of the controller's next steps
         self.trace: list[Row] = []
         self.plans: list[Plan] = []
-        self.on_plan: Callable[[Plan], Plan] = lambda plan: plan  # what becomes of a plan in the memory
+        self.on_plan: Callable[[Plan], Plan] | None = None  # what becomes of a plan in the memory
         self.reaction: Reaction = NO_REACTION  # of the shell
         self._tick_ns, self._period_ns = round(1e9 * tick), round(1e9 * cueing.period)
         self._events: list[tuple[int, int, Callable[[], None]]] = []
-        self._count = itertools.count()
+        self._count = 0
         self._packets: list[tuple[int, bytes]] = []
         self._words: list[Word] = []
         self._plan: Plan | None = None
@@ -245,7 +246,7 @@ class World:
 
     def at(self, seconds: float, action: Callable[[], Any]) -> None:
         """Let something happen at a time [s]."""
-        self._push(round(1e9 * seconds), lambda: action())
+        self._push(round(1e9 * seconds), action)
 
     def say(self, *words: Word) -> None:
         """Let the operator say something now."""
@@ -271,6 +272,10 @@ class World:
         self.now_ns = max(self.now_ns, end)
         return self
 
+    def again(self) -> "World":
+        """Return a copy of this world that goes on by itself; what a script has announced must be over."""
+        return copy.deepcopy(self)
+
     @property
     def state(self) -> State:
         """Return the state of the session."""
@@ -284,7 +289,8 @@ class World:
     # What goes on by itself.
 
     def _push(self, time_ns: int, event: Callable[[], None]) -> None:
-        heapq.heappush(self._events, (max(time_ns, self.now_ns), next(self._count), event))
+        self._count += 1
+        heapq.heappush(self._events, (max(time_ns, self.now_ns), self._count, event))
 
     def _after(self, span_ns: int, event: Callable[[], None]) -> None:
         self._push(self.now_ns + span_ns, event)
@@ -309,7 +315,7 @@ class World:
         link = self.links[name]
         for time_ns in link.times(self.now_ns, self.rng):
             content = link.content(packet, self.rng)
-            self._push(time_ns, lambda content=content: self._arrive(content))  # type: ignore[misc]
+            self._push(time_ns, partial(self._arrive, content))
 
     def _arrive(self, packet: bytes) -> None:
         self._packets.append((self.now_ns, packet))
@@ -322,12 +328,12 @@ class World:
         plan = self.controller.tick(self.now_ns, inbox)
         cost = self.costs_ns.pop(0) if self.costs_ns else 300_000
         self._missed = cost // self._period_ns
-        self._after(cost, lambda: self._publish(plan))
+        self._after(cost, partial(self._publish, plan))
         self._after(max(self._period_ns, cost), self._control)
 
     def _publish(self, plan: Plan) -> None:
         if not self.cores["controller"].stopped:
-            self._plan = self.on_plan(plan)
+            self._plan = plan if self.on_plan is None else self.on_plan(plan)
             self.plans.append(plan)
 
     def _output(self) -> None:
@@ -341,13 +347,13 @@ class World:
         out = self.output.tick(self.now_ns, inbox)
         self._report = out.report
         self._note(out)
-        if out.due and out.set_point is not None:
+        if out.set_point is not None:
             self._to_device(out.set_point, out.request)
         self._after(self._tick_ns, self._output)
 
     def _to_device(self, set_point: SetPoint, request: Request) -> None:
         for time_ns in self.links["device"].times(self.now_ns, self.rng):
-            self._push(time_ns, lambda: self.device.receive(self.now_ns, set_point, request))
+            self._push(time_ns, partial(self.device.receive, time_ns, set_point, request))
 
     def _reply(self) -> None:
         if not self._runs("device", self._reply):
@@ -357,7 +363,7 @@ class World:
         feedback = self.device.feedback()
         if feedback is not None:
             for time_ns in self.links["feedback"].times(self.now_ns, self.rng):
-                self._push(time_ns, lambda: self._hear(feedback))
+                self._push(time_ns, partial(self._hear, feedback))
 
     def _hear(self, feedback: Feedback) -> None:
         self._feedback = feedback
@@ -369,7 +375,7 @@ class World:
                 state=out.report.state,
                 reason=self.output.session.ladder.kept.reason,
                 motion=out.report.motion,
-                sent=out.set_point is not None,
+                sent=out.sends,
                 follows=out.report.follows,
                 measured=self.device.pose,
                 device=self.device.state,
@@ -384,8 +390,8 @@ def states(world: World) -> list[tuple[float, State, str]]:
 
 def arm_and_engage(world: World, at: float = 0.1) -> World:
     """Let the operator arm, and engage as soon as the platform is ready."""
-    world.at(at, lambda: world.say(Word.ARM))
     world.run(at)
+    world.say(Word.ARM)
     while world.state is not State.READY and world.seconds < at + 30.0:
         world.run(world.seconds + 0.05)
     world.say(Word.ENGAGE)

@@ -46,6 +46,10 @@ class Move:
         self.duration = 0.0 if self._trajectory is None else float(self._trajectory.duration)  # [s]
         self._check(start, gate)
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Move":
+        """Return the move itself: it does not change, and Ruckig's trajectory cannot be copied."""
+        return self
+
     def at(self, seconds: float, motion: Mat) -> None:
         """Write the motion (3, 6) at a time from the start of the move."""
         if self._trajectory is None or seconds >= self.duration:
