@@ -19,11 +19,13 @@ from otolith.core.frames import Dof, pairs_of
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
 from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.prediction import Road
 from otolith.loop import Run, simulate
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.record import design_from_record, design_to_record
 from otolith.recordings import Log, log_scenario
+from otolith.recordings.foresight import foresight
 from otolith.recordings.settings import PLAIN, LogSettings
 from otolith.scenarios import Scenario, scenario
 from otolith.scenarios.perceived import perceived
@@ -76,7 +78,8 @@ class Wanted:
 
     scenario: str | None = None  # a name or a formula, see `otolith.scenarios.scenario`
     log: Path | None = None  # a recorded drive instead
-    reading: LogSettings = PLAIN  # how the log is to be read
+    road: Path | None = None  # an earlier drive along the same road, whose forces are foreseen
+    reading: LogSettings = PLAIN  # how the logs are to be read
     lowpass_hz: float | None = None
     causal: bool = False
     literal: bool = False  # whether steps end as the thesis prints
@@ -93,8 +96,11 @@ class Wanted:
         if self.log is None:
             bound = "one of 'otolith run --log', or given --log"
             raise InputError("the run", "not of a recorded drive", bound)
+        return self._read(self.log)
+
+    def _read(self, path: Path) -> Log:
         plain = replace(self.reading, needs=())
-        return files.read_log(self.log, self.reading.columns, needs=self.reading.needs, settings=plain)
+        return files.read_log(path, self.reading.columns, needs=self.reading.needs, settings=plain)
 
     def along(self, design: Design, *, note: Callable[[str], None] = lambda _: None) -> Scenario:
         """Return the scenario along the axes that a design cues; a log is resampled.
@@ -106,6 +112,7 @@ class Wanted:
         ----------
         note : is called with a sentence for everything that was assumed or repaired in a log.
         """
+        self._check_road(design)
         if self.log is None and self.scenario is not None:
             named = [scenario(self.scenario, literal=self.literal, axis=dof.along) for dof in design.dofs]
             return self._sensed(functools.reduce(Scenario.combined_with, named)).scaled(self.scale)
@@ -115,8 +122,32 @@ class Wanted:
         log = self.drive()
         for sentence in log.notes:
             note(sentence)
-        recorded = log_scenario(log, period=design.mpc.period, lowpass_hz=self.lowpass_hz, causal=self.causal)
-        return self._sensed(recorded).scaled(self.scale)
+        return self._foreseeing(log, design.mpc.period).scaled(self.scale)
+
+    def _check_road(self, design: Design) -> None:
+        """Refuse an earlier drive that nothing reads, and a prediction that has none to read."""
+        asked = isinstance(design.mpc.prediction, Road)
+        if asked and self.road is None:
+            raise InputError("--prediction road", "given alone", "given with --road FILE, an earlier drive")
+        if self.road is not None and self.log is None:
+            raise InputError("--road", "given without --log", "given with --log FILE, a drive of that road")
+        if self.road is not None and not asked:
+            raise InputError("--road", "given", "left out, or given with --prediction road")
+
+    def _foreseeing(self, log: Log, period: float) -> Scenario:
+        """The drive as a scenario that foresees what an earlier drive of the road felt."""
+        present = self._played(log, period)
+        if self.road is None:
+            return present
+        then = self._read(self.road)
+        felt_then = self._played(then, period).specific_force
+        seen = foresight(log, then, period=period, force=present.specific_force, forces_then=felt_then)
+        return replace(present, foreseen=seen)
+
+    def _played(self, log: Log, period: float) -> Scenario:
+        """A drive as a scenario, with all treatment but the scale."""
+        plain = log_scenario(log, period=period, lowpass_hz=self.lowpass_hz, causal=self.causal)
+        return self._sensed(plain)
 
     def _sensed(self, reference: Scenario) -> Scenario:
         """Return the reference filtered by the organ `through`, from steady state at its first value."""
@@ -131,26 +162,36 @@ class Wanted:
         """Return plain values, with the SHA-256 of the log."""
         values = {one.name: getattr(self, one.name) for one in fields(self)}
         reading = asdict(self.reading) | {"needs": list(self.reading.needs)}
-        log = None if self.log is None else asdict(StoredFile.of(self.log))
-        return values | {"reading": reading if self.log is not None else None, "log": log}
+        drives = {
+            name: None if path is None else asdict(StoredFile.of(path))
+            for name, path in (("log", self.log), ("road", self.road))
+        }
+        return values | {"reading": reading if self.log is not None else None, **drives}
 
     @classmethod
     def from_record(
-        cls, record: Mapping[str, Any], *, log: Path | None = None, check: bool = True
+        cls,
+        record: Mapping[str, Any],
+        *,
+        log: Path | None = None,
+        road: Path | None = None,
+        check: bool = True,
     ) -> "Wanted":
         """Restore from a record.
 
         Parameters
         ----------
-        log : new path of the drive.
-        check : whether its content must be unchanged.
+        log, road : new paths of the drives.
+        check : whether their content must be unchanged.
         """
         values = dict(record)
-        stored = None if values["log"] is None else StoredFile(**values["log"])
         values["reading"] = PLAIN if values["reading"] is None else LogSettings(**values["reading"])
-        values["log"] = (
-            log if stored is None else stored.found("log", log) if check else log or Path(stored.path)
-        )
+        for name, moved in (("log", log), ("road", road)):
+            if values[name] is not None:
+                stored = StoredFile(**values[name])
+                values[name] = stored.found(name, moved) if check else moved or Path(stored.path)
+            elif name == "log":
+                values[name] = moved
         return cls(**values)
 
 
@@ -220,6 +261,7 @@ class Experiment:
         *,
         cueing: str | None = None,
         log: Path | None = None,
+        road: Path | None = None,
         law: Path | None = None,
         hint: Path | None = None,
     ) -> "Experiment":
@@ -246,7 +288,7 @@ class Experiment:
         }
         with damage_reported("the settings of the run are not of this version"):
             design = design_from_record(settings["design"], run.platform, run.dofs)
-            wanted = Wanted.from_record(settings["wanted"], log=log)
+            wanted = Wanted.from_record(settings["wanted"], log=log, road=road)
         if paths["law"] is not None:
             design = replace(design, stored_laws=files.read_laws(paths["law"]))
         if paths["hint"] is not None:

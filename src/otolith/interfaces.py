@@ -35,7 +35,7 @@ class Reference:
 
     specific_force: Vec  # (3,) [m/s²], without the constant 1 g
     angular_rate: Vec = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
-    preview: Mat | None = None  # (K, 3) [m/s²] forces at the ends of the next K periods
+    preview: Mat | None = None  # (K, 3) [m/s²] forces foreseen for the ends of the next K periods
     age: float = 0.0  # [s] age of the reference relative to the state that comes with it
 
     def __post_init__(self) -> None:

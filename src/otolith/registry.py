@@ -94,8 +94,10 @@ class Table(Mapping[str, Entry]):
 # Options of the command line that only some cueing algorithms read. All other options concern the reference,
 # the platform or the results, and apply to every algorithm.
 _LAW: Final = frozenset({"braking", "law"})
-_SENSED: Final = frozenset({"solver", "horizon", "blocks", "prediction", "washout", "weight", "braking"})
-_PREDICTIVE: Final = frozenset({"solver", "prediction", "liveliness", "braking", "soft"})
+_SENSED: Final = frozenset(
+    {"solver", "horizon", "blocks", "prediction", "road", "washout", "weight", "braking"}
+)
+_PREDICTIVE: Final = frozenset({"solver", "prediction", "road", "liveliness", "braking", "soft"})
 _LINEAR: Final = _SENSED - {
     "washout",
     "weight",

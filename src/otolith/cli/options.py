@@ -28,7 +28,7 @@ from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
 from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
-from otolith.cueing.prediction import parse_prediction
+from otolith.cueing.prediction import Prediction, Road, parse_prediction
 from otolith.experiment import Experiment, Wanted, hint_for
 from otolith.recordings.settings import PLAIN
 
@@ -77,6 +77,10 @@ class RunOptions:
     log: Annotated[
         Path | None, typer.Option(help="A recorded drive instead of a scenario: CSV, ERG, MDF, ROS bag, lap.")
     ] = None
+    road: Annotated[
+        Path | None,
+        typer.Option(help="An earlier drive of the log's road: its forces are foreseen (--prediction road)."),
+    ] = None
     column: Columns = None
     header: Header = None
     units: Units = None
@@ -117,8 +121,8 @@ class RunOptions:
         str | None,
         typer.Option(
             metavar="NAME:PARAMETER=VALUE,...",
-            help="What an MPC assumes of the future: hold, decay, adaptive or oracle "
-            "(default: predictive adaptive, all others hold).",
+            help="What an MPC assumes of the future: hold, decay, adaptive, road or oracle "
+            "(default: predictive adaptive, all others hold; with --road, road).",
         ),
     ] = None
     liveliness: Annotated[
@@ -163,7 +167,7 @@ class RunOptions:
             braking=rows or BrakingRows.STOPPING,
             engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
             soft=soft_rows(self.soft or []),
-            prediction=None if self.prediction is None else parse_prediction(self.prediction),
+            prediction=self._prediction(),
         )
         return Design(
             platform=platform,
@@ -176,12 +180,19 @@ class RunOptions:
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),
         )
 
+    def _prediction(self) -> Prediction | None:
+        """What was named; an earlier drive of the road is there to be foreseen."""
+        if self.prediction is not None:
+            return parse_prediction(self.prediction)
+        return Road() if self.road is not None else None
+
     def wanted(self) -> Wanted:
         """Return the description of what should be felt."""
         chosen = asdict(self)
         return Wanted(
             scenario=self.scenario,
             log=self.log,
+            road=self.road,
             reading=PLAIN if self.log is None else log_settings(chosen),
             lowpass_hz=self.lowpass,
             causal=self.causal,

@@ -19,6 +19,9 @@ def rerun(
         str | None, typer.Option(help="Your own algorithm again: module:attribute or file.py:attribute.")
     ] = None,
     log: Annotated[Path | None, typer.Option(help="The drive, if it is no longer where it was.")] = None,
+    road: Annotated[
+        Path | None, typer.Option(help="The earlier drive, if it is no longer where it was.")
+    ] = None,
     law: Annotated[
         Path | None, typer.Option(help="The explicit law, if it is no longer where it was.")
     ] = None,
@@ -31,7 +34,7 @@ def rerun(
     result, console = files.read_run(run), screen()
     if out is not None:
         files.check_folder(out, command="rerun", force=force)
-    experiment = Experiment.of(result, cueing=cueing, log=log, law=law, hint=hint)
+    experiment = Experiment.of(result, cueing=cueing, log=log, road=road, law=law, hint=hint)
     if result.settings["version"] != __version__:
         warn(console, f"the run was made by version {result.settings['version']}, this is {__version__}")
     with progress_bar(console, f"{result.cueing} on {result.scenario}") as progress:

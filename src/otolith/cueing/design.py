@@ -28,7 +28,6 @@ from otolith.cueing.mpc.predictive import predictive_settings
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
-from otolith.cueing.prediction import Oracle
 from otolith.cueing.several import Several
 from otolith.cueing.washout.tuning import Tuning, load_tuning
 from otolith.interfaces import Cueing
@@ -60,9 +59,9 @@ class Design:
 
     @property
     def preview(self) -> int:
-        """Return how many future periods the loop must give to the algorithm: none except for an oracle."""
-        oracle = self.mpc.prediction
-        return math.ceil(oracle.time / self.mpc.period) if isinstance(oracle, Oracle) else 0
+        """Return how many future periods' forces the loop must give to the algorithm."""
+        prediction = self.mpc.prediction
+        return 0 if prediction is None else math.ceil(prediction.foresees / self.mpc.period)
 
     @property
     def pairs(self) -> tuple[Dof, ...]:

@@ -90,7 +90,8 @@ def simulate(
     dofs : names of what is cued, see `otolith.core.frames.DOFS`.
     names : of the cueing algorithm and of the plant, for the record.
     plant_period : [s]; the controller's own period must be a whole multiple of it.
-    preview : how many of the next periods' forces the controller is given; 0: only what is wanted now.
+    preview : how many of the next periods' forces the controller is given; 0: only what is wanted now. They
+        are those that the scenario foresees, or where it foresees nothing, those that come.
     clock : [s] measures the time of each decision; never part of the result's dynamics.
     progress : is called with the fraction done, about a hundred times.
 
@@ -114,12 +115,16 @@ def simulate(
     state = PlatformState()
     cueing.reset(state)
     plant.reset(state)
+    foreseen = scenario.foreseen
     with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
         for i in range(m):
+            coming = wanted_force[i + 1 : i + 1 + preview]
+            if preview and foreseen is not None:
+                coming = foreseen(float(command_time[i]), cueing.period, preview)
             reference = Reference(
                 specific_force=wanted_force[i],
                 angular_rate=wanted_rate[i],
-                preview=wanted_force[i + 1 : i + 1 + preview] if preview else None,
+                preview=coming if preview else None,
             )
             started = clock()
             command = cueing.step(state, reference)

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 
 MAX_SCALE: Final = 10.0
@@ -28,12 +28,15 @@ class Scenario:
     duration: float  # [s]
     specific_force: Callable[[Vec], Vec]  # (n,) [s] -> (n, 3) [m/s²], without the standing 1 g
     angular_rate: Callable[[Vec], Vec] = field(default=_still)  # (n,) [s] -> (n, 3) [rad/s]
+    # (time now [s], period [s], n) -> (k, 3) [m/s²], k ≤ n: what is foreseen, from what is known by now, for
+    # the ends of the next periods; None where nothing is
+    foreseen: Callable[[float, float, int], Mat] | None = None
     origin: str = ""  # its source: a table of the thesis, a file, a formula
 
     def combined_with(self, other: "Scenario") -> "Scenario":
         """Return the sum of both, with forces and rates added; it lasts as long as the longer one.
 
-        The name stays: the purpose is one signal along several axes.
+        The name stays: the purpose is one signal along several axes. Nothing is foreseen of the sum.
         """
         force, rate, more_force, more_rate = (
             self.specific_force,
@@ -46,6 +49,7 @@ class Scenario:
             duration=max(self.duration, other.duration),
             specific_force=lambda t: force(t) + more_force(t),
             angular_rate=lambda t: rate(t) + more_rate(t),
+            foreseen=None,
         )
 
     def scaled(self, factor: float) -> "Scenario":
@@ -59,10 +63,11 @@ class Scenario:
             raise InputError("scale", factor, f"greater than 0 and at most {MAX_SCALE:g}")
         if factor == 1.0:
             return self
-        force, rate = self.specific_force, self.angular_rate
+        force, rate, foreseen = self.specific_force, self.angular_rate, self.foreseen
         return replace(
             self,
             specific_force=lambda t: factor * force(t),
             angular_rate=lambda t: factor * rate(t),
+            foreseen=foreseen and (lambda now, dt, n: factor * foreseen(now, dt, n)),
             origin=f"{self.origin}, scaled by {factor:g}",
         )

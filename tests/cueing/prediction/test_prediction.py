@@ -14,6 +14,7 @@ from otolith.cueing.prediction import (
     Decay,
     Hold,
     Oracle,
+    Road,
     parse_prediction,
     prediction_named,
 )
@@ -135,6 +136,7 @@ def test_a_prediction_is_read_from_text_and_survives_a_record() -> None:
         ("decay:time=0.5", Decay(time=0.5)),
         ("adaptive:near=2,ridge=1", Adaptive(near=2.0, ridge=1.0)),
         ("oracle:time=3", Oracle(time=3.0)),
+        ("road:time=4,memory=10", Road(time=4.0, memory=10.0)),
     ):
         assert parse_prediction(text) == value
         assert prediction_named(prediction_to_record(value)) == value
@@ -143,10 +145,12 @@ def test_a_prediction_is_read_from_text_and_survives_a_record() -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("holds", "--prediction is 'holds', must be one of hold, decay, adaptive, oracle"),
+        ("holds", "--prediction is 'holds', must be one of hold, decay, adaptive, road, oracle"),
         ("decay:time=-1", "time of the decay is -1.0 s, must be greater than 0"),
         ("decay:tim=1", "parameter of decay is 'tim'"),
         ("adaptive:near=0", "near of the adaptive prediction is 0.0, must be greater than 0"),
+        ("road:ridge=-1", "ridge of the road is -1.0 m²/s³, must be greater than 0"),
+        ("road:lead=6", "lead of the road is 6.0 s, must be at most its time, 5 s"),
         ("oracle:time=0", "time of the oracle is 0.0 s, must be greater than 0"),
     ],
 )

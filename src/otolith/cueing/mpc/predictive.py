@@ -3,7 +3,8 @@
 The thesis holds the reference over half a second. The following changes matter, in this order: forces are
 assumed to decay, so that a tilt with limited rate turns back in time; a horizon of 1.5 s in blocks, which is
 useful only with that assumption; low washout weights; and the slope, as far as it can be trusted.
-docs/which-cueing.md has the figures.
+docs/which-cueing.md has the figures. Where the coming forces are foreseen, the horizon is 5 s: what lies
+beyond 1.5 s shows where to wait for them.
 
 The washout is the least that returns the platform. With homing alone, min Σ a² + c ω² v² + ω⁴ s² makes the
 position s follow s̈ = −2ζω ṡ − ω² s with 4ζ² = c + 2; c = 0.45 gives ζ = 0.78. The frequency ω is chosen so
@@ -20,7 +21,7 @@ from math import radians
 from typing import Final
 
 from otolith.core.frames import Dof, pairs_of
-from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
+from otolith.cueing.mpc.settings import BLOCKS, FAR_BLOCKS, MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant
 from otolith.cueing.prediction.adaptive import Adaptive
 from otolith.platforms import Platform
@@ -48,13 +49,16 @@ def predictive_settings(
     ------
     InputError : the platform lacks an axis of one of the degrees of freedom.
     """
+    prediction = chosen.prediction or Adaptive()
+    foresees = any(not dof.feels_rate for dof in dofs) and prediction.foresees / chosen.period > sum(BLOCKS)
+    blocks = FAR_BLOCKS if foresees else BLOCKS
     return replace(
         chosen,
-        horizon=sum(BLOCKS),
-        blocks=BLOCKS,
+        horizon=sum(blocks),
+        blocks=blocks,
         control_weight=CONTROL,
         washout=_washout(platform, dofs, chosen, RANGE ** (1.0 - 2.0 * liveliness)),
-        prediction=chosen.prediction or Adaptive(),
+        prediction=prediction,
     )
 
 

@@ -19,6 +19,8 @@ from otolith.qp.engines import StageEngine, StructuredEngine
 HORIZON: Final = 50  # the thesis's N
 LEAST_LAG: Final = 1e-4  # [s] of the model, for a platform that has none
 BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
+# 5 s in fourteen inputs, for a future that is foreseen
+FAR_BLOCKS: Final = (1, 1, 2, 6, 10, 20, 30, 40, 50, 60, 70, 70, 70, 70)
 
 
 class Entry(StrEnum):

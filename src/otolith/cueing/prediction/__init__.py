@@ -2,6 +2,7 @@
 
 from otolith.cueing.prediction.adaptive import Adaptive
 from otolith.cueing.prediction.named import PREDICTIONS, Prediction, parse_prediction, prediction_named
+from otolith.cueing.prediction.road import Road
 from otolith.cueing.prediction.simple import Decay, Hold, Oracle
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "Hold",
     "Oracle",
     "Prediction",
+    "Road",
     "parse_prediction",
     "prediction_named",
 ]

@@ -59,6 +59,11 @@ class Adaptive:
         if not 0.0 <= self.most < np.inf:
             raise InputError("most of the adaptive prediction", self.most, "at least 0 and finite")
 
+    @property
+    def foresees(self) -> float:
+        """Nothing ahead is needed: 0 s."""
+        return 0.0
+
     def begin(self) -> "AdaptivePredictor":
         """Make a predictor without a past."""
         return AdaptivePredictor(self)

@@ -7,12 +7,17 @@ from typing import Any, Final, Protocol
 from otolith.core.errors import InputError, one_of
 from otolith.core.formula import arguments
 from otolith.cueing.prediction.adaptive import Adaptive
+from otolith.cueing.prediction.road import Road
 from otolith.cueing.prediction.simple import Decay, Hold, Oracle
 from otolith.interfaces import Predictor
 
 
 class Prediction(Protocol):
     """Parameters of a prediction, as a frozen dataclass of plain numbers."""
+
+    @property
+    def foresees(self) -> float:
+        """How far ahead the loop has to say what is coming [s]; 0 where it need not."""
 
     def begin(self) -> Predictor:
         """Make a predictor without a past."""
@@ -22,6 +27,7 @@ PREDICTIONS: Final[Mapping[str, type[Any]]] = {
     "hold": Hold,
     "decay": Decay,
     "adaptive": Adaptive,
+    "road": Road,
     "oracle": Oracle,
 }
 

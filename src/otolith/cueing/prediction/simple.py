@@ -23,6 +23,11 @@ def now(reference: Reference) -> Vec:
 class Hold:
     """The present value is wanted forever: the thesis's assumption, exact for a constant force."""
 
+    @property
+    def foresees(self) -> float:
+        """Nothing ahead is needed: 0 s."""
+        return 0.0
+
     def begin(self) -> "Hold":
         """Return the predictor, which is the value itself, since it remembers nothing."""
         return self
@@ -54,6 +59,11 @@ class Decay:
     def __post_init__(self) -> None:
         if not 0.0 < self.time < np.inf:
             raise InputError("time of the decay", f"{self.time} s", "greater than 0 and finite")
+
+    @property
+    def foresees(self) -> float:
+        """Nothing ahead is needed: 0 s."""
+        return 0.0
 
     def begin(self) -> "Decay":
         """Return the predictor, which is the value itself, since it remembers nothing."""
@@ -87,6 +97,11 @@ class Oracle:
     def __post_init__(self) -> None:
         if not self.time > 0.0:
             raise InputError("time of the oracle", f"{self.time} s", "greater than 0")
+
+    @property
+    def foresees(self) -> float:
+        """How much of the future the loop has to hand over [s]."""
+        return self.time
 
     def begin(self) -> "Oracle":
         """Return the predictor, which is the value itself, since it remembers nothing."""
