@@ -10,7 +10,7 @@ from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.cueing.design import Design
 from otolith.cueing.mpc.predictive import HOMING, HOMING_RATE, RANGE, predictive_settings, reach
 from otolith.cueing.mpc.settings import MpcSettings
-from otolith.cueing.prediction import Adaptive, Hold
+from otolith.cueing.prediction import Adaptive, Hold, Road
 from otolith.loop import simulate
 from otolith.platforms import load
 from otolith.scenarios import scenario
@@ -77,3 +77,12 @@ def test_thirty_seconds_after_a_pulse_the_platform_is_home() -> None:
     )
     assert np.abs(run.pose[:, 0]).max() > 0.2
     assert abs(run.pose[-1, 0]) < 0.01
+
+
+def test_what_is_foreseen_further_than_the_horizon_makes_it_longer() -> None:
+    """But for a rate: only forces are foreseen."""
+    far, near = MpcSettings(prediction=Road()), MpcSettings(prediction=Road(time=1.5, lead=1.0))
+    thesis, davsi = load("thesis"), load("davsi")
+    assert predictive_settings(far, thesis, (SURGE_PITCH,), 0.5).horizon == 500
+    assert predictive_settings(near, thesis, (SURGE_PITCH,), 0.5).horizon == 150
+    assert predictive_settings(far, davsi, (YAW,), 0.5).horizon == 150
