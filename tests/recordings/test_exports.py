@@ -498,7 +498,7 @@ def test_accelerations_along_a_devices_x_and_y_are_told_where_no_speed_judges_th
     rows = table((drive.t, 4), (d["ax"], 5), (d["ay"], 5), (d["az"] + G, 5))
     log = read(f"Time (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2)\n{rows}")
     assert_read(log, drive, "ax", "ay", "az")
-    assert any("may be a device's own axes: nothing in the file tells" in note for note in log.notes)
+    assert any("may be a device's own axes, which nothing in the file" in note for note in log.notes)
 
 
 def test_a_games_whole_record_with_y_up_is_judged_by_its_speed_and_not_its_sideways_velocity(

@@ -87,7 +87,7 @@ def test_whatever_stands_before_the_table_is_not_read(junk: list[str], units: bo
         (
             lines("t,ax,ay", rows=["0,0,0,10,1,5", "0,1,0,20,2,5"]),
             "number of names in line 1 of log.csv is 3, must be 6, as in the rows from line 2 on "
-            "(decimal commas beside commas that part columns? then write decimal points)",
+            "(do commas mark decimals and also separate columns? then write decimal points)",
         ),
         (["t,ax", "a,b"], "number of rows in log.csv is 0, must be at least 2"),
     ],

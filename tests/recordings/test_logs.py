@@ -166,8 +166,8 @@ def test_uneven_sampling_is_noted() -> None:
         (
             text("t,ax,ay_mps2,az_mps2", T, AX, AX, np.full(N, -9.81)),
             "mean of az in log.csv is -9.81 m/s², must be about 0 or +9.81 m/s²: does z point down? "
-            "Then y may point right, and nothing in the file tells: --axes sae if it does (ay, az, pitch and "
-            "yaw rate are turned), map az=-az_mps2 if it points left",
+            "Then y may point right, which nothing in the file shows: --axes sae if it does (ay, az, pitch "
+            "and yaw rate are turned), map az=-az_mps2 if it points left",
         ),
         (
             text("t,ax,az", T, AX, np.ones(N)),

@@ -60,7 +60,7 @@ def test_invalid_samples_are_a_gap_and_not_a_straight_line(tmp_path: Path) -> No
     log = files.read_log(tmp_path / "d.mf4", {}, needs=("ay",))
     assert log.duration == pytest.approx(59.99)
     assert any(
-        note.startswith("ax: left out, taken as zero: it tells nothing from 19.99 s") for note in log.notes
+        note.startswith("ax: left out, taken as zero: it has no values from 19.99 s") for note in log.notes
     )
 
 

@@ -59,7 +59,7 @@ def test_a_dropout_of_what_is_cued_is_refused_with_its_times() -> None:
 
 def test_a_dropout_of_what_is_not_cued_leaves_the_channel_out_and_is_said() -> None:
     log = read(("AccX", FAST, swing(FAST)), ("AccY", holed(FAST), swing(holed(FAST))), needs=("ax",))
-    assert "ay: left out, taken as zero: it tells nothing from 19.99 s to 40 s" in log.notes
+    assert "ay: left out, taken as zero: it has no values from 19.99 s to 40 s" in log.notes
     assert not log.force[:, 1].any()
 
 

@@ -43,7 +43,7 @@ def test_without_a_sheet_of_accelerations_the_sentence_says_so() -> None:
     assert thesis.hexapod is not None
     own = thesis.model_copy(update={"hexapod": thesis.hexapod.model_copy(update={"lent": False})})
     told = together_sentence(platform_summary(own))
-    assert told.endswith("accelerations cannot be told, for the file gives none of roll or pitch.")
+    assert told.endswith("accelerations are unknown, for the file gives none of roll or pitch.")
     assert together_sentence({"together": None}) == ""
 
 

@@ -170,7 +170,7 @@ HAIRPIN = np.vstack(
         ),
         (
             text(*(np.array(ring()) + np.random.default_rng(0).normal(0, 20, (2, 125))), header="x_m,y_m"),
-            "m RMS, must be at most 10 m for them to tell a road",
+            "m RMS, must be at most 10 m for a road to be found from them",
         ),
     ],
 )

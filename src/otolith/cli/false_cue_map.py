@@ -27,7 +27,7 @@ def map_(
     threshold: Annotated[
         float, typer.Option(help="Least mismatch that counts as a false cue [m/s²].")
     ] = THRESHOLD,
-    out: Annotated[Path | None, typer.Option(help="Figure (default: map.png beside the run).")] = None,
+    out: Annotated[Path | None, typer.Option(help="Figure (default: map.png next to the run).")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Show false cues on the map of the drive, and where the worst of them are."""

@@ -64,7 +64,7 @@ def new(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")] = False,
 ) -> None:
-    """Write a platform file to start from: each field explained, with numbers that load as they stand."""
+    """Write a platform file to start from: each field explained, with numbers that load unchanged."""
     if legs == axes:
         raise InputError("--legs, --axes", "both given" if legs else "missing", "one of the two")
     text = template("legs" if legs else "axes")

@@ -226,7 +226,7 @@ def as_toml(result: Fit, stroke: tuple[float, float]) -> str:
         _open("speed_mps", result.leg_speed, "affords the speed of every axis alone"),
         _open("acceleration_mps2", result.leg_acceleration, "affords the acceleration of every axis alone"),
         *(
-            f"# {name} =   # not told by ranges: please fill in"
+            f"# {name} =   # cannot be found from ranges: please fill in"
             for name in ("force_n", "mass_kg", "stiffness_npm", "damping_nspm")
         ),
         "",

@@ -65,7 +65,8 @@ def even_rows(mapping: str, count: int) -> Stamps:
         bound = f"such as {EVERY}:0.05s or {EVERY}:20Hz, between {FASTEST:g} s and 1 s"
         raise InputError("t", repr(mapping), bound)
     return Stamps(
-        step * np.arange(count, dtype=np.float64), f"rows taken as evenly spaced, {step:.6g} s, as told"
+        step * np.arange(count, dtype=np.float64),
+        f"rows taken as evenly spaced, {step:.6g} s, as the mapping says",
     )
 
 

@@ -200,7 +200,7 @@ def _names(
         return nearest, names
     way = "complete that line, or state the line of the names with --header LINE"
     if delimiter == "," and len(names) < width <= 2 * len(names) and "." not in lines[start]:
-        way = "decimal commas beside commas that part columns? then write decimal points"
+        way = "do commas mark decimals and also separate columns? then write decimal points"
     bound = f"{width}, as in the rows from line {start + 1} on ({way})"
     raise InputError(f"number of names in line {nearest + 1} of {source}", len(names), bound)
 

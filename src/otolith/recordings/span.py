@@ -87,7 +87,7 @@ def _short(one: Channel, end: float, gaps: Sequence[Event]) -> str:
         return f"it runs from {one.t[0]:.4g} s to {one.t[-1]:.4g} s of {end:.4g} s"
     holes = [(a, b) for a, b in one.holes if b > 0.0 and a < end]
     own = [f"{a:.4g} s to {b:.4g} s" for a, b in holes if not any(_fills(gap, a, b) for gap in gaps)]
-    return f"it tells nothing from {' and '.join(own[:3])}" if own else ""
+    return f"it has no values from {' and '.join(own[:3])}" if own else ""
 
 
 def _fills(gap: Event, first: float, last: float) -> bool:

@@ -158,7 +158,7 @@ def split(
     if vbox.is_vbox(lines[: place.first]):
         stated = vbox.stated_units(place.names, place.units, lines[: place.first])
         more = (
-            f"{source}: a VBOX file, whose coordinates are minutes of arc, west positive; read beside "
+            f"{source}: a VBOX file, whose coordinates are minutes of arc, west positive; read together with "
             "a heading only",
         )
     table = Table(
@@ -171,7 +171,7 @@ def split(
         notes=notes + _layout_notes(place, lines, kept, source) + left + more,
         origins=place.origins,
         layout=Layout(
-            form=f"text, columns parted by {_WORDS[place.delimiter]}",
+            form=f"text, columns separated by {_WORDS[place.delimiter]}",
             header=f"line {place.header + 1}",
             units=f"line {place.unit_row + 1}" if place.unit_row >= 0 else "",
             first=f"line {place.first + 1}",

@@ -94,7 +94,7 @@ def omct_page(
 LEAD: Final = (
     "One axis at a time is driven by a sinusoid, at twelve frequencies. The modulus says how much of it the "
     "driver feels, the phase how late (negative) or early. Bars show how far any measured period was from "
-    "the mean: long ones mean that the motion had not settled. Distortion is what is felt beside the "
+    "the mean: long ones mean that the motion had not settled. Distortion is what is felt in addition to the "
     "sinusoid; an algorithm that meets a limit distorts, and its modulus then holds for this amplitude only."
 )
 

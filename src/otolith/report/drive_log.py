@@ -49,7 +49,7 @@ COLORS: Final = {"roll_rate": GREEN, "pitch_rate": ORANGE}
 def verdict(one: Relation) -> str:
     """Return the result of a relation in a few words."""
     if not one.informative:
-        return "too quiet or short to tell"
+        return "too quiet or too short to judge"
     if one.agrees:
         return "agrees"
     if not one.strong:
@@ -142,7 +142,7 @@ def log_figure(understood: Understanding) -> Figure:
     rows[len(shown) - 1].set_xlabel("time [s]", fontsize=FONT)
     if place is not None:
         _map(rows[-1], place[1])
-    accepted = "accepted" if understood.log is not None else "refused as it stands"
+    accepted = "accepted" if understood.log is not None else "refused: the mapping must change"
     figure.suptitle(f"{understood.stated.source}: {accepted}", fontsize=FONT + 1)
     return figure
 

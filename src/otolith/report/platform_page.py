@@ -134,7 +134,7 @@ def sentences(summary: Mapping[str, Any]) -> list[str]:
         ]
     if summary["legs"] is None:
         return [
-            "The file describes no legs: what the axes can do together cannot be told, and none are shown "
+            "The file describes no legs: what the axes can do together is unknown, and none are shown "
             "(a table [hexapod] describes them)."
         ]
     found = [f"Of the legs: {summary['legs']}."] if summary["legs"] else []
@@ -191,7 +191,7 @@ def together_sentence(summary: Mapping[str, Any]) -> str:
     if all_at_once is None:
         return ""
     accelerations = (
-        "accelerations cannot be told, for the file gives none of roll or pitch"
+        "accelerations are unknown, for the file gives none of roll or pitch"
         if all_at_once["acceleration_mps2"] is None
         else "{acceleration_mps2:.2f} m/s², {tilt_acceleration_degps2:.0f} deg/s²"
     )

@@ -18,19 +18,19 @@ PANELS: Final = {
     "position": (
         "How much of the travel is spent, and how fast. Good cueing keeps room for what comes next: the "
         "curve returns to the middle when the tilt has taken over (washout) and slows down before it "
-        "reaches a limit (braking). A limit that is far beyond the curve is told in the legend and not "
+        "reaches a limit (braking). A limit that is far beyond the curve is named in the legend and not "
         "drawn."
     ),
     "heave": (
-        "Vertical force beside the standing 1 g, as it should be felt (grey) and is (blue). Nothing helps "
+        "Vertical force less the standing 1 g, as it should be felt (grey) and is (blue). Nothing helps "
         "heave as tilt helps surge and sway: what lasts cannot be cued, only how it begins and ends."
     ),
-    "heave-place": "How much of the stroke is spent, and how fast; limits that are far beyond are only told.",
+    "heave-place": "How much of the stroke is spent, and how fast; limits far beyond are only named.",
     "yaw": (
         "Rate of turn about the driver’s vertical axis, as it should be felt (grey) and is (blue). The "
         "platform turns by some 20 deg at most, so a bend can be begun but not driven through."
     ),
-    "yaw-place": "How far the platform has turned, and how fast; limits that are far beyond are only told.",
+    "yaw-place": "How far the platform has turned, and how fast; limits far beyond are only named.",
     "changes": (
         "How many constraints the solver had to add to or remove from its working set until it found "
         "the optimum: its iterations, counted the same on every computer. High where the reference "
@@ -49,7 +49,7 @@ PANELS: Final = {
         "dashed."
     ),
     "compare-position": "Travel that each algorithm spends, with the platform's limits dashed.",
-    "compare-heave": "Vertical force beside the standing 1 g: wanted (grey), and as each algorithm gives it.",
+    "compare-heave": "Vertical force less the standing 1 g: wanted (grey), and as each algorithm gives it.",
     "compare-heave-place": "Stroke that each algorithm spends, with the platform’s limits dashed.",
     "compare-yaw": "Rate of turn about the driver’s vertical axis: wanted (grey), and as each gives it.",
     "compare-yaw-place": "How far each algorithm turns the platform, with its limits dashed.",
@@ -80,7 +80,7 @@ PANELS: Final = {
 LIMITS: Final = (
     "Judged by the motion and the platform’s file alone. An algorithm may pass a soft limit at a price; a "
     "comfort threshold is what a driver begins to notice, the other limits are the machine’s. Controllers "
-    "impose limits at their nodes, once per period; the last column tells what happened in between."
+    "impose limits at their nodes, once per period; the last column shows what happened in between."
 )
 
 RULE: Final = (

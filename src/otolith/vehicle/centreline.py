@@ -106,7 +106,7 @@ def _allowed(survey: Survey, smoothing: float | None) -> tuple[float, Survey]:
         return smoothing, survey
     noise = scatter(survey.points)
     if not noise <= NOISIEST:
-        bound = f"at most {NOISIEST:g} m for them to tell a road"
+        bound = f"at most {NOISIEST:g} m for a road to be found from them"
         raise InputError(f"scatter of the points in {survey.source}", f"{noise:.3g} m RMS", bound)
     if noise > SMOOTHING:
         note = f"the points scatter by {noise:.2g} m (RMS): the road may keep as far from them, and is smooth"

@@ -144,7 +144,7 @@ def _joined(lap: Survey, off: Vec, way: Vec, length: float) -> Survey:
     stretch = min(0.5 * length, max(100.0, 40.0 * beside))
     share = np.clip((way - length) / stretch + 1.0, 0.0, 1.0)
     share = share**3 * (10.0 - share * (15.0 - 6.0 * share))
-    note = f"its end lies {beside:.1f} m beside its start: its last {stretch:.0f} m are moved over"
+    note = f"its end lies {beside:.1f} m to the side of its start: its last {stretch:.0f} m are moved over"
     return noted(replace(lap, points=lap.points - share[:, None] * off), note)
 
 

@@ -155,7 +155,7 @@ def judged(case: Case, log: Log) -> str:
         return "mirrored, and told"
     doubts = (
         "doubtful: {}",
-        "not cued, so only said: {} in",
+        "reported only, since it is not cued: {} in",
         "the sign of {} is not proven",
         "{} hardly goes with",
         HILLS,

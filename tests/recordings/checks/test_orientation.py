@@ -104,7 +104,7 @@ def test_one_turned_sign_is_refused_and_the_one_remedy_that_the_ground_proves_wo
 def test_one_turned_sign_without_a_witness_has_two_remedies_and_says_so() -> None:
     with pytest.raises(InputError) as caught:
         read(written(CAR, PLANE, ("ay",)))
-    assert "nothing in it tells which: map ay=-ay_mps2; or map yaw_rate=-yaw_rate_radps" in str(caught.value)
+    assert "nothing in it shows which: map ay=-ay_mps2; or map yaw_rate=-yaw_rate_radps" in str(caught.value)
 
 
 def test_a_statement_that_the_ground_contradicts_is_refused() -> None:
@@ -136,7 +136,10 @@ def test_a_map_with_east_and_north_proves() -> None:
 def test_what_is_not_cued_is_said_and_not_refused() -> None:
     data = written(CAR, PLANE, ("ay",))
     log = read(data, LogSettings(needs=("ax",)))
-    assert any(note.startswith("not cued, so only said: ay in ride.csv is against") for note in log.notes)
+    assert any(
+        note.startswith("reported only, since it is not cued: ay in ride.csv is against")
+        for note in log.notes
+    )
     with pytest.raises(InputError):
         read(data, LogSettings(needs=("ay",)))
 

@@ -59,7 +59,7 @@ def test_a_good_drive_is_taken_as_it_is() -> None:
 REFUSED = {
     "ay in y right": (
         changed(ay=lambda d: -d["ay"]),
-        "nothing in it tells which: map ay=-ay_mps2; or map yaw_rate=-yaw_rate_radps",
+        "nothing in it shows which: map ay=-ay_mps2; or map yaw_rate=-yaw_rate_radps",
     ),
     "ay turned, no speed": (
         without("vx", drive=changed(ay=lambda d: -d["ay"])),

@@ -155,8 +155,8 @@ def lettered(drive: Kinematics) -> list[str]:
         return []
     named = " and ".join(repr(one.name) for one in spoken)
     return [
-        f"{named} are taken for forward and left, but may be a device's own axes: nothing in the file tells "
-        "(map them if they are, such as ax=NAME and ay=-NAME)"
+        f"{named} are taken for forward and left, but may be a device's own axes, which nothing in the file "
+        "shows (map them if they are, such as ax=NAME and ay=-NAME)"
     ]
 
 

@@ -177,7 +177,7 @@ class Kinematics:
         angle = window_means(_integral(self.channels[gyro]), level.start)
         left = level.measured - (-level.expected if turned else level.expected)
         apart = np.isclose(level.start[LAG:] - level.start[:-LAG], LAG)
-        words = f"gravity in the {gyro.removesuffix('_rate')} that the gyro tells"
+        words = f"gravity in the {gyro.removesuffix('_rate')} that the gyro gives"
         turning = sign * STANDARD_GRAVITY * (angle[LAG:] - angle[:-LAG])
         return relation(
             key, words, level.start[LAG:][apart], (left[LAG:] - left[:-LAG])[apart], turning[apart], {}

@@ -99,7 +99,7 @@ def _about_turning(keys: Sequence[str], by: str, recording: Recording, up: float
     notes = [f"{listed(keys)}: turned, for {by} shows that right is positive there, though z points up"]
     notes += _as_a_compass(recording)
     if alive(recording.channels, ["pitch_rate"]):
-        notes.append("doubtful: pitch_rate: nothing tells whether it is turned, too; it is left as it is")
+        notes.append("doubtful: pitch_rate: nothing shows whether it is turned, too; it is left unchanged")
     return notes
 
 
@@ -129,7 +129,7 @@ def _unless(cued: bool, refuse: Callable[[], None]) -> list[str]:
     except InputError as error:
         if cued:
             raise
-        return [f"not cued, so only said: {error}"]
+        return [f"reported only, since it is not cued: {error}"]
     return []
 
 
@@ -198,7 +198,7 @@ def _refuse_half(verdict: Verdict, recording: Recording) -> None:
         return
     az = recording.channels["az"]
     bound = (
-        "about 0 or +9.81 m/s²: does z point down? Then y may point right, and nothing in the file tells: "
+        "about 0 or +9.81 m/s²: does z point down? Then y may point right, which nothing in the file shows: "
         f"--axes sae if it does (ay, az, pitch and yaw rate are turned), map az={spelled(az.column, -1.0)} "
         "if it points left"
     )

@@ -108,7 +108,7 @@ def _contradictions(drive: Kinematics, recording: Recording, stated: Statements)
         except InputError as error:
             if recording.needed(one.key):
                 raise
-            notes.append(f"not cued, so only said: {error}")
+            notes.append(f"reported only, since it is not cued: {error}")
     return notes
 
 
@@ -119,7 +119,7 @@ def _refuse_opposed(drive: Kinematics, key: str, source: str) -> None:
     turned = "ax" if key == "ax" else "ay" if drive.side_of_gravity(key) < 0.0 else "yaw_rate"
     way = f"map {turned}={spelled(drive.channels[turned].column, -1.0)}, which makes this file agree"
     gyro = "pitch" if key == "ax" else "roll"
-    value = f"against gravity's share in the {gyro} that the gyro tells"
+    value = f"against gravity's share in the {gyro} that the gyro gives"
     raise InputError(f"{turned} in {source}", value, f"of the same sign ({way})")
 
 
@@ -334,7 +334,7 @@ def _without_speed(drive: Kinematics, source: str, stated: Statements) -> list[s
         return [f"doubtful: ay runs against yaw rate (correlation {one.correlation:.2f}); is a sign turned?"]
     ways = [f"map {key}={spelled(drive.channels[key].column, -1.0)}" for key in ("ay", "yaw_rate")]
     bound = (
-        f"of the same sign ({', or '.join(ways)}; nothing in the file tells which, --axes iso leaves both)"
+        f"of the same sign ({', or '.join(ways)}; nothing in the file shows which, --axes iso leaves both)"
     )
     raise InputError(f"ay in {source}", f"against yaw rate (correlation {one.correlation:.2f})", bound)
 

@@ -153,7 +153,7 @@ def either(found: Sequence[Remedy], otherwise: Sequence[str] = ()) -> str:
     ways = [*map(str, found), *otherwise]
     if len(ways) == 1:
         return f"{ways[0]}, which makes this file agree"
-    return f"more than one thing makes this file agree, and nothing in it tells which: {'; or '.join(ways)}"
+    return f"more than one thing makes this file agree, and nothing in it shows which: {'; or '.join(ways)}"
 
 
 def listed(keys: Sequence[str]) -> str:
