@@ -9,10 +9,15 @@ import pytest
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
+from otolith.core.frames import SURGE_PITCH
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.prediction import Oracle
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.loop import simulate
 from otolith.plant.ideal import Ideal, without_lag
 from otolith.platforms import load
+from otolith.qp.engines import CondensedEngine
 from otolith.scenarios import Scenario
 
 
@@ -112,3 +117,29 @@ def test_the_rate_felt_is_of_the_drivers_frame() -> None:
     rolled[:, 3], yawing[:, 5] = 0.2, 1.0
     turned = replace(run, pose=rolled, twist=yawing)
     np.testing.assert_allclose(turned.felt_rate, [[0.0, np.sin(0.2), np.cos(0.2)]] * len(run.time))
+
+
+def test_what_a_scenario_foresees_is_what_a_controller_is_shown() -> None:
+    """The coming forces themselves, said by the scenario, change nothing; that nothing comes, does."""
+
+    def wanted(t: Vec) -> Mat:
+        return np.stack([np.sin(t), 0.0 * t, 0.0 * t], axis=1)
+
+    def known(now: float, dt: float, n: int) -> Mat:
+        return wanted(now + 1e-9 + dt * np.arange(1.0, n + 1.0))
+
+    def nothing(now: float, dt: float, n: int) -> Mat:
+        return np.zeros((n, 3))
+
+    plain = Scenario(name="sine", duration=0.4, specific_force=wanted)
+    runs = []
+    for foreseen in (None, known, nothing):
+        platform = load("thesis")
+        settings = MpcSettings(horizon=20, engine=CondensedEngine, prediction=Oracle())
+        mpc = Mpc(platform, (SURGE_PITCH,), settings)
+        scenario = replace(plain, foreseen=foreseen)
+        runs.append(
+            simulate(mpc, Ideal(), scenario, platform=platform, dofs=("surge-pitch",), preview=20).command
+        )
+    np.testing.assert_allclose(runs[1], runs[0], rtol=0.0, atol=1e-9)
+    assert np.abs(runs[2] - runs[0]).max() > 0.01
