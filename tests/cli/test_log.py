@@ -94,7 +94,7 @@ def test_a_refused_drive_is_shown_too_and_the_exit_code_says_so(
     assert run("log", "check", "drive.csv", "--out", "seen.png") == 2
     said = capsys.readouterr()
     assert "runs against" in said.out
-    assert "refused: the mapping must change" in said.out
+    assert "refused in its present form" in said.out
     assert "otolith: ay in drive.csv is against speed × yaw rate" in said.err
     assert (folder / "seen.png").exists()
     assert told(capsys, "drive.csv")["refusal"].startswith("ay in drive.csv is against")

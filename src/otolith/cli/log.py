@@ -111,7 +111,7 @@ def _print_summary(summary: dict[str, Any], console: Console) -> None:
         if note.split(":")[0] in {"t", *summary["channels"]} and ": column '" in note:
             continue  # the table says it
         _print_line(console, f"note: {note}", "yellow")
-    _print_line(console, "accepted" if summary["accepted"] else "refused: the mapping must change", "bold")
+    _print_line(console, "accepted" if summary["accepted"] else "refused in its present form", "bold")
 
 
 def _print_line(console: Console, line: str, style: str = "") -> None:

@@ -1,4 +1,4 @@
-"""The closed loop: a cueing algorithm drives a plant along a scenario, and a run remembers it."""
+"""The closed loop: a cueing algorithm drives a plant along a scenario, and a `Run` records it."""
 
 from otolith.loop.run import Run
 from otolith.loop.simulate import EDGE, simulate

@@ -1,4 +1,4 @@
-"""References that fail now and then: to see what an algorithm does then, and whether it comes back."""
+"""References with outages, to test how an algorithm behaves in an outage and whether it recovers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,15 +10,15 @@ from otolith.interfaces import Command, Cueing, PlatformState, Reference
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outage:
-    """A stretch of time in which every force wanted reads `value` instead of what it is."""
+    """A stretch of time in which every wanted force reads `value` instead of its true value."""
 
     start: float  # [s] from the run's start
     end: float  # [s]
-    value: float = np.nan  # [m/s²]; NaN stands for nothing at all
+    value: float = np.nan  # [m/s²]; NaN: the force is missing
 
 
 class Interrupted:
-    """Another algorithm, told a reference with outages."""
+    """A cueing algorithm that receives its reference with outages."""
 
     def __init__(self, cueing: Cueing, outages: Sequence[Outage]) -> None:
         self._cueing, self._outages, self._decisions = cueing, tuple(outages), 0
@@ -34,7 +34,7 @@ class Interrupted:
         self._cueing.reset(state)
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Pass on the reference, or what an outage makes of it."""
+        """Pass on the reference, changed during an outage."""
         now = self._decisions * self.period
         self._decisions += 1
         for outage in self._outages:

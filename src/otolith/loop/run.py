@@ -1,4 +1,4 @@
-"""What a closed loop did, sample by sample and decision by decision."""
+"""The record of a closed loop, sample by sample and decision by decision."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from otolith.safety.supervisor import Intervention
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_NOTEBOOK: Final = "otolith.report.notebook"  # reports read runs; a run only knows where to look when asked
+_NOTEBOOK: Final = "otolith.report.notebook"  # imported on use: reports read runs, not the other way round
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +48,7 @@ class Run:
     command_time: Vec  # (m,) [s]
     command: Vec  # (m, 6) commanded accelerations
     status: tuple[str, ...]  # (m,) values of otolith.interfaces.Status
-    solver: tuple[str, ...]  # (m,) what the solver said of each decision; "" where none was asked
+    solver: tuple[str, ...]  # (m,) status of the solver in each decision; "" without a solver
     changes: Ints  # (m,) working-set changes
     residual: Vec  # (m,) certificate of each solution
     guess_missed: Bools  # (m,)
@@ -58,7 +58,7 @@ class Run:
 
     @property
     def outcomes(self) -> tuple[str, ...]:
-        """(m,) status of each decision, and of a fallback what the solver said: "fallback (infeasible)"."""
+        """Return the status (m,) of each decision, of a fallback with the solver's: "fallback (infeasible)"."""
         return tuple(
             f"{status} ({solver})" if status == Status.FALLBACK and solver else status
             for status, solver in zip(self.status, self.solver, strict=True)
@@ -66,18 +66,18 @@ class Run:
 
     @property
     def felt_rate(self) -> Vec:
-        """Angular rate (n, 3) [rad/s] in the driver's frame; at the head as anywhere on the platform."""
+        """Return the felt angular rate (n, 3) [rad/s] in the driver's frame, equal all over the platform."""
         rate = np.empty((len(self.pose), 3))
         rate_along(self.pose, self.twist, rate)
         return rate
 
     def _repr_html_(self) -> str:
-        """Key figures as a small table, which is what a notebook shows."""
+        """Return the key figures as a small table for a notebook."""
         card: str = import_module(_NOTEBOOK).card([self])
         return card
 
     def plot(self, dof: str | None = None) -> "Figure":
-        """What was wanted and felt, and how the platform moved, of one degree of freedom.
+        """Draw what was wanted and felt, and how the platform moved, for one degree of freedom.
 
         Parameters
         ----------
@@ -91,6 +91,6 @@ class Run:
         return drawn
 
     def at_decisions(self, series: Vec) -> Vec:
-        """Rows of a plant-rate series at the control nodes: one row per period, at its end."""
+        """Return the rows of a plant-rate series at the control nodes: one row per period, at its end."""
         every = round(self.period / self.plant_period)
         return series[every - 1 :: every]

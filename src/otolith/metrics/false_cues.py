@@ -1,8 +1,8 @@
 """False cues: where, in which way and by how much the felt force misleads.
 
 Grant & Reid (J. Aircraft 34, 1997) distinguish cues that are false (of opposite sign, or where none is
-expected), missing, and scaled. Their text was not at hand; this is an executable form of our own, with one
-threshold τ, and every noticeable mismatch |felt − wanted| ≥ τ has exactly one kind:
+expected), missing, and scaled. Their paper was not available. The definitions below are our own executable
+form with one threshold τ. Every noticeable mismatch |felt − wanted| ≥ τ has exactly one kind:
 
 | kind      | wanted                   | felt                              |
 |-----------|--------------------------|-----------------------------------|
@@ -11,9 +11,9 @@ threshold τ, and every noticeable mismatch |felt − wanted| ≥ τ has exactly
 | missing   | at least τ               | less than τ                       |
 | scaled    | at least τ               | at least τ, of the same sign      |
 
-Two forces below τ are no cue, even if they differ by τ. A delayed cue shows as missing, then unwanted;
-`otolith.metrics.similarity.delay` measures it, and `otolith.metrics.unwanted` tells it from a cue that
-swings back.
+Two forces below τ are no cue, even if they differ by τ. A delayed cue appears as missing, then unwanted.
+`otolith.metrics.similarity.delay` measures the delay, and `otolith.metrics.unwanted` distinguishes a delayed
+cue from one that swings back.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +29,7 @@ from otolith.metrics.axes import force_axes
 KINDS: Final = ("inverted", "unwanted", "missing", "scaled")
 MISLEADING: Final = KINDS[:3]  # a scaled cue does not mislead
 THRESHOLD: Final = 0.17  # [m/s²] of horizontal force in common use, as by Reid & Nahon (UTIAS 296, 1985)
-SHORTEST: Final = 0.05  # [s] our choice: what is shorter is no cue
+SHORTEST: Final = 0.05  # [s] our choice: a shorter stretch is no cue
 
 # wanted (n,), felt (n,), τ [m/s²] -> index of the kind (n,) or −1, size of the mismatch (n,) [m/s²]
 Judge = Callable[[Vec, Vec, float], tuple[Ints, Vec]]
@@ -40,7 +40,7 @@ class FalseCue:
     """One stretch of time with one kind of mismatch."""
 
     dof: str  # e.g. "surge-pitch"
-    kind: str  # one of those that it was classified by
+    kind: str  # one of the kinds of the classification, e.g. those in KINDS
     start: float  # [s]
     end: float  # [s]
     peak: float  # largest mismatch, here |felt − wanted| [m/s²]
@@ -48,12 +48,12 @@ class FalseCue:
 
     @property
     def duration(self) -> float:
-        """Length [s]."""
+        """Return the length [s]."""
         return self.end - self.start
 
 
 def false_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHORTEST) -> list[FalseCue]:
-    """False cues along every cued force axis, in the order of their start.
+    """Find the false cues along every cued force axis, in the order of their start.
 
     Parameters
     ----------
@@ -66,12 +66,13 @@ def false_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHOR
 def classified(
     run: Run, judge: Judge, kinds: Sequence[str], *, threshold: float, shortest: float
 ) -> list[FalseCue]:
-    """Stretches of one kind along every cued force axis, in the order of their start.
+    """Find the stretches of one kind each along every cued force axis, in the order of their start.
 
     Parameters
     ----------
-    judge : gives for every sample an index into `kinds`, −1 where there is no mismatch, and its size.
-    threshold : [m/s²], handed to `judge`.
+    judge : gives for every sample an index into `kinds`, −1 where there is no mismatch, and the mismatch's
+        size.
+    threshold : [m/s²], passed to `judge`.
     shortest : stretches shorter than this [s] are left out.
     """
     cues = []
@@ -92,23 +93,31 @@ def classified(
 
 
 def totals(cues: Sequence[FalseCue], kinds: Sequence[str] = KINDS) -> dict[str, dict[str, Any]]:
-    """Count, duration [s], peak [m/s²] and integral [m/s] of all cues of each kind, as plain JSON values."""
+    """Return count, duration [s], peak [m/s²] and integral [m/s] of the cues of each kind, as JSON values."""
     return {kind: _total([cue for cue in cues if cue.kind == kind]) for kind in kinds}
 
 
 def misleading_time(cues: Mapping[str, Mapping[str, Mapping[str, float]]]) -> float:
-    """Time with inverted, unwanted or missing cues over all axes [s], of `totals` by degree of freedom."""
+    """Return the time [s] with inverted, unwanted or missing cues, summed over all axes.
+
+    Parameters
+    ----------
+    cues : the `totals` of each degree of freedom.
+    """
     return float(sum(of_axis[kind]["duration_s"] for of_axis in cues.values() for kind in MISLEADING))
 
 
 def spans(condition: Bools) -> list[tuple[int, int]]:
-    """Stretches in which a condition (n,) holds, as first index and one past the last."""
+    """Return the stretches in which a condition (n,) holds: first index, and last index plus one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], condition, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _judge(wanted: Vec, felt: Vec, threshold: float) -> tuple[Ints, Vec]:
-    """Index into KINDS for every sample, −1 where there is none; what is not a number counts as felt."""
+    """Return an index into KINDS for every sample, −1 without a mismatch, and the mismatch [m/s²].
+
+    A felt force that is not a number counts as at least τ.
+    """
     error = np.abs(felt - wanted)
     called, given = np.abs(wanted) >= threshold, ~(np.abs(felt) < threshold)
     noticed = ~(error < threshold)
@@ -122,11 +131,12 @@ def _judge(wanted: Vec, felt: Vec, threshold: float) -> tuple[Ints, Vec]:
 
 
 def _stretches(codes: Ints, kinds: int) -> list[tuple[int, int, int]]:
-    """Code, first index and one past the last of every stretch of one kind."""
+    """Return the kind, first index, and last index plus one of every stretch of one kind."""
     return [(k, *span) for k in range(kinds) for span in spans(codes == k)]
 
 
 def _total(cues: Sequence[FalseCue]) -> dict[str, Any]:
+    """Return count, duration [s], peak and integral of these cues."""
     return {
         "count": len(cues),
         "duration_s": sum(cue.duration for cue in cues),

@@ -1,23 +1,23 @@
-"""Unwanted cues: too much force in a direction, told apart by whether something had been wanted in it.
+"""Unwanted cues: too much force in a direction, classified by whether force had been wanted in it before.
 
-A direction is *remembered* from the moment at which at least τ is wanted in it, until at least τ is wanted in
-the other one and the felt force, too, has left it. Where the felt force is at least τ, and exceeds what is
-wanted in its direction by at least τ:
+A direction is *remembered* from the moment at which at least τ is wanted in it. It is forgotten when at least
+τ is wanted in the opposite direction and the felt force has left it, too. A force counts as too much where it
+is at least τ and exceeds what is wanted in its direction by at least τ:
 
 | kind    | direction of the felt force | what it is                                                        |
 |---------|-----------------------------|-------------------------------------------------------------------|
-| lag     | remembered                  | what was wanted is felt longer than wanted                        |
-| rebound | not remembered              | felt against what is or was wanted, or where nothing was          |
+| lag     | remembered                  | a force that was wanted is felt longer than it was wanted         |
+| rebound | not remembered              | the force is felt against what is or was wanted, or without cause |
 
-While something is wanted in the direction of the felt force, more than was wanted so far is neither: it is a
-cue of the wrong size, `scaled` in `otolith.metrics.false_cues`. The size of lag and rebound is what is felt
-in the direction beyond what is wanted in it; what is missing in the other direction is not in it. Inverted
-and unwanted cues of that module are exactly those samples of lag and rebound at which nothing is wanted in
-the felt direction.
+While force is wanted in the direction of the felt force, a felt force larger than any wanted so far is
+neither. It is a cue of the wrong size, `scaled` in `otolith.metrics.false_cues`. The size of lag and rebound
+is the felt force less the force wanted in the same direction. What is missing in the other direction does not
+count. The inverted and unwanted cues of that module are exactly those samples of lag and rebound at which
+nothing is wanted in the felt direction.
 
-A pure delay gives lag and no rebound, as long as it is shorter than every cue that is followed by one of the
-other direction. A washout that swings back, a platform that is called home too fast, and one that sets out
-before it should give rebound.
+A pure delay gives lag and no rebound, as long as it is shorter than every cue that is followed by one in the
+other direction. Rebound comes from a washout that swings back, from a platform that returns too fast, and
+from one that moves before it should.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ NEUTRAL: Final = 0.01  # share of the reach, our choice: nearer than this the pl
 
 
 def unwanted_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHORTEST) -> list[FalseCue]:
-    """Lag and rebound along every cued force axis, in the order of their start.
+    """Find lag and rebound along every cued force axis, in the order of their start.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def unwanted_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = S
 
 
 def unwanted_totals(run: Run) -> dict[str, dict[str, dict[str, Any]]]:
-    """Count, duration [s], peak and mean [m/s²] of lag and rebound, by degree of freedom and kind."""
+    """Return count, duration [s], peak and mean [m/s²] of lag and rebound, by degree of freedom and kind."""
     cues = unwanted_cues(run)
     return {
         name: {
@@ -59,16 +59,20 @@ def unwanted_totals(run: Run) -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def seconds(kind: str, of_axes: Mapping[str, Mapping[str, Mapping[str, float]]]) -> float:
-    """Time with cues of one kind over all axes [s], of `unwanted_totals`."""
+    """Return the time [s] with cues of one kind, summed over all axes of `unwanted_totals`."""
     return float(sum(of_axis[kind]["duration_s"] for of_axis in of_axes.values()))
 
 
 def turns_against(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHORTEST) -> dict[str, int]:
-    """How often the felt force turns against what is still wanted, along every cued force axis.
+    """Count how often the felt force turns against what is still wanted, along every cued force axis.
 
-    Counted within each stretch in which at least `threshold` τ [m/s²] is wanted in one direction, for at
-    least `shortest` [s]: every change of the felt force from at least τ in that direction to at least τ in
-    the other.
+    Every change of the felt force from at least τ in the wanted direction to at least τ against it counts,
+    within each stretch in which at least τ is wanted in one direction.
+
+    Parameters
+    ----------
+    threshold : τ [m/s²].
+    shortest : stretches shorter than this [s] are left out.
     """
     found = {}
     for name, axis in force_axes(run).items():
@@ -81,8 +85,9 @@ def turns_against(run: Run, *, threshold: float = THRESHOLD, shortest: float = S
 
 
 def neutral_crossings(run: Run) -> dict[str, int]:
-    """How often every used axis of the platform passes through neutral, from beyond 1 % of its reach to 1 %
-    beyond on the other side.
+    """Count how often every used axis of the platform passes through neutral.
+
+    A crossing leads from more than 1 % of the reach on one side to more than 1 % on the other.
     """
     found = {}
     for name, i in moving_axes(run).items():
@@ -92,7 +97,10 @@ def neutral_crossings(run: Run) -> dict[str, int]:
 
 
 def _judge(wanted: Vec, felt: Vec, threshold: float) -> tuple[Ints, Vec]:
-    """Index into KINDS for every sample, −1 where there is none; what is not a number counts as rebound."""
+    """Return an index into KINDS for every sample, −1 for neither, and the size of the cue [m/s²].
+
+    A felt force that is not a number counts as rebound.
+    """
     codes = np.where(np.isnan(felt), 1, -1).astype(np.int64)
     for way in (1.0, -1.0):
         lag, rebound = _too_much(way * wanted, way * felt, threshold)
@@ -101,8 +109,8 @@ def _judge(wanted: Vec, felt: Vec, threshold: float) -> tuple[Ints, Vec]:
 
 
 def _too_much(wanted: Vec, felt: Vec, threshold: float) -> tuple[Bools, Bools]:
-    """Where the felt force lags, and where it rebounds, in the direction that is positive here."""
-    most = np.zeros(len(wanted))  # wanted in this direction as far as it is remembered [m/s²]
+    """Return where the felt force lags and where it rebounds, in the positive direction alone."""
+    most = np.zeros(len(wanted))  # largest force wanted in this direction while it is remembered [m/s²]
     forgotten = (wanted <= -threshold) & (felt <= 0.0)
     for first, stop in spans(~forgotten):
         most[first:stop] = np.maximum.accumulate(wanted[first:stop])
@@ -113,7 +121,7 @@ def _too_much(wanted: Vec, felt: Vec, threshold: float) -> tuple[Bools, Bools]:
 
 
 def _turns(wanted: Vec, felt: Vec, threshold: float, shortest: int) -> int:
-    """Changes of the felt force from with to against what is wanted in the direction positive here."""
+    """Count the changes of the felt force from with to against a positive wanted force."""
     count = 0
     for first, stop in spans(wanted >= threshold):
         if stop - first >= shortest:
@@ -122,14 +130,14 @@ def _turns(wanted: Vec, felt: Vec, threshold: float, shortest: int) -> int:
 
 
 def _sides(series: Vec, low: float, high: float) -> Ints:
-    """The sides, −1 or 1, on which a series is beyond the low or the high end, without what is between."""
+    """Return the sides, 1 or −1, on which a series is beyond `high` or `low`, without samples between."""
     sides = (series >= high).astype(np.int64) - (series <= low)
     beyond: Ints = sides[sides != 0]
     return beyond
 
 
 def _with_mean(total: Mapping[str, Any]) -> dict[str, Any]:
-    """A total with the mean size [m/s²] in place of its integral."""
+    """Replace the integral in a total by the mean size [m/s²]."""
     lasted = total["duration_s"]
     kept = {key: value for key, value in total.items() if key != "integral"}
     return kept | {"mean": total["integral"] / lasted if lasted > 0.0 else 0.0}

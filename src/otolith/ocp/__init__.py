@@ -1,6 +1,7 @@
-"""Optimal control over a horizon that is known as a whole, and thousands of steps long.
+"""Optimal control over a horizon that is known in full and thousands of steps long.
 
-It knows nothing of motion cueing: linear dynamics, bounds, discs, and a smooth cost that is given as a role.
+The room knows nothing of motion cueing. It holds linear dynamics, bounds, discs, and a smooth cost that the
+caller supplies as a `Cost`.
 """
 
 from otolith.ocp.certificate import Certificate, certify

@@ -1,8 +1,8 @@
-"""Is this motion optimal? Judged from the answer alone, by code that the solver does not share.
+"""The optimality of a motion, judged from the solver's answer alone by code that the solver does not share.
 
-The derivatives of the cost are taken here by complex steps (Squire & Trapp, 1998), exact to rounding, so the
-solver's own derivatives are checked, too. The conditions are those of Karush, Kuhn and Tucker; where the cost
-is not convex they also hold at a motion that is only locally the best.
+The derivatives of the cost are taken here by complex steps (Squire & Trapp, 1998), which are exact to
+rounding. So the solver's own derivatives are checked, too. The conditions are those of Karush, Kuhn and
+Tucker. Where the cost is not convex, they also hold at a motion that is only locally the best.
 """
 
 from collections.abc import Callable
@@ -15,42 +15,43 @@ from numpy.typing import NDArray
 from otolith.core.arrays import Mat, Vec
 from otolith.ocp.problem import Answer, Dynamics
 
-MARKED: Final = 1e-6  # part of the cost of standing still that an optimum near zero is measured by
-_STEP: Final = 1e-30  # of the complex step; its square is no number any more
+MARKED: Final = 1e-6  # share of the cost of standing still by which an optimum near zero is measured
+_STEP: Final = 1e-30  # of the complex step; its square is far below rounding
 
-# Stage costs (N,) of states (N, nx) before and inputs (N, nu) of every step, also for complex arguments.
+# Costs (N,) of the steps, from the states (N, nx) before them and the inputs (N, nu), which may be complex.
 StageCosts = Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
-    """How far an answer is from optimal; each figure is relative, and zero at an optimum.
+    """How far an answer is from optimal. Each figure is relative, and zero at an optimum.
 
-    Parts of the cost are those of the answer's, with MARKED of what standing still costs and what counts as
-    nothing added: an optimum near zero, or a drive that wants nothing, is measured by these.
+    Where a figure is relative to the cost, this is the cost of the answer, plus MARKED times the cost of
+    standing still, plus `nothing` of `certify`. The two terms keep the figures meaningful if the optimum is
+    near zero or the drive wants nothing.
     """
 
-    dynamics: float  # largest error of a state, in parts of the largest state
-    outside: float  # largest excess over a limit, in parts of the limit; not positive inside
-    sign: float  # most negative multiplier, in parts of the largest
-    stationarity: (
-        float  # Σ |gradient| · range of every input, in parts of the cost: what they could still win
-    )
-    gap: float  # Σ λ d, in parts of the cost: what is left to win by going nearer to the limits
+    dynamics: float  # largest error of a state, relative to the largest state
+    outside: float  # largest excess over a limit, relative to the limit; 0 inside
+    sign: float  # most negative multiplier, relative to the largest
+    stationarity: float  # Σ |gradient| · range of input, relative to the cost: what inputs could still gain
+    gap: float  # Σ λ d, relative to the cost: what a motion nearer to the limits could still gain
 
     @property
     def worst(self) -> float:
-        """The largest of all figures."""
+        """Return the largest of all figures."""
         return max(self.dynamics, self.outside, self.sign, self.stationarity, self.gap)
 
 
 def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer, *, nothing: float = 1e-12) -> Certificate:
-    """Judge an answer. Where the cost is convex no motion costs less by more than stationarity and gap say.
+    """Judge an answer.
+
+    Where the cost is convex, no motion costs less by more than stationarity and gap together.
 
     Parameters
     ----------
-    costs : of every step, see `StageCosts`; their sum is the cost.
-    nothing : a cost that counts as none.
+    costs : gives the cost of every step, see `StageCosts`; their sum is the cost.
+    nothing : a cost that counts as zero.
     """
     X, U = answer.X, answer.U
     value = float(costs(X[:-1], U).sum() + nothing)
@@ -71,14 +72,14 @@ def certify(dynamics: Dynamics, costs: StageCosts, answer: Answer, *, nothing: f
 
 
 def _ranges(dynamics: Dynamics, U: Mat) -> Vec:
-    """How far apart two values of each input can be (nu,); of one without limits, twice the largest used."""
+    """Return how far apart two values of each input can be (nu,); without limits, twice the largest used."""
     ranges = dynamics.upper[dynamics.states :] - dynamics.lower[dynamics.states :]
     used: Vec = np.where(np.isfinite(ranges), ranges, 2.0 * np.abs(U).max(axis=0))
     return used
 
 
 def _gradient(costs: StageCosts, X: Mat, U: Mat) -> tuple[Mat, Mat]:
-    """Gradients (N, nx), (N, nu) of the costs of every step by its state and its input."""
+    """Return the derivatives (N, nx), (N, nu) of the cost of every step by its state and its input."""
 
     def derivative(of_input: bool, column: int) -> Mat:
         x, u = X.astype(np.complex128), U.astype(np.complex128)
@@ -93,7 +94,7 @@ def _gradient(costs: StageCosts, X: Mat, U: Mat) -> tuple[Mat, Mat]:
 
 
 def _of_limits(dynamics: Dynamics, answer: Answer) -> tuple[Mat, Mat]:
-    """−Σ λ ∇d by the states after each step (N, nx) and by its inputs (N, nu)."""
+    """Return −Σ λ ∇d by the states after each step (N, nx) and by its inputs (N, nu)."""
     nx, sides = dynamics.states, dynamics.sides()
     by_w = np.zeros((len(answer.U), nx + dynamics.inputs))
     for s, (column, sign) in enumerate(zip(sides.column, sides.sign, strict=True)):
@@ -105,11 +106,11 @@ def _of_limits(dynamics: Dynamics, answer: Answer) -> tuple[Mat, Mat]:
 
 
 def _by_inputs(dynamics: Dynamics, of_x: Mat, of_u: Mat, after: Mat) -> Mat:
-    """Total derivative (N, nu) by the inputs, states following from them.
+    """Return the total derivative (N, nu) by the inputs, on which the states depend.
 
     Parameters
     ----------
-    of_x, of_u : direct derivatives by the state before and the input of every step.
+    of_x, of_u : direct derivatives by the state before each step and by its input.
     after : (N, nx) direct derivatives by the state after it.
     """
     A, B = dynamics.A.T, dynamics.B.T
@@ -122,7 +123,7 @@ def _by_inputs(dynamics: Dynamics, of_x: Mat, of_u: Mat, after: Mat) -> Mat:
 
 
 def _distances(dynamics: Dynamics, X: Mat, U: Mat) -> tuple[Mat, Mat]:
-    """Distances (N, limits) to every limit, and its size."""
+    """Return the distances (N, limits) to every limit, and the limits' sizes (limits,)."""
     w, sides = np.hstack([X[1:], U]), dynamics.sides()
     distance = [sides.sign * (sides.bound - w[:, sides.column])]
     for disc in dynamics.discs:

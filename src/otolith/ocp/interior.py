@@ -1,13 +1,14 @@
-"""A primal-dual interior point that stays inside all bounds, with Gauss-Newton steps along the horizon.
+"""A primal-dual interior-point method that stays inside all bounds, with Gauss-Newton steps.
 
-Notation as in `problem`; per side of a stage d > 0 is the distance to it and λ its multiplier, per disc
-d = (r² − ‖x‖²) / 2r. The conditions of the barrier problem are ∇φ − Σ λ ∇d = 0 and λ d = μ. With the step
-of λ eliminated, a side adds λ/d to the diagonal of the Hessian and −∇d m/d to the gradient, m the wanted
-λ d: each step is one pass of `kernels.factorise`, whatever the number of limits.
+Notation is that of `problem`. For each side of a stage, d > 0 is the distance to it and λ its multiplier; for
+each disc d = (r² − ‖x‖²) / 2r. The conditions of the barrier problem are ∇φ − Σ λ ∇d = 0 and λ d = μ. When
+the step of λ is eliminated, a side adds λ/d to the diagonal of the Hessian and −∇d m/d to the gradient, where
+m is the desired λ d. So each step is one pass of `kernels.factorise`, whatever the number of limits.
 
-The dynamics are linear and every step obeys them, so each iterate is a motion inside all bounds. A disc
-curves away from a step along it, so its d is a variable of its own, which meets the distance in the end.
-Predictor and corrector share the factors (Mehrotra, 1992). Without limits the steps are Newton's own.
+The dynamics are linear and every step obeys them, so each iterate is a motion inside all bounds. A disc is
+curved, so its distance is not linear along a step. Its d is therefore a variable of its own, which agrees
+with the distance in the end. Predictor and corrector share the factors (Mehrotra, 1992). Without limits the
+steps are Newton steps.
 """
 
 import math
@@ -21,21 +22,21 @@ from otolith.core.errors import OtolithError
 from otolith.ocp import kernels
 from otolith.ocp.problem import Answer, Cost, Disc, Dynamics, Expansion
 
-_TO_BOUNDARY: Final = 0.995  # of the way to the nearest limit
+_TO_BOUNDARY: Final = 0.995  # share of the way to the nearest limit
 _LEAST_SHIFT, _LARGEST_SHIFT = 1e-10, 1e15  # added to the Hessian's inputs until its factors exist
-_SETTLED: Final = 1e-7  # of the largest input, by which any may still move in the last step
+_SETTLED: Final = 1e-7  # of the largest input: the largest change of any input in the last step
 
 
 class Breakdown(OtolithError):
-    """The iteration cannot go on: a derivative is no number, or nothing makes the Hessian positive."""
+    """The iteration cannot continue: a derivative is not a number, or no shift makes the Hessian positive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """When to stop."""
+    """When the iteration stops."""
 
-    accuracy: float = 1e-11  # μ at the end, in parts of the cost per limit at the start
-    slack: float = 1e-9  # by which a disc may be left at the end
+    accuracy: float = 1e-11  # μ at the end, relative to the cost per limit at the start
+    slack: float = 1e-9  # largest difference at the end between a disc's d and its distance
     iteration_limit: int = 200
 
 
@@ -44,16 +45,17 @@ def solve(dynamics: Dynamics, cost: Cost, x0: Vec, N: int, settings: Settings | 
 
     Parameters
     ----------
-    x0 : (nx,) strictly inside the limits, such that the motion without inputs stays there; rest is.
+    x0 : (nx,) strictly inside the limits, such that the motion without inputs stays there, as it does from
+        rest.
 
     Returns
     -------
-    The last iterate, a motion inside all bounds whether `converged` or not.
+    The last iterate, which is a motion inside all bounds whether `converged` is true or not.
 
     Raises
     ------
     ValueError : the motion without inputs does not stay inside.
-    Breakdown : a cost or a derivative is no number.
+    Breakdown : a cost or a derivative is not a number, or no shift makes the Hessian positive.
     """
     return _Iteration(dynamics, cost, x0, N, settings or Settings()).run()
 
@@ -72,14 +74,14 @@ class _Iteration:
         self.d = self._distances(self.X, self.U)
         if not (self.d > 0.0).all():
             raise ValueError("the motion without inputs must stay strictly inside the limits")
-        self.missed = np.zeros_like(self.d)  # distances less d: zero but for discs
+        self.missed = np.zeros_like(self.d)  # distances less d: zero except for discs
         self.gains, self.factors = np.empty((N, nu, nx)), np.empty((N, nu, nu))
         self.value, self.gradient, self.hessian = self._expanded(self.X, self.U)
         self.mu = max(self.value, 1e-6) / max(1, self.d.size)
         self.y = self.mu / self.d
 
     def run(self) -> Answer:
-        """Iterate until μ is small or the limit is reached."""
+        """Iterate until μ is small enough or the iteration limit is reached."""
         converged, iterations = False, 0
         floor = self.settings.accuracy * self.mu
         while iterations < self.settings.iteration_limit:
@@ -101,7 +103,7 @@ class _Iteration:
         )
 
     def _step(self, floor: float) -> float:
-        """Move once; return the largest relative change of the cost or of an input."""
+        """Take one step; return the largest relative change of the cost or of an input."""
         affine = self._direction(np.zeros_like(self.d), fresh=True)
         reach_p, reach_d = self._reach(affine)
         after = _mean((self.d + reach_p * affine.d) * (self.y + reach_d * affine.y))
@@ -112,13 +114,13 @@ class _Iteration:
         return self._move(step)
 
     def _distances(self, X: Mat, U: Mat) -> Mat:
-        """(N, sides + discs) distances; positive inside."""
+        """Return the distances (N, sides + discs), which are positive inside."""
         w = np.hstack([X[1:], U])
         d = self.sides.sign * (self.sides.bound - w[:, self.sides.column])
         return np.hstack([d, *(_of_disc(disc, X[1:]) for disc in self.discs)])
 
     def _direction(self, target: Mat, *, fresh: bool) -> "_Direction":
-        """The Newton step towards λ d = target; `fresh`: the factors are made anew."""
+        """Return the Newton step towards λ d = target; with `fresh` the factors are computed anew."""
         nx = self.X.shape[1]
         weight, pull = self.y / self.d, (target - self.y * self.missed) / self.d
         h = self.gradient.copy()
@@ -132,7 +134,7 @@ class _Iteration:
         return _Direction(dX, dU, dd, (target - self.y * self.d - self.y * dd) / self.d)
 
     def _factorise(self, weight: Mat) -> None:
-        """Make the factors anew; where some are not real, with more and more effort until they are."""
+        """Compute the factors; while some do not exist, add a growing shift to the inputs' Hessian."""
         nx, inputs = self.X.shape[1], range(self.X.shape[1], self.hessian.shape[1])
         H, last, shift = self.hessian.copy(), np.zeros((nx, nx)), 0.0
         self._add_hessian(H, last, weight)
@@ -143,7 +145,7 @@ class _Iteration:
             H[:, inputs, inputs] += shift
 
     def _add_hessian(self, H: Mat, last: Mat, weight: Mat) -> None:
-        """Add the limits' part; the state of row k of `weight` is x_{k+1}, the input u_k."""
+        """Add the limits' part; row k of `weight` belongs to the state x_{k+1} and the input u_k."""
         nx = self.X.shape[1]
         for s, column in enumerate(self.sides.column):
             if column >= nx:
@@ -180,7 +182,7 @@ class _Iteration:
                 last[i] += part[-1]
 
     def _change(self, dX: Mat, dU: Mat) -> Mat:
-        """∇d · step, for every limit."""
+        """Return the change ∇d · step of every distance, to first order."""
         dw = np.hstack([dX[1:], dU])
         changes = [-self.sides.sign * dw[:, self.sides.column]]
         for disc in self.discs:
@@ -189,19 +191,21 @@ class _Iteration:
         return np.hstack(changes)
 
     def _reach(self, step: "_Direction") -> tuple[float, float]:
-        """Longest steps, at most 1, of the motion and of the multipliers that stay inside."""
+        """Return the longest steps, at most 1, with which the motion and the multipliers stay inside."""
         return (
             min(1.0, _TO_BOUNDARY * _longest(self.d, step.d)),
             min(1.0, _TO_BOUNDARY * _longest(self.y, step.y)),
         )
 
     def _move(self, step: "_Direction") -> float:
+        """Take the step as far as it stays inside; return the largest relative change of an input."""
         reach_p, reach_d = self._reach(step)
         X, U = self.X + reach_p * step.X, self.U + reach_p * step.U
         true, d = self._distances(X, U), self.d + reach_p * step.d
         m = len(self.sides.bound)
         d[:, :m] = true[:, :m]
-        d[:, m:] = np.maximum(d[:, m:], true[:, m:])  # what is farther away than thought counts as that
+        # A disc that is farther away than predicted counts as such
+        d[:, m:] = np.maximum(d[:, m:], true[:, m:])
         self.missed = true - d
         changed = reach_p * np.abs(step.U).max() / (1.0 + np.abs(U).max())
         self.X, self.U, self.d = X, U, d
@@ -210,6 +214,7 @@ class _Iteration:
         return float(changed)
 
     def _expanded(self, X: Mat, U: Mat) -> Expansion:
+        """Return the expansion of the cost; raise `Breakdown` if it is not finite."""
         found = self.cost.expand(X, U)
         if not all(np.isfinite(part).all() for part in found):
             raise Breakdown("the cost of a motion, or a derivative of it, is no number")
@@ -225,6 +230,7 @@ class _Direction:
 
 
 def _of_disc(disc: Disc, X: Mat) -> Mat:
+    """Return the distances (N, 1) of the states X (N, nx) to the disc."""
     i, j = disc.states
     distance: Mat = ((disc.radius**2 - X[:, i] ** 2 - X[:, j] ** 2) / (2.0 * disc.radius))[:, None]
     return distance
@@ -235,5 +241,6 @@ def _mean(products: Mat) -> float:
 
 
 def _longest(values: Mat, change: Mat) -> float:
+    """Return the longest step for which `values` + step · `change` stay positive."""
     fastest = float(np.max(-change / values, initial=0.0))
     return 1.0 / fastest if fastest > 0.0 else math.inf

@@ -1,12 +1,12 @@
-"""The Riccati recursion over a long horizon, compiled: its time and memory grow with N alone.
+"""The Riccati recursion over a long horizon, compiled. Its time and memory grow linearly with N.
 
-One Newton step of the interior point is a linear-quadratic problem without constraints,
+One Newton step of the interior-point method is a linear-quadratic problem without constraints,
 
     min Σ_k ½ [dx_k; du_k]ᵀ H_k [dx_k; du_k] + h_kᵀ [dx_k; du_k] + ½ dx_Nᵀ Q_N dx_N + q_Nᵀ dx_N
     s.t. dx_{k+1} = A dx_k + B du_k, dx_0 = 0,
 
-which dynamic programming solves (Rao, Wright & Rawlings, 1998): with P the Hessian of what is left from
-x_{k+1} on, F = R + BᵀPB = L Lᵀ, G = S + BᵀPA, the step is du = −F⁻¹ (G dx + …) and P ← Q + AᵀPA − GᵀF⁻¹G.
+which dynamic programming solves (Rao, Wright & Rawlings, 1998). With P the Hessian of the cost from x_{k+1}
+on, F = R + BᵀPB = L Lᵀ and G = S + BᵀPA, the step is du = −F⁻¹ (G dx + …) and P ← Q + AᵀPA − GᵀF⁻¹G.
 """
 
 import math
@@ -19,11 +19,12 @@ from otolith.core.jit import jit_allocating, jit_entry
 
 @jit_entry
 def factorise(A: Mat, B: Mat, H: Mat, last: Mat, gains: Mat, factors: Mat) -> bool:
-    """Write the gains F⁻¹G (N, nu, nx) and factors L (N, nu, nu); False where some F is not positive.
+    """Write the gains F⁻¹G (N, nu, nx) and factors L (N, nu, nu); return False if some F is not positive.
 
     Parameters
     ----------
-    H : (N, nx + nu, nx + nu); last : (nx, nx) Hessian in x_N.
+    H : (N, nx + nu, nx + nu) Hessians in (x_k, u_k).
+    last : (nx, nx) Hessian in x_N.
     """
     nx, nu = B.shape
     P, PA, PB = last.copy(), np.empty((nx, nx)), np.empty((nx, nu))
@@ -83,7 +84,13 @@ def factorise(A: Mat, B: Mat, H: Mat, last: Mat, gains: Mat, factors: Mat) -> bo
 
 @jit_entry
 def solve(A: Mat, B: Mat, gains: Mat, factors: Mat, h: Mat, last: Vec, dX: Mat, dU: Mat) -> None:
-    """Write the step dX (N + 1, nx), dU (N, nu) for gradients h (N, nx + nu) and `last` (nx,) in x_N."""
+    """Write the step dX (N + 1, nx), dU (N, nu), from the factors of `factorise`.
+
+    Parameters
+    ----------
+    h : (N, nx + nu) gradients in (x_k, u_k).
+    last : (nx,) gradient in x_N.
+    """
     nx, nu = B.shape
     p, of_u = last.copy(), np.empty(nu)
     before = np.empty(nx)

@@ -1,12 +1,12 @@
-"""A discrete optimal control problem over a long horizon, its cost as a role, and its answer.
+"""A discrete optimal control problem over a long horizon, its cost, and its answer.
 
-Notation: x_{k+1} = A x_k + B u_k, k = 0 … N−1, x_0 given; w_k = (x_{k+1}, u_k) is what limits bound.
+Notation: x_{k+1} = A x_k + B u_k for k = 0 … N−1, with x_0 given. The limits bound w_k = (x_{k+1}, u_k).
 
     min φ(x, u) = Σ_k φ_k(x_k, u_k)
     s.t. l ≤ w_k ≤ u, and in every disc d: ‖(x_i, x_j)_{k+1}‖ ≤ r_d
 
-The limits are the same at all stages and hold x = 0, u = 0 strictly inside; φ is smooth, its Gauss-Newton
-Hessian is positive definite in u.
+The limits are the same at all stages, and x = 0, u = 0 lies strictly inside them. The cost φ is smooth, and
+its Gauss-Newton Hessian is positive definite in u.
 """
 
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ class Expansion(NamedTuple):
 
 
 class Cost(Protocol):
-    """φ of a motion; X (N + 1, nx) from x_0 on, U (N, nu)."""
+    """The cost φ of a motion X (N + 1, nx), which starts with x_0, and U (N, nu)."""
 
     def expand(self, X: Mat, U: Mat) -> Expansion:
-        """φ with its derivatives at (X, U); the arrays may be written over by the next call."""
+        """Return φ with its derivatives at (X, U); the next call may overwrite the arrays."""
 
 
 class Disc(NamedTuple):
-    """Two states that keep within a circle about zero."""
+    """Two states that stay within a circle about zero."""
 
     states: tuple[int, int]
     radius: float
@@ -41,11 +41,11 @@ class Disc(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dynamics:
-    """What moves and within which limits.
+    """The linear dynamics and the limits of a motion.
 
     Raises
     ------
-    ValueError : a field has another shape than its comment says, or a limit does not hold zero inside.
+    ValueError : a field has another shape than its comment states, or zero is not strictly inside a limit.
     """
 
     A: Mat  # (nx, nx)
@@ -63,16 +63,16 @@ class Dynamics:
 
     @property
     def states(self) -> int:
-        """Number of states."""
+        """Return the number of states nx."""
         return int(self.B.shape[0])
 
     @property
     def inputs(self) -> int:
-        """Number of inputs."""
+        """Return the number of inputs nu."""
         return int(self.B.shape[1])
 
     def sides(self) -> "Sides":
-        """Every finite bound on its own."""
+        """Return every finite bound as a one-sided one."""
         found = [
             (column, sign, float(bound))
             for sign, bounds in ((-1.0, self.lower), (1.0, self.upper))
@@ -93,11 +93,11 @@ class Sides(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """A motion, and the multipliers that show that it is optimal."""
+    """A motion, and the multipliers that prove that it is optimal."""
 
     X: Mat  # (N + 1, nx)
     U: Mat  # (N, nu)
     of_sides: Mat  # (N, m) multipliers ≥ 0 of `Dynamics.sides`, per unit of distance
     of_discs: Mat  # (N, discs) multipliers ≥ 0 of r² − ‖·‖² over 2 r
     iterations: int
-    converged: bool  # what the solver believes; a certificate decides
+    converged: bool  # by the solver's own test; the certificate decides

@@ -142,7 +142,7 @@ def log_figure(understood: Understanding) -> Figure:
     rows[len(shown) - 1].set_xlabel("time [s]", fontsize=FONT)
     if place is not None:
         _map(rows[-1], place[1])
-    accepted = "accepted" if understood.log is not None else "refused: the mapping must change"
+    accepted = "accepted" if understood.log is not None else "refused in its present form"
     figure.suptitle(f"{understood.stated.source}: {accepted}", fontsize=FONT + 1)
     return figure
 

@@ -1,6 +1,7 @@
-"""What the driver feels, by definition: for the certificate, which shares no code with the solver.
+"""What the driver feels, computed from the definitions, for the certificate alone.
 
-It takes complex motions, so that steps along the imaginary axis give derivatives that are exact to rounding.
+It shares no code with the solver. It accepts complex motions, so that steps along the imaginary axis give
+derivatives that are exact to rounding.
 """
 
 from typing import Any
@@ -15,13 +16,13 @@ Numbers = NDArray[Any]  # real or complex
 
 
 def felt(place: Numbers, speed: Numbers, acceleration: Numbers, head: Vec | None) -> Numbers:
-    """Specific force [m/s²] and yaw rate [rad/s] that the driver feels, (..., 4).
+    """Return the specific force [m/s²] and the yaw rate [rad/s] that the driver feels, (..., 4).
 
     Parameters
     ----------
     place, speed, acceleration : (..., 6) of the platform's axes.
-    head : (3,) [m] where force is sensed, rotation and lever arm included, as `core.rotation.felt_at` has it;
-        None: the planar models' force.
+    head : (3,) [m] where the force is sensed, with rotation and lever arm as in `core.rotation.felt_at`;
+        None: the force of the planar models.
     """
     roll, pitch = place[..., 3], place[..., 4]
     yawing = speed[..., 5] * np.cos(pitch) * np.cos(roll) - speed[..., 4] * np.sin(roll)
@@ -33,12 +34,12 @@ def felt(place: Numbers, speed: Numbers, acceleration: Numbers, head: Vec | None
 
 
 def _force_at(head: Vec, place: Numbers, speed: Numbers, acceleration: Numbers) -> Numbers:
-    """Specific force at a point of the platform: f = Rᵀ (a + α × r + ω × (ω × r) + g ẑ) − g ẑ, r = R h."""
+    """Return the specific force at a point: f = Rᵀ (a + α × r + ω × (ω × r) + g ẑ) − g ẑ, r = R h."""
     rolls, pitches, yaws = _axes_of_turning(place[..., 4], place[..., 5])
     R = _about(2, place[..., 5]) @ _about(1, place[..., 4]) @ _about(0, place[..., 3])
     P, Q, Y = np.moveaxis(speed[..., 3:, None], -2, 0)
     w = rolls * P + pitches * Q + yaws * Y
-    # each axis is itself turned by those that come before it: yaw, then pitch
+    # Each axis is itself turned by the axes before it: yaw, then pitch.
     alpha = rolls * acceleration[..., 3:4] + pitches * acceleration[..., 4:5] + yaws * acceleration[..., 5:]
     alpha = alpha + np.cross(yaws * Y, pitches * Q) + np.cross(yaws * Y + pitches * Q, rolls * P)
     r = R @ head
@@ -49,7 +50,7 @@ def _force_at(head: Vec, place: Numbers, speed: Numbers, acceleration: Numbers) 
 
 
 def _axes_of_turning(pitch: Numbers, yaw: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """The axes (..., 3) in world about which roll, pitch and yaw turn."""
+    """Return the axes (..., 3) about which roll, pitch and yaw turn, in the world frame."""
     zero, one = np.zeros_like(yaw), np.ones_like(yaw)
     rolls = np.stack([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), -np.sin(pitch)], axis=-1)
     pitches = np.stack([-np.sin(yaw), np.cos(yaw), zero], axis=-1)
@@ -57,7 +58,7 @@ def _axes_of_turning(pitch: Numbers, yaw: Numbers) -> tuple[Numbers, Numbers, Nu
 
 
 def _about(axis: int, angle: Numbers) -> Numbers:
-    """Rotations (..., 3, 3) about one axis."""
+    """Return the rotations (..., 3, 3) about one axis."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     R = np.zeros((*angle.shape, 3, 3), dtype=angle.dtype)
     R[..., axis, axis] = 1.0

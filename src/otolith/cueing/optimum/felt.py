@@ -1,15 +1,16 @@
-"""What the driver feels at one instant, and how it changes with the platform's motion, compiled.
+"""What the driver feels at one instant and how it changes with the platform's motion, compiled.
 
-Notation: roll ϕ, pitch θ, yaw ψ with their rates P, Q, Y; A = a + g ẑ;
-ω, α the angular velocity and acceleration in the platform's frame; h the head. Then
+Notation: roll ϕ, pitch θ, yaw ψ with their rates P, Q, Y; A = a + g ẑ; ω and α the angular velocity and
+acceleration in the platform's frame; h the head. Then
 
     f = Rᵀ A − g ẑ + α × h + ω × (ω × h),     r = ω_z                        (`core.rotation.felt_at`)
     ω = (P − Y sin θ, Q cos ϕ + Y cos θ sin ϕ, Y cos θ cos ϕ − Q sin ϕ)
     α_x = Ṗ − Ẏ sin θ − Q Y cos θ,  α_y = m cos ϕ + n sin ϕ,  α_z = n cos ϕ − m sin ϕ
     m = Q̇ + P Y cos θ,  n = Ẏ cos θ − P Q − Q Y sin θ.
 
-Without a head the planar models' force stands, which the loop records then: f = a + g Rᵀ ẑ − g ẑ. Derived by
-hand; checked against complex steps of `definition`, which is written in world, and by that against `felt_at`.
+Without a head the force is that of the planar models, which the loop records in this case: f = a + g Rᵀ ẑ − g
+ẑ. The derivatives were derived by hand. They are checked against complex steps of `definition`, which is
+written in the world frame, and that is checked against `felt_at`.
 """
 
 import math
@@ -33,7 +34,7 @@ def feel(motion: Mat, head: Vec, felt: Vec, slope: Mat) -> None:
     ----------
     motion : (3, 6) place, speed and acceleration of the platform's axes.
     head : (3,) [m], or (0,): the force of the planar models is felt.
-    slope : by channel, axis and order.
+    slope : derivatives by channel, axis, and order (place, speed, acceleration).
     """
     sp, cp = math.sin(motion[PLACE, PITCH]), math.cos(motion[PLACE, PITCH])
     sr, cr = math.sin(motion[PLACE, ROLL]), math.cos(motion[PLACE, ROLL])
@@ -61,7 +62,7 @@ def feel(motion: Mat, head: Vec, felt: Vec, slope: Mat) -> None:
 
 @jit_allocating
 def _turn(motion: Mat, pulled: Vec, felt: Vec, slope: Mat) -> None:
-    """Move the acceleration from `felt`, where it is as in world, to `pulled`, as in the platform's frame."""
+    """Move the acceleration from `felt` (world frame) into `pulled` (platform's frame)."""
     sp, cp = math.sin(motion[PLACE, PITCH]), math.cos(motion[PLACE, PITCH])
     sr, cr = math.sin(motion[PLACE, ROLL]), math.cos(motion[PLACE, ROLL])
     sy, cy = math.sin(motion[PLACE, YAW]), math.cos(motion[PLACE, YAW])
@@ -72,7 +73,7 @@ def _turn(motion: Mat, pulled: Vec, felt: Vec, slope: Mat) -> None:
             [cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr],
             [cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr],
         ]
-    )  # of the platform in world, one a row
+    )  # of the platform in the world frame, one a row
     for i in range(3):
         for j in range(3):
             pulled[i] += axes[i, j] * felt[j]
@@ -106,7 +107,7 @@ def _add_lever(motion: Mat, head: Vec, felt: Vec, slope: Mat) -> None:
 
 @jit_allocating
 def _turning(motion: Mat, w: Vec, alpha: Vec, changes: Mat) -> None:
-    """Write ω, α, and how both change with each turning axis (roll, pitch, yaw) and order (3, 3, 6)."""
+    """Write ω, α and their derivatives (3, 3, 6) by each turning axis (roll, pitch, yaw) and order."""
     sp, cp = math.sin(motion[PLACE, PITCH]), math.cos(motion[PLACE, PITCH])
     sr, cr = math.sin(motion[PLACE, ROLL]), math.cos(motion[PLACE, ROLL])
     P, Q, Y = motion[SPEED, 3], motion[SPEED, 4], motion[SPEED, 5]
@@ -115,7 +116,7 @@ def _turning(motion: Mat, w: Vec, alpha: Vec, changes: Mat) -> None:
     w[0], w[1], w[2] = P - sp * Y, cr * Q + sr * cp * Y, cr * cp * Y - sr * Q
     alpha[0] = motion[ACCELERATION, 3] - sp * dY - cp * Q * Y
     alpha[1], alpha[2] = cr * m + sr * n, cr * n - sr * m
-    # each row: of ω, then of α_x, m and n, which become α below
+    # Each row holds the changes of ω, then those of α_x, m and n, which become α below.
     changes[1, PLACE, :4] = -cp * Y, -sr * sp * Y, -cr * sp * Y, sp * Q * Y - cp * dY
     changes[1, PLACE, 4:] = -sp * P * Y, -sp * dY - cp * Q * Y
     changes[0, SPEED] = 1.0, 0.0, 0.0, 0.0, cp * Y, -Q

@@ -1,8 +1,8 @@
 """The tracking error of all plant samples of a run, and its derivatives, in one compiled pass.
 
 Notation: x_k holds place, speed and acceleration (p, v, a) of every axis that moves, axis after axis, in the
-platform's own axes and sign; u_k the commands. At sample j of period k each axis is at A_j (p, v, a) + B_j u,
-exactly. What the driver feels there says `felt.feel`.
+platform's own axes and signs; u_k holds the commands. At sample j of period k each axis is exactly at A_j (p,
+v, a) + B_j u. What the driver feels there is given by `felt.feel`.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from otolith.cueing.optimum.felt import CHANNELS, feel
 
 
 class Tracked(NamedTuple):
-    """Everything constant of the cost."""
+    """The constants of the cost."""
 
     within: Mat  # (S, 3, 4) rows [A_j B_j] of the samples of one period
     axes: Ints  # (axes,) of the platform, in the order of the states
@@ -28,11 +28,11 @@ class Tracked(NamedTuple):
 
 @jit_entry
 def expand(t: Tracked, X: Mat, U: Mat, gradient: Mat, hessian: Mat) -> float:
-    """½ Σ weight · error² over all samples and channels, + ½ effort Σ u², and its derivatives.
+    """Return ½ Σ weight · error² over all samples and channels + ½ effort Σ u²; write its derivatives.
 
     Parameters
     ----------
-    gradient, hessian : (N, nz) and Gauss-Newton (N, nz, nz) in (x_k, u_k), written over.
+    gradient, hessian : (N, nz) and Gauss-Newton (N, nz, nz) in (x_k, u_k), overwritten.
     """
     nx, nu = X.shape[1], U.shape[1]
     motion, felt, slope = np.zeros((3, 6)), np.empty(CHANNELS), np.empty((CHANNELS, 6, 3))
@@ -78,7 +78,7 @@ def _derivatives(t: Tracked, within: Mat, slope: Mat, row: Vec) -> None:
 
 @jit_allocating
 def _add(weight: float, error: float, row: Vec, gradient: Vec, hessian: Mat) -> None:
-    """Add ½ weight · error² of an error with these derivatives."""
+    """Add the gradient and Hessian of ½ weight · error²; `row` holds the derivatives of the error."""
     for a in range(len(row)):
         weighted = weight * row[a]
         if weighted != 0.0:
