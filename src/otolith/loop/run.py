@@ -58,7 +58,7 @@ class Run:
 
     @property
     def outcomes(self) -> tuple[str, ...]:
-        """Return the status (m,) of each decision, of a fallback with the solver's: "fallback (infeasible)"."""
+        """Return the status (m,) of each decision; a fallback names the solver's: "fallback (limit)"."""
         return tuple(
             f"{status} ({solver})" if status == Status.FALLBACK and solver else status
             for status, solver in zip(self.status, self.solver, strict=True)
