@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test check unit coverage fast clean
+.PHONY: demo test check unit coverage fast wheel clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
@@ -29,6 +29,11 @@ coverage: $(VENV)/.installed-dev
 fast: TESTS ?= tests --ignore=tests/report --ignore=tests/recordings/checks
 fast: $(VENV)/.installed-dev
 	$(BIN)/pytest --fast -q $(TESTS)
+
+# A wheel with machine code, for this Python and system: its first run need not compile.
+wheel: $(VENV)/.installed
+	$(BIN)/python tools/ship_kernels.py
+	$(BIN)/python -m pip wheel --disable-pip-version-check --no-deps --wheel-dir dist .
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"Otolith needs Python 3.11 or newer, this is {v[0]}.{v[1]}: make PYTHON=python3.12")'

@@ -4,7 +4,8 @@ Numba caches machine code next to the source, or in the user's cache if that fol
 recompiles when the source file of the function itself changes. But compiled code also contains the functions
 it calls and the constants it reads, possibly from other files. Here the cached code is stamped with a
 fingerprint of all these files (`otolith.core.sources`). After an edit or a `git pull`, no process runs code
-that differs from the source, whatever the order in which functions are called.
+that differs from the source, whatever the order in which functions are called. What the cache does not hold
+may have come with the package (`otolith.core.shipped`); the rest is compiled.
 """
 
 import pickle
@@ -16,6 +17,7 @@ from typing import Any, Final, TypeVar, cast
 import numba
 from numba.core.caching import FunctionCache
 
+from otolith.core import shipped
 from otolith.core.sources import fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -118,19 +120,36 @@ class SourceCache(FunctionCache):
         self._file = function.__code__.co_filename
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Load the machine code for a signature, or None; the stamp is computed on first use."""
+        """Load the machine code for a signature, from the cache or as shipped; None if there is none."""
         self._stamp()
         try:
-            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except _MOVED:
             _remove(Path(self._cache_file._index_path))
-            return None
+            found = None
+        return found if found is not None else self._shipped(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for a signature, after removing code of this module under other stamps."""
         self._stamp()
         self._sweep()
         super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        if shipped.on_compiled is not None:
+            from numba.core.serialize import dumps  # the pickling of numba's own cache
+
+            code = dumps(self._impl.reduce(data))  # type: ignore[no-untyped-call]
+            shipped.on_compiled(self._shipped_as(sig), code)
+
+    def _shipped(self, sig: Any, target_context: Any) -> Any:
+        """Load the machine code for a signature from the package's archive, or None."""
+        code = shipped.code(self._shipped_as(sig))
+        if code is None:
+            return None
+        found = self._impl.rebuild(target_context, pickle.loads(code))  # noqa: S301 (of the package itself)
+        return found if tuple(found.signature.args) == tuple(sig) else None
+
+    def _shipped_as(self, sig: Any) -> str:
+        return shipped.name_of(self._py_func, sig, self._cache_file._source_stamp)
 
     def _stamp(self) -> None:
         self._cache_file._source_stamp = fingerprint(self._file, self._module)

@@ -1,0 +1,34 @@
+"""Hook of the build: a wheel that holds machine code is one for this Python and system, and says so."""
+
+import json
+import sysconfig
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+ARCHIVE = "src/otolith/kernels.zip"  # made by tools/ship_kernels.py
+
+
+class MachineCodeHook(BuildHookInterface):  # type: ignore[misc]
+    """Packs the archive of compiled kernels where there is one; without it the wheel fits everywhere."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Give the wheel the tag of its machine code.
+
+        Raises
+        ------
+        RuntimeError : the archive was made by another Python than the one that builds.
+        """
+        path = Path(self.root) / ARCHIVE
+        if version != "standard" or not path.is_file():
+            return
+        with zipfile.ZipFile(path) as archive:
+            suffix = json.loads(archive.read("made-for.json"))["extension suffix"]
+        here = str(sysconfig.get_config_var("EXT_SUFFIX"))
+        if suffix != here:
+            raise RuntimeError(
+                f"{ARCHIVE} is for {suffix}, this Python for {here}: make it anew or remove it"
+            )
+        build_data["pure_python"], build_data["infer_tag"] = False, True
