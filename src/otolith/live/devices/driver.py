@@ -34,11 +34,11 @@ class Driver(Protocol):
         """Return what the device does if packets stop; one that falls must be brought to rest first."""
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
-        """Return the packet for a set-point.
+        """Return the packet for a set-point; empty where nothing is to be sent.
 
         Raises
         ------
-        InputError : the pose is outside what the packet can express, or the device does not know the request.
+        InputError : the pose is outside what the packet can express.
         """
 
     def decode(self, packet: bytes) -> Feedback:

@@ -185,8 +185,9 @@ class Packet:
             if len(given) != one.count:
                 raise ValueError(f"{one.name} has {len(given)} numbers, expected {one.count}")
             factor = self.factors[one.name][0]
-            real = one.type in ("f32", "f64")
-            numbers += [number / factor if real else round(number / factor) for number in given]
+            if factor != 1.0:  # whole numbers of 64 bits would lose digits in a division
+                given = tuple(number / factor for number in given)
+            numbers += given if one.type in ("f32", "f64") else map(round, given)
         data = bytearray(self.layout.pack(*numbers))
         data[: len(self.magic)] = self.magic
         return bytes(data)
