@@ -125,7 +125,7 @@ class Wanted:
         return self._foreseeing(log, design.mpc.period).scaled(self.scale)
 
     def _check_road(self, design: Design) -> None:
-        """Refuse an earlier drive that nothing reads, and a prediction that has none to read."""
+        """Refuse an earlier drive that no prediction reads, and a prediction that lacks its earlier drive."""
         asked = isinstance(design.mpc.prediction, Road)
         if asked and self.road is None:
             raise InputError("--prediction road", "given alone", "given with --road FILE, an earlier drive")
@@ -135,7 +135,7 @@ class Wanted:
             raise InputError("--road", "given", "left out, or given with --prediction road")
 
     def _foreseeing(self, log: Log, period: float) -> Scenario:
-        """The drive as a scenario that foresees what an earlier drive of the road felt."""
+        """Return the drive as a scenario, which foresees what an earlier drive of the road felt."""
         present = self._played(log, period)
         if self.road is None:
             return present
@@ -145,7 +145,7 @@ class Wanted:
         return replace(present, foreseen=seen)
 
     def _played(self, log: Log, period: float) -> Scenario:
-        """A drive as a scenario, with all treatment but the scale."""
+        """Return a drive as a scenario, treated in every way but the scale."""
         plain = log_scenario(log, period=period, lowpass_hz=self.lowpass_hz, causal=self.causal)
         return self._sensed(plain)
 

@@ -181,7 +181,7 @@ class RunOptions:
         )
 
     def _prediction(self) -> Prediction | None:
-        """What was named; an earlier drive of the road is there to be foreseen."""
+        """Return the named prediction; without a name, `Road` if an earlier drive is given."""
         if self.prediction is not None:
             return parse_prediction(self.prediction)
         return Road() if self.road is not None else None

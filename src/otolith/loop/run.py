@@ -58,7 +58,10 @@ class Run:
 
     @property
     def outcomes(self) -> tuple[str, ...]:
-        """Return the status (m,) of each decision; a fallback names the solver's: "fallback (limit)"."""
+        """Return the status (m,) of each decision, as text.
+
+        A fallback names the solver's status, too: "fallback (infeasible)".
+        """
         return tuple(
             f"{status} ({solver})" if status == Status.FALLBACK and solver else status
             for status, solver in zip(self.status, self.solver, strict=True)

@@ -1,10 +1,10 @@
-"""What an earlier drive along the same road says of the forces that are coming.
+"""The coming forces, foreseen from an earlier drive along the same road.
 
-A driver who knows the road foresees a bend; a cueing algorithm may do so as well, from an earlier lap. The
-`Follower` finds where on the earlier drive's path the car is now, from its places until now alone, and
-`Foresight` reads there what was felt next. Differences between the drives are taken up in two ways, both of
-which die away: a car that is quicker or slower now than it was then keeps that pace for about `PACE_LASTS`,
-and what is felt more or less now than was then at this place, for about `DIFFERENCE_LASTS`.
+A driver who knows the road foresees a bend. A cueing algorithm can do so from an earlier lap. `Follower`
+finds where on the path of the earlier drive the car is now, from the car's places until now alone.
+`Foresight` returns what was felt from there on. Two differences between the drives are taken into account,
+and both fade. A car that is faster or slower than before keeps this pace for about `PACE_LASTS`. A difference
+between the forces felt at this place, now and then, lasts for about `DIFFERENCE_LASTS`.
 """
 
 from collections.abc import Callable
@@ -17,26 +17,26 @@ from otolith.core.arrays import Mat, Vec, freeze
 from otolith.core.errors import InputError
 from otolith.recordings.logs import Log
 
-NEAR: Final = 20.0  # [m] from the earlier path: farther away the car is on another road
-BEFORE: Final = 1.0  # [s] that a car on the path is looked for behind where it was last
-AFTER: Final = 3.0  # [s] and ahead of it
-SAME_WAY: Final = 0.5  # cosine of the largest angle between the two drives' directions
-LONG_ENOUGH: Final = 1.0  # [m] of way from which a direction is taken
-PACE_OVER: Final = 0.5  # [s] over which the pace is taken
+NEAR: Final = 20.0  # [m] largest distance from the earlier path; beyond it the car is on another road
+BEFORE: Final = 1.0  # [s] a car on the path is searched this far behind its last place,
+AFTER: Final = 3.0  # [s] and this far ahead of it
+SAME_WAY: Final = 0.5  # cosine of the largest angle between the directions of the two drives
+LONG_ENOUGH: Final = 1.0  # [m] shortest way that yields a direction
+PACE_OVER: Final = 0.5  # [s] over which the pace is averaged
 PACE_LASTS: Final = 2.0  # [s]
-DIFFERENCE_LASTS: Final = 0.6  # [s], as a large force lasts in the adaptive prediction
-SLOWEST: Final = 0.5  # least pace that is believed to last, since a car that stands goes on some time
+DIFFERENCE_LASTS: Final = 0.6  # [s] as long as a large force lasts in the adaptive prediction
+SLOWEST: Final = 0.5  # smallest pace that can last, since a car that stands will start again
 FASTEST: Final = 2.0
-JUMP: Final = 4.0  # a pace that differs more from 1 is no driver's: the path was left, or begins anew
+JUMP: Final = 4.0  # a pace that differs more from 1 is not real: the car left the path, or a new lap began
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Where a drive went.
+    """The places of a drive over time.
 
     Raises
     ------
-    InputError : the drive is shorter than two places.
+    InputError : the drive has fewer than two places.
     """
 
     time: Vec  # (n,) [s], increasing
@@ -49,7 +49,12 @@ class Path:
         freeze(self, time=(n,), place=(n, 2))
 
     def nearest(self, place: Vec, first: int, last: int) -> tuple[float, float]:
-        """Time on the path nearest to a place (2,), and the distance [m], on segments first to last − 1."""
+        """Find the point nearest to a place (2,) on the segments from `first` to `last` − 1.
+
+        Returns
+        -------
+        The time on the path [s], and the distance [m].
+        """
         begin = self.place[first:last]
         along = self.place[first + 1 : last + 1] - begin
         square = np.maximum(np.sum(along**2, axis=1), 1e-12)
@@ -60,16 +65,16 @@ class Path:
         return float(start + share[best] * (end - start)), float(away[best])
 
     def direction(self, time: float) -> Vec:
-        """Unit vector (2,) along the path at a time; zero where the drive stands."""
+        """Return the unit vector (2,) along the path at a time; zero where the drive stands."""
         k = int(np.clip(np.searchsorted(self.time, time, side="right"), 1, len(self.time) - 1))
         return _unit(self.place[k] - self.place[k - 1])
 
 
 class Follower:
-    """Finds where on an earlier drive's path a car is, from one place after the other.
+    """The position of a car on the path of an earlier drive, found from one place after another.
 
-    A car that was on the path a moment ago is looked for near by, so that a road that crosses itself does not
-    confuse it. Otherwise it is looked for on the whole path, where that leads the same way.
+    A car that was on the path a moment ago is searched near its last place, so that a road that crosses
+    itself causes no confusion. Otherwise the whole path is searched, where it leads in the same direction.
     """
 
     def __init__(self, path: Path) -> None:
@@ -79,14 +84,14 @@ class Follower:
         self._heading = np.zeros(2)
 
     def at(self, place: Vec) -> float | None:
-        """Time of the earlier drive at which it was where the car is now (2,) [m]; None: on another road."""
+        """Return the time at which the earlier drive was at the car's place (2,) [m]; None: it never was."""
         self._turn(place)
         there = self._near_by(place)
         self._there = self._anywhere(place) if there is None else there
         return self._there
 
     def _turn(self, place: Vec) -> None:
-        """Learn the car's direction."""
+        """Update the car's direction."""
         if self._last is None:
             self._last = place
         way = place - self._last
@@ -94,7 +99,7 @@ class Follower:
             self._heading, self._last = _unit(way), place
 
     def _near_by(self, place: Vec) -> float | None:
-        """On the piece of path where the car can be by now; beyond the path's end it is looked for anew."""
+        """Search the piece of path that the car can have reached; return None beyond the end of the path."""
         if self._there is None:
             return None
         time = self.path.time
@@ -106,7 +111,7 @@ class Follower:
         return there if away <= NEAR and there < time[-1] else None
 
     def _anywhere(self, place: Vec) -> float | None:
-        """On the whole path, where it leads the way the car goes; nothing while that is not known."""
+        """Search the whole path where it leads in the car's direction; return None while that is unknown."""
         if not self._heading.any():
             return None
         away = np.hypot(*(self.path.place - place).T)
@@ -120,30 +125,31 @@ class Follower:
 
 
 def _unit(way: Vec) -> Vec:
-    """The direction of a way (2,); zero of one that is too short to have one."""
+    """Return the direction of a way (2,), or zero if it is too short to have one."""
     length = float(np.hypot(*way))
     return way / length if length > 1e-9 else np.zeros(2)
 
 
 @dataclass(frozen=True, eq=False)
 class Foresight:
-    """The forces that an earlier drive felt from the place on where the car is now.
+    """The forces that an earlier drive felt from the car's present place on.
 
     `there` and `pace` hold what was known at each node of the present drive, and nothing later.
     """
 
     period: float  # [s] between two nodes
-    force: Callable[[Vec], Mat]  # of the present drive, of which only the present value is read
+    # (k,) [s] -> (k, 3) [m/s²] of the present drive; only the present value is read
+    force: Callable[[Vec], Mat]
     earlier: Callable[[Vec], Mat]  # (k,) [s] -> (k, 3) [m/s²] of the earlier one
     there: Vec  # (m,) [s] time of the earlier drive at every node; NaN: on another road
-    pace: Vec  # (m,) seconds of the earlier drive in one of the present
-    again: float | None  # [s] of the earlier drive where its end leads to, on a closed road
-    end: float = field(default=np.inf)  # [s] of the earlier drive
+    pace: Vec  # (m,) seconds of the earlier drive per second of the present one
+    again: float | None  # [s] time of the earlier drive at which it passed its own end, on a closed road
+    end: float = field(default=np.inf)  # [s] end of the earlier drive
 
     def __call__(self, time: float, dt: float, n: int) -> Mat:
-        """Forces foreseen at a time for the ends of the next n periods of dt: (k, 3) with k ≤ n [m/s²].
+        """Return the forces foreseen for the ends of the next n periods of dt [s]: (k, 3), k ≤ n [m/s²].
 
-        There are fewer where the earlier drive ends, and none where the car is on another road.
+        There are fewer than n where the earlier drive ends, and none where the car is on another road.
         """
         k = min(int((time + 1e-9) / self.period), len(self.there) - 1)
         if not np.isfinite(self.there[k]):
@@ -174,7 +180,7 @@ def foresight(
     Parameters
     ----------
     period : [s] between two nodes at which the place is looked up.
-    force, forces_then : what is to be felt in the present drive and was in the earlier one, (k,) [s] ->
+    force, forces_then : what is to be felt in the present drive, and what was in the earlier one: (k,) [s] ->
         (k, 3) [m/s²], after all treatment.
 
     Raises
@@ -202,7 +208,7 @@ def foresight(
 
 
 def _path(log: Log) -> Path:
-    """Where a log's drive went."""
+    """Return the places of a log over time."""
     if log.place is None:
         bound = "there to foresee its road: columns x and y, or latitude and longitude"
         raise InputError(f"places of {log.source}", "absent", bound)
@@ -210,7 +216,7 @@ def _path(log: Log) -> Path:
 
 
 def _pace(there: Vec, period: float) -> Vec:
-    """Seconds of the earlier drive in one of the present, over the last half second; 1 where not known."""
+    """Return the seconds of the earlier drive per second of the present one; 1 where unknown."""
     over = max(1, round(PACE_OVER / period))
     pace = np.ones(len(there))
     pace[over:] = (there[over:] - there[:-over]) / (over * period)
@@ -220,9 +226,9 @@ def _pace(there: Vec, period: float) -> Vec:
 
 
 def _closed(path: Path) -> float | None:
-    """Time on its first half at which the end of a path arrives; None on an open road.
+    """Return the time in its first half at which the path passes its own end; None on an open road.
 
-    A lap may end short of where it began: it arrives so much before the first sample.
+    A lap may end just before its start. Then the time is negative.
     """
     middle, end = len(path.time) // 2, float(path.time[-1])
     if middle < 2:

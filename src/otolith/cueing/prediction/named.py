@@ -17,7 +17,7 @@ class Prediction(Protocol):
 
     @property
     def foresees(self) -> float:
-        """How far ahead the loop has to say what is coming [s]; 0 where it need not."""
+        """Return how far ahead the loop must give forces [s]; 0 where none are needed."""
 
     def begin(self) -> Predictor:
         """Make a predictor without a past."""
@@ -61,6 +61,7 @@ def prediction_named(record: Mapping[str, Any]) -> Prediction:
 
 
 def _kind(name: str) -> type[Any]:
+    """Return the class of a prediction."""
     if name not in PREDICTIONS:
         raise InputError("--prediction", repr(name), one_of(PREDICTIONS, name))
     return PREDICTIONS[name]
