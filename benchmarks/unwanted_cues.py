@@ -15,6 +15,8 @@ machine.
 
 import argparse
 import json
+import math
+import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -68,6 +70,12 @@ class Situation:
         return {"bend": bend, "stop": stop, "both": stop.combined_with(bend)}[self.wanted]
 
 
+TABLES: Final = {
+    "unwanted: s (of it rebound), peak m/s²": "{unwanted_s:.2f} ({rebound_s:.2f}), {unwanted_peak:.2f}",
+    "RMSE m/s², dose m/s^1.5": "{rmse:.3f}, {dose:.2f}",
+    "turns against, neutral crossings": "{turns:.0f}, {crossings:.0f}",
+    "held by the legs' supervisor: s, yaw rate error: deg/s": "{held_s:.2f}, {yaw_degps:.1f}",
+}
 ONE_AXIS: Final = ("thesis ideal", "davsi ideal", "davsi hexapod")
 SITUATIONS: Final = (
     *(Situation(wanted="bend", dofs=FORCES[1:], machine=machine) for machine in ONE_AXIS),
@@ -108,7 +116,7 @@ def in_short(summary: dict[str, Any], *, legs: bool) -> Figures:
         "turns": sum(summary["turns_against"].values()),
         "crossings": sum(summary["neutral_crossings"].values()),
         "rmse": summary["rmse"],
-        "yaw": sum(summary.get("rate_rmse", {}).values()),
+        "yaw_degps": math.degrees(sum(summary.get("rate_rmse", {}).values())),
         "dose": root_sum_square(summary["sickness_dose"]),
         "held_s": held,
         "failed": sum(summary["status"].values()) - summary["status"].get("decided", 0),
@@ -116,37 +124,23 @@ def in_short(summary: dict[str, Any], *, legs: bool) -> Figures:
     }
 
 
-def show(situation: Situation, found: dict[str, Figures]) -> None:
-    """Print the table of a situation, and how the default stands against the washouts."""
-    heads = [
-        "RMSE",
-        "lag: s, peak",
-        "rebound: s, peak",
-        "unwanted: m/s",
-        "turns",
-        "crossings",
-        "dose",
-        "held: s",
-    ]
-    yaw = any(one["yaw"] for one in found.values())
-    print(f"\n**{situation.title}**\n")
-    print("| | " + " | ".join([*heads, *(["yaw: deg/s"] if yaw else [])]) + " |")
-    print("|" + "---|" * (len(heads) + 1 + yaw))
-    for name, one in found.items():
-        cells = [
-            f"{one['rmse']:.3f}",
-            f"{one['lag_s']:.2f}, {one['lag_peak']:.2f}",
-            f"{one['rebound_s']:.2f}, {one['rebound_peak']:.2f}",
-            f"{one['unwanted']:.2f}",
-            f"{one['turns']:.0f}",
-            f"{one['crossings']:.0f}",
-            f"{one['dose']:.2f}",
-            f"{one['held_s']:.2f}",
-            *([f"{57.29578 * one['yaw']:.2f}"] if yaw else []),
-        ]
-        mark = (" !" if one["broken"] else "") + (" failed" if one["failed"] else "")
-        print(f"| {name}{mark} | " + " | ".join(cells) + " |")
-    print("\n" + verdict(found))
+def show(found: dict[str, dict[str, Figures]]) -> None:
+    """Print the tables, a situation in a row, and how the default stands against the washouts in each."""
+    for head, cell in TABLES.items():
+        print(f"\n| {head} | " + " | ".join(ALL) + " |")
+        print("|" + "---|" * (len(ALL) + 1))
+        for title, of in found.items():
+            print(
+                f"| {title} | " + " | ".join(cell.format(**of[name]) + mark(of[name]) for name in ALL) + " |"
+            )
+    print()
+    for title, of in found.items():
+        print(f"{title}: {verdict(of)}")
+
+
+def mark(one: Figures) -> str:
+    """What stands behind a cell."""
+    return (" !" if one["broken"] else "") + (f" ({one['failed']:.0f} failed)" if one["failed"] else "")
 
 
 def verdict(found: dict[str, Figures]) -> str:
@@ -196,7 +190,7 @@ def _work(job: tuple[Situation, str, Path]) -> Figures:
 
 
 def main() -> None:
-    """Run all, print the tables."""
+    """Run all, print the tables, and beside them how far it is."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -213,7 +207,8 @@ def main() -> None:
         for situation in situations:
             jobs = [(situation, name, lap) for name in ALL]
             found[situation.title] = dict(zip(ALL, pool.map(_work, jobs), strict=True))
-            show(situation, found[situation.title])
+            print(situation.title, file=sys.stderr)
+    show(found)
     if chosen.figure:
         draw(tuple(one for one in SITUATIONS if one.title.endswith("2 DOF, davsi ideal")), chosen.figure)
     if chosen.json:
