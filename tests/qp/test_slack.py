@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from otolith.qp import DenseSolver, Qp, Status, kkt_residual
+from otolith.qp.infeasible import infeasible
 
 
 def scalar(penalty: float) -> Qp:
@@ -19,6 +20,22 @@ def test_a_soft_row_holds_until_its_multiplier_reaches_the_penalty(penalty: floa
     found = DenseSolver().solve(scalar(penalty)).or_raise()
     assert found.z[0] == pytest.approx(z, abs=1e-9)
     assert found.y[0] == pytest.approx(min(penalty, 1.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e-4, 1e-5])
+def test_a_penalty_that_is_not_reached_costs_no_digits_in_small_units(unit: float) -> None:
+    """Where the multiplier stays below the penalty, the row is as good as hard; in real time as well."""
+    qp = scalar(3.0)
+    assert qp.penalty is not None
+    small = Qp(qp.H, qp.g, unit * qp.A, qp.lower, unit * qp.upper, qp.penalty / unit)
+    found = DenseSolver(patient=False).solve(small).or_raise()
+    assert found.z[0] == pytest.approx(1.0, abs=1e-9)
+    assert found.y[0] * unit == pytest.approx(1.0, abs=1e-9)
+
+
+def test_no_answer_is_no_proof_where_every_row_is_soft() -> None:
+    """Nothing can contradict soft rows, so a problem that is not solved is not infeasible either."""
+    assert not infeasible(scalar(0.4))
 
 
 @pytest.mark.parametrize(("z", "y"), [(1.6, 0.3), (1.7, 0.4), (1.6, 0.5), (1.6, -0.4), (0.9, 0.4)])

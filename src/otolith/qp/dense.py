@@ -83,8 +83,8 @@ class DenseSolver:
         if flag == _INFEASIBLE and infeasible(qp):
             return Solution.none(Status.INFEASIBLE, qp, changes=found.changes)
         changes = found.changes
-        if flag == _SOLVED and not qp.has_soft_rows:
-            z, y = polish(qp, found.z, found.y)
+        if flag == _SOLVED or qp.has_soft_rows:
+            z, y = self._as_hard(qp, found) if qp.has_soft_rows else polish(qp, found.z, found.y)
             found = min(found, Found(z, y, first_order_residual(qp, z, y), 0), key=lambda one: one.residual)
         if self.patient and not found.residual < self.tolerance:
             careful = self._with_care(qp)
@@ -99,6 +99,16 @@ class DenseSolver:
         if flag == _SOLVED:
             return Solution(Status.UNCERTIFIED, found.z, found.y, changes, found.residual)
         return Solution.none(Status.LIMIT, qp, changes=changes)
+
+    def _as_hard(self, qp: Qp, found: Found) -> tuple[Vec, Vec]:
+        """Solve the problem with hard rows, from the working set that was found.
+
+        Where no multiplier reaches its penalty, this is the answer of the problem with soft rows as well,
+        with more digits than proximal steps leave.
+        """
+        hard = replace(qp, penalty=None)
+        flag, z, y, _ = self._run(hard, np.sign(found.y).astype(np.int64))
+        return (z, y) if flag == _SOLVED else (found.z, found.y)
 
     def _with_care(self, qp: Qp) -> Found:
         attempt = partial(

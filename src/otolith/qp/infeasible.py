@@ -61,6 +61,8 @@ def _ray(qp: Qp) -> Vec | None:
     R = np.vstack([np.eye(b, n), qp.A])
     columns = np.hstack([R[above].T, -R[below].T])
     sides = np.concatenate([qp.upper[above], -qp.lower[below]])
+    if not len(sides):  # nothing is bounded, and scipy refuses a program without variables
+        return None
     found = scipy.optimize.linprog(
         sides,
         A_ub=np.ones((1, len(sides))),
