@@ -19,6 +19,9 @@ from otolith.core.frames import Dof, pairs_of
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused, StaleHint, StoredHint
 from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.optimum import NAME as OPTIMUM
+from otolith.cueing.optimum import Optimum, measure_of
+from otolith.cueing.optimum import optimum as best_motion
 from otolith.cueing.prediction import Road
 from otolith.loop import Run, simulate
 from otolith.perception import sense
@@ -208,7 +211,7 @@ class Experiment:
 
     wanted: Wanted
     design: Design
-    cueing: str = "predictive"  # a name of the registry, "module:attribute" or "file.py:attribute"
+    cueing: str = "predictive"  # of the registry, "module:attribute" or "file.py:attribute"; or "optimum"
     plant: str | None = None  # a name of the registry; None for the plant that the algorithm assumes
     law: Path | None = None  # the file of `design.stored_laws`
     hint: Path | None = None  # the file of `design.hint`
@@ -216,6 +219,8 @@ class Experiment:
     @property
     def plant_name(self) -> str:
         """Return the name of the plant; errors are those of `otolith.registry.cueing_named`."""
+        if self.cueing == OPTIMUM:
+            return self.plant or "ideal"
         return self.plant or registry.cueing_named(self.cueing).plant
 
     def run(self, *, progress: Callable[[float], None] = lambda _: None) -> Run:
@@ -225,6 +230,8 @@ class Experiment:
         ------
         OtolithError : a value is refused, or an algorithm from outside failed.
         """
+        if self.cueing == OPTIMUM:
+            return self.optimum().run
         reference = self.wanted.along(self.design)
         plant = registry.make_plant(self.plant_name, self.design.platform)
         cueing = registry.make_cueing(self.cueing, self.design, dead_time=plant.dead_time)
@@ -240,15 +247,36 @@ class Experiment:
             progress=progress,
         )
 
+    def optimum(self, reference: Scenario | None = None) -> Optimum:
+        """Return the best that is possible on this drive, whatever the algorithm; `summarise` takes it.
+
+        It is of the ideal platform, without lag if the plant has none. Errors are those of
+        `otolith.cueing.optimum.optimum`.
+
+        Parameters
+        ----------
+        reference : the scenario that `wanted` gives along the design's axes, if it is known already.
+        """
+        own = replace(self.wanted, road=None)  # what is foreseen does not matter to it
+        best = replace(self, wanted=own, cueing=OPTIMUM, plant=measure_of(self.plant_name))
+        return best_motion(
+            self.design.platform,
+            self.design.dofs,
+            reference or self.wanted.along(self.design),
+            plant=best.plant_name,
+            settings=best.record(),
+        )
+
     def record(self) -> dict[str, Any]:
         """Return plain JSON values that, with what a `Run` stores itself, repeat the run."""
-        entry = registry.cueing_named(self.cueing)
-        reads = entry.reads
+        known = None if self.cueing == OPTIMUM else registry.cueing_named(self.cueing)
+        reads = frozenset() if known is None else known.reads
+        outside = known is not None and known.outside
         hint = self.design.hint
         return {
             "version": __version__,
             "wanted": self.wanted.record(),
-            "design": design_to_record(self.design, None if entry.outside else reads),
+            "design": design_to_record(self.design, None if outside else reads),
             "law": _stored(self.law, asked=bool(self.design.stored_laws) and "law" in reads),
             "hint": _stored(self.hint, asked=hint is not None and "hint" in reads),
             **({"hint_refused": hint.reason} if isinstance(hint, Refused) else {}),

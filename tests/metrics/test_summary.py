@@ -38,9 +38,10 @@ def test_so_is_a_comparison() -> None:
 
 
 def test_the_stored_runs_reach_every_key_figure() -> None:
-    """Some summary holds a value of each entry that is neither none nor zero."""
+    """Some summary holds a value of each entry that is neither none nor zero; but for that of the optimum,
+    which a run alone does not have: see test_against_best.py."""
     told: dict[str, bool] = {}
     for summary in [*(KEPT[name] for name in STORED), *KEPT["compared"].values()]:
         for name, value in summary.items():
             told[name] = told.get(name, False) or any(leaf for _, leaf in leaves(value))
-    assert all(told[name] for name in metrics.MEASURES)
+    assert all(told[name] for name in metrics.MEASURES if name != "optimum")

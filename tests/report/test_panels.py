@@ -139,3 +139,17 @@ def test_who_has_no_solver_has_no_curve_of_changes(make_run: MakeRun) -> None:
     assert none.label == "classical: no solver"
     assert len(none.x) == 0
     assert some.label.startswith("implicit: mean")
+
+
+@pytest.mark.parametrize("dof", ["surge-pitch", "yaw"])
+def test_the_best_possible_is_drawn_dashed_beside_what_is_felt(make_run: MakeRun, dof: str) -> None:
+    run = make_run(100, dofs=(dof,), platform=load("davsi"))
+    best = make_run(100, dofs=(dof,), platform=load("davsi"), amplitude=0.5)
+    for panel in (motion_panels(run, dof, best)[0], motion_comparison([run], dof, best)[0]):
+        curve = panel.curves[-1]
+        assert (curve.label, curve.dash) == ("best possible", "dash")
+        felt = best.felt_force[:, 0] if dof == "surge-pitch" else np.degrees(best.felt_rate[:, 2])
+        assert_allclose(curve.y, felt)
+        assert panel.axes[0].span[1] >= curve.y.max()
+    plain = (motion_panels(run, dof)[0], motion_comparison([run], dof)[0])
+    assert all(curve.label != "best possible" for panel in plain for curve in panel.curves)

@@ -131,3 +131,20 @@ def test_limits_are_told_in_their_own_unit() -> None:
     cells = re.findall(r"<td[^>]*>([^<]*)</td>", table)
     assert cells == ["±3 deg/s", "soft comfort threshold", "310", "0.0596 deg/s", "no number"]
     assert tables.limits({}) == ""
+
+
+def test_the_distance_from_the_best_stands_in_words() -> None:
+    by_dof = {"surge-pitch": {"times": 2.5, "error": 0.2, "through_lag": 0.0}}
+    far = {
+        "dofs": "surge-pitch",
+        "plant": "ideal",
+        "optimum": {"times": 2.5, "by_dof": by_dof, "plant": "ideal"},
+    }
+    near = far | {"optimum": far["optimum"] | {"times": None}}  # type: ignore[operator]
+    unknown = far | {"optimum": {"not_computed": "add --optimum"}}
+    table = plain(tables.side_by_side(["far", "unknown"], [far, unknown]))
+    assert "<td>its error is 2.50 times the best that is possible on this drive (0.2000 m/s²)</td>" in table
+    assert "<td>the best that is possible is not computed; add --optimum</td>" in table
+    head = plain(tables.headline(["far", "near", "unknown"], [far, near, unknown]))
+    for cell in (">2.5</td>", "<td>within reach</td>", "<td>not computed</td>"):
+        assert cell in head

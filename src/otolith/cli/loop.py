@@ -13,6 +13,7 @@ from otolith.cli.output import progress_bar, progress_line, warn, working
 from otolith.core.errors import InputError
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused
+from otolith.experiment import Experiment
 from otolith.loop import Run, simulate
 from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
@@ -27,6 +28,7 @@ class Prepared:
 
     design: Design
     scenarios: tuple[Scenario, ...]
+    experiments: tuple[Mapping[str, Experiment], ...]  # of each scenario, by algorithm
     # Settings to record in the runs of each scenario, by algorithm
     settings: tuple[Mapping[str, Mapping[str, Any]], ...]
     plants: Mapping[str, str]  # the plant of each cueing algorithm, by the algorithm's name
@@ -54,12 +56,12 @@ def prepare(
     if isinstance(design.hint, Refused):
         warn(console, f"hint refused, running without it: {design.hint.reason}")
     note = functools.partial(warn, console)
+    experiments = tuple({name: choices.experiment(name, design) for name in names} for choices in each)
     return Prepared(
         design=design,
         scenarios=tuple(choices.wanted().along(design, note=note) for choices in each),
-        settings=tuple(
-            {name: choices.experiment(name, design).record() for name in names} for choices in each
-        ),
+        experiments=experiments,
+        settings=tuple({name: one.record() for name, one in of_one.items()} for of_one in experiments),
         plants=plants,
     )
 

@@ -1,24 +1,23 @@
-"""`otolith optimum`: the best that a platform can do for a drive, to measure algorithms by."""
+"""The best that a platform can do for a drive: `otolith optimum`, and what runs are measured by."""
 
 import functools
-import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Final
 
 from rich.console import Console
 
 from otolith import files, registry
+from otolith.cli.loop import Prepared
 from otolith.cli.options import RunOptions, with_run_options
 from otolith.cli.output import Force, file_name, print_json, screen, sentence, warn, working
-from otolith.cli.run import Json, Out, write_results
-from otolith.core.errors import InputError
+from otolith.cli.results import Json, Out, write_results
+from otolith.core.errors import InputError, OtolithError
+from otolith.cueing.optimum import NAME, Optimum, check, measure_of
 from otolith.loop import Run
+from otolith.metrics.against_best import NOT_COMPUTED
 
-if TYPE_CHECKING:
-    from otolith.cueing.optimum import Optimum
-
-_WITHIN_REACH = 0.02  # of the RMS of what is wanted: less is a perfect answer, but for jumps
+LONGEST: Final = 60.0  # [s] of a drive whose best is sought without being asked: some seconds at most
+_ON_FIRST_USE: Final = "the solver is compiled on first use (some 5 s), then cached"
 
 
 @with_run_options
@@ -33,11 +32,9 @@ def optimum(choices: RunOptions, out: Out = None, force: Force = False, json: Js
     scenario = choices.wanted().along(design, note=functools.partial(warn, console))
     folder = out or Path("out") / f"{file_name(scenario.name)}-optimum"
     files.check_folder(folder, command="optimum", force=force)
-    from otolith.cueing.optimum import optimum as solve
-
-    with working(console, "solving; the solver is compiled on first use (some 10 s), then cached"):
-        found = solve(design.platform, design.dofs, scenario)
-    summary = write_results(found.run, folder, command="optimum", force=force)
+    with working(console, f"solving; {_ON_FIRST_USE}"):
+        found = choices.experiment(NAME, design).optimum(scenario)
+    summary = write_results(found.run, folder, command="optimum", force=force, best=found)
     if json:
         print_json(summary)
     console.print(sentence(summary), highlight=False, soft_wrap=True)
@@ -53,29 +50,46 @@ def _refuse_what_it_ignores(choices: RunOptions) -> None:
         raise InputError(word, "given, but the optimum would ignore it", "left out")
 
 
-def report_distances(found: "Optimum", runs: Sequence[Run], console: Console) -> None:
-    """Print how far every run is from the best that is possible."""
-    from otolith import metrics
+class Yardstick:
+    """The best that is possible on every scenario, sought once for each ideal plant.
 
-    best = metrics.summarise(found.run)
-    for run in runs:
-        console.print(
-            f"{run.cueing} on {run.scenario}: {distance(metrics.summarise(run), best)}",
-            highlight=False,
-            soft_wrap=True,
-        )
+    Parameters
+    ----------
+    asked : --optimum, --no-optimum, or neither: then it is sought for drives of at most `LONGEST`.
 
+    Raises
+    ------
+    InputError : it is asked for, and cannot be had; no time was spent yet.
+    """
 
-def distance(summary: dict[str, Any], best: dict[str, Any]) -> str:
-    """How far a run is from the optimum, in words, for every axis that is cued."""
-    figures = [("rmse_per_pair", 1.0, ".4f", "m/s²"), ("rate_rmse", math.degrees(1.0), ".3f", "deg/s")]
-    parts = []
-    for key, scale, digits, unit in figures:
-        for dof, least in best.get(key, {}).items():
-            error, wanted = (scale * one[name][dof] for one, name in ((summary, key), (best, "wanted_rms")))
-            if scale * least <= _WITHIN_REACH * wanted:
-                parts.append(f"{dof} {error:{digits}} {unit}, where a perfect answer is within reach")
-            else:
-                ratio = f"{error / (scale * least):.2f} times the best that is possible"
-                parts.append(f"{dof} {ratio} ({scale * least:{digits}} {unit})")
-    return "; ".join(parts)
+    def __init__(self, prepared: Prepared, asked: bool | None, console: Console) -> None:
+        self._prepared, self._asked, self._console = prepared, asked, console
+        self._found: dict[tuple[int, str], Optimum | str] = {}
+        if asked:
+            for scenario in prepared.scenarios:
+                check(prepared.design.dofs, scenario)
+
+    def best(self, k: int, cueing: str) -> Optimum | str:
+        """The best for scenario k on the plant of an algorithm, or why it is not known, in words."""
+        key = k, measure_of(self._prepared.plants[cueing])
+        if key not in self._found:
+            self._found[key] = self._seek(k, cueing)
+        return self._found[key]
+
+    def drawn(self, k: int) -> Run | None:
+        """The one that pages of scenario k show: that of the first algorithm."""
+        best = self.best(k, next(iter(self._prepared.plants)))
+        return None if isinstance(best, str) else best.run
+
+    def _seek(self, k: int, cueing: str) -> Optimum | str:
+        scenario = self._prepared.scenarios[k]
+        if self._asked is False:
+            return NOT_COMPUTED
+        if self._asked is None and scenario.duration > LONGEST:
+            return f"the drive lasts {scenario.duration:.4g} s, more than {LONGEST:g} s: {NOT_COMPUTED}"
+        try:
+            with working(self._console, f"the best that is possible on {scenario.name}; {_ON_FIRST_USE}"):
+                return self._prepared.experiments[k][cueing].optimum(scenario)
+        except OtolithError as error:
+            warn(self._console, f"the best that is possible on {scenario.name} is not known: {error}")
+            return str(error)

@@ -164,12 +164,18 @@ def progress_line(now: "Progress") -> str:
 
 def sentence(summary: dict[str, Any]) -> str:
     """Summarise one run in one line: its key figures, failed decisions and passed limits."""
-    from otolith.metrics import MEASURES, between_nodes, breaches, failures
+    from otolith.metrics import MEASURES, best_in_words, between_nodes, breaches, failures
 
     known = [(measure.line, summary.get(measure.name)) for measure in MEASURES.values()]
     figures = ", ".join(line(value) for line, value in known if line is not None and value is not None)
     failed, passed = failures(summary), breaches(summary)
     verdicts = [*(failed or ["no decision failed"]), *(passed or ["all limits kept at every node"])]
+    best = [best_in_words(summary)] if "times" in summary.get("optimum", {}) else []
     return "; ".join(
-        [f"{summary['cueing']} on {summary['scenario']}: {figures}", *verdicts, *between_nodes(summary)]
+        [
+            f"{summary['cueing']} on {summary['scenario']}: {figures}",
+            *best,
+            *verdicts,
+            *between_nodes(summary),
+        ]
     )

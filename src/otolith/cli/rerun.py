@@ -7,8 +7,9 @@ import typer
 
 from otolith import __version__, files
 from otolith.cli.output import Force, print_json, progress_bar, screen, warn
-from otolith.cli.run import write_results
+from otolith.cli.results import write_results
 from otolith.experiment import Experiment, differences
+from otolith.metrics.against_best import NOT_COMPUTED
 
 DIFFERENT = 1  # exit code
 
@@ -41,7 +42,7 @@ def rerun(
         again = experiment.run(progress=progress)
     differ = differences(result, again)
     if out is not None:
-        write_results(again, out, command="rerun", force=force)
+        write_results(again, out, command="rerun", force=force, best=NOT_COMPUTED)
         console.print(f"written to {out}: report.html, figures, summary.json, run data", soft_wrap=True)
     if json:
         print_json({"run": str(run), "equal": not differ, "differ": differ})

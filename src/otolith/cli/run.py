@@ -1,8 +1,7 @@
 """`otolith run` and `otolith compare`: close the loop, judge it, and write the results."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -10,10 +9,11 @@ import typer
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.figures import write_figure
-from otolith.cli.loop import Prepared, prepare, simulate_all
+from otolith.cli.loop import prepare, simulate_all
+from otolith.cli.optimum import LONGEST, Yardstick
 from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
-from otolith.cli.output import Force, file_name, print_json, screen, sentence, working
+from otolith.cli.output import Force, file_name, print_json, screen, sentence
+from otolith.cli.results import Json, Out, figures_of, today, write_all, write_results
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
 from otolith.loop import Run
@@ -31,13 +31,9 @@ if (
 _COMPARED: Final = ", ".join(registry.COMPARED)
 BEYOND: Final = 3  # exit code of --strict
 
-Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
 Tuning = Annotated[
     str | None,
     typer.Option(help="Tuning of the washouts: a shipped name or a file (default: the platform's own)."),
-]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
 Strict = Annotated[
     bool,
@@ -45,9 +41,13 @@ Strict = Annotated[
         "--strict", help=f"Exit with code {BEYOND}, after all is written, if a hard limit was passed."
     ),
 ]
-Optimum = Annotated[
-    bool,
-    typer.Option("--optimum", help="Also find the best that is possible, and measure by it."),
+Best = Annotated[
+    bool | None,
+    typer.Option(
+        "--optimum/--no-optimum",
+        help="Find the best that is possible, and measure by it "
+        f"(default: for drives of at most {LONGEST:g} s).",
+    ),
 ]
 
 
@@ -56,7 +56,7 @@ def run(
     choices: RunOptions,
     cueing: Annotated[str, typer.Option(help=CUEING_HELP)] = "predictive",
     tuning: Tuning = None,
-    optimum: Optimum = False,
+    optimum: Best = None,
     out: Out = None,
     force: Force = False,
     strict: Strict = False,
@@ -67,24 +67,11 @@ def run(
     prepared = prepare([choices], [cueing], tuning, console)
     folder = out or Path("out") / f"{file_name(prepared.scenarios[0].name)}-{file_name(cueing)}"
     files.check_folder(folder, command="run", force=force)
+    yardstick = Yardstick(prepared, optimum, console)
     ((result,),) = simulate_all(prepared, console)
-    summary = write_results(result, folder, command="run", force=force)
+    summary = write_results(result, folder, command="run", force=force, best=yardstick.best(0, cueing))
     _print_results(summary if json else None, [summary], folder, console)
-    if optimum:
-        _measure_by_optimum(prepared, [[result]], console)
     _judge([summary], strict)
-
-
-def write_results(result: Run, folder: Path, *, command: str, force: bool) -> dict[str, Any]:
-    """Write run.h5, summary.json, report.html and figures of one run; return the key figures."""
-    from otolith import metrics, report
-
-    summary = metrics.summarise(result)
-    with files.whole_folder(folder, command=command, force=force) as made:
-        files.write_run(result, made / "run.h5")
-        page = report.render(result, summary, date=_today())
-        _write(made, summary, page, _figures(result.dofs, lambda dof: report.cueing_figure(result, dof)))
-    return summary
 
 
 @with_run_options
@@ -102,7 +89,7 @@ def compare(
         ),
     ] = None,
     tuning: Tuning = None,
-    optimum: Optimum = False,
+    optimum: Best = None,
     out: Out = None,
     force: Force = False,
     strict: Strict = False,
@@ -122,10 +109,15 @@ def compare(
     compared = "-".join(file_name(scenario.name) for scenario in prepared.scenarios)
     folder = out or Path("out") / f"{compared}-compared"
     files.check_folder(folder, command="compare", force=force)
+    yardstick = Yardstick(prepared, optimum, console)
     runs = simulate_all(prepared, console)
     from otolith import metrics
 
-    contest = {of_one[0].scenario: (of_one, metrics.compare(of_one)) for of_one in runs}
+    contest = {
+        of_one[0].scenario: (of_one, metrics.compare(of_one, [yardstick.best(k, name) for name in names]))
+        for k, of_one in enumerate(runs)
+    }
+    best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     several = len(contest) > 1
     ranked = standings(summaries, criterion)
@@ -135,25 +127,12 @@ def compare(
                 own = file_name(result.cueing)
                 name = f"{file_name(scenario)}-{own}" if several else own
                 files.write_run(result, made / f"{name}.h5")
-        account = _write_comparison(made, contest, (by, criterion), ranked)
+        account = _write_comparison(made, contest, (by, criterion), ranked, best)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _print_results(account if json else None, every, folder, console)
     for one in ranked:
         console.print(_place(one, ranked), highlight=False, soft_wrap=True)
-    if optimum:
-        _measure_by_optimum(prepared, runs, console)
     _judge(every, strict)
-
-
-def _measure_by_optimum(prepared: Prepared, runs: Sequence[Sequence[Run]], console: Console) -> None:
-    """Print how far the runs of each scenario are from the best possible motion."""
-    from otolith.cli.optimum import report_distances
-    from otolith.cueing.optimum import optimum
-
-    for scenario, of_one in zip(prepared.scenarios, runs, strict=True):
-        with working(console, f"the best that is possible on {scenario.name}"):
-            found = optimum(prepared.design.platform, prepared.design.dofs, scenario)
-        report_distances(found, of_one, console)
 
 
 def _refuse_twice(option: str, names: Sequence[str | None]) -> None:
@@ -163,7 +142,11 @@ def _refuse_twice(option: str, names: Sequence[str | None]) -> None:
 
 
 def _write_comparison(
-    folder: Path, contest: "Contest", by: tuple[str, "Criterion"], ranked: Sequence["Standing"]
+    folder: Path,
+    contest: "Contest",
+    by: tuple[str, "Criterion"],
+    ranked: Sequence["Standing"],
+    best: Mapping[str, Run | None],
 ) -> dict[str, Any]:
     """Write page, figures and key figures of a comparison; return the key figures."""
     from otolith import report
@@ -173,38 +156,27 @@ def _write_comparison(
         summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
         ranking = [one.as_json() for one in ranked]
         summary: dict[str, Any] = {"ranked_by": name, "ranking": ranking, "scenarios": summaries}
-        page, figures = report.render_contest(contest, by=criterion, date=_today()), _contest_figures(contest)
+        page = report.render_contest(contest, by=criterion, date=today(), best=best)
+        figures = _contest_figures(contest, best)
     else:
         ((only, account),) = contest.values()
         summary = dict(account)
-        page = report.render_comparison(only, summary, by=criterion, date=_today())
-        figures = _figures(only[0].dofs, lambda dof: report.comparison_figure(only, dof))
-    _write(folder, summary, page, figures)
+        drawn = best[only[0].scenario]
+        page = report.render_comparison(only, summary, by=criterion, date=today(), best=drawn)
+        figures = figures_of(only[0].dofs, lambda dof: report.comparison_figure(only, dof, best=drawn))
+    write_all(folder, summary, page, figures)
     return summary
 
 
-def _figures(dofs: Sequence[str], draw: Callable[[str], "Figure"]) -> dict[str, "Figure"]:
-    """Return one figure per degree of freedom, by file name."""
-    return {"figure" if len(dofs) == 1 else f"figure-{dof}": draw(dof) for dof in dofs}
-
-
-def _contest_figures(contest: "Contest") -> dict[str, "Figure"]:
+def _contest_figures(contest: "Contest", best: Mapping[str, Run | None]) -> dict[str, "Figure"]:
     """Return the overview, and one figure per scenario and degree of freedom, by file name."""
     from otolith.report import comparison_figure, overview_figure
 
     figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
     for scenario, (runs, _) in contest.items():
         for dof in runs[0].dofs:
-            figures[f"figure-{file_name(scenario)}-{dof}"] = comparison_figure(runs, dof)
+            figures[f"figure-{file_name(scenario)}-{dof}"] = comparison_figure(runs, dof, best=best[scenario])
     return figures
-
-
-def _write(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, "Figure"]) -> None:
-    """Write the summary, the page, and the figures by file name."""
-    files.write_json(folder / "summary.json", summary)
-    files.write_text(folder / "report.html", page)
-    for name, figure in figures.items():
-        write_figure(folder, name, figure)
 
 
 def _print_results(
@@ -234,7 +206,3 @@ def _place(one: "Standing", ranked: Sequence["Standing"]) -> str:
     return f"{one.cueing}: {where}{', tied' if tied else ''}" + (
         f"; hard limits passed at {broken:,} nodes" if broken else ""
     )
-
-
-def _today() -> str:
-    return datetime.now().astimezone().date().isoformat()

@@ -1,5 +1,6 @@
 """Key figures of a run. They are computed from a `Run` and know no algorithm."""
 
+from otolith.metrics.against_best import Best, against_best, best_in_words
 from otolith.metrics.catalogue import MEASURES
 from otolith.metrics.effort import distribution
 from otolith.metrics.false_cues import FalseCue, false_cues
@@ -17,6 +18,7 @@ from otolith.metrics.workspace import WorkspaceUse, workspace_use
 
 __all__ = [
     "MEASURES",
+    "Best",
     "Better",
     "Column",
     "Excess",
@@ -26,6 +28,8 @@ __all__ = [
     "Scale",
     "Topic",
     "WorkspaceUse",
+    "against_best",
+    "best_in_words",
     "between_nodes",
     "breaches",
     "compare",

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Final
 
 from otolith.metrics import effort, scales, similarity, unwanted, values
+from otolith.metrics.against_best import best_in_words, times_or_words
 from otolith.metrics.axes import by_axis, by_force, by_rate
 from otolith.metrics.false_cues import misleading_time
 from otolith.metrics.measure import FORCES, RATES, Better, Column, Measure, Topic, root_sum_square
@@ -57,6 +58,17 @@ _FELT: Final = (
         unit="m/s², rad/s",
         of=values.wanted_rms,
         section="Tracking error",
+    ),
+    Measure(
+        name="optimum",
+        words="Against the best that is possible",
+        unit="",
+        of=None,
+        better=Better.LOWER,
+        columns=(Column("Times the best", times_or_words),),
+        scale=scales.TIMES_THE_BEST,
+        in_words=best_in_words,
+        section="The best that is possible",
     ),
     Measure(
         name="rate_rmse",

@@ -105,6 +105,7 @@ class Measure:
     columns: tuple[Column, ...] = ()
     line: Callable[[Any], str] | None = None  # text of the value in the printed line of a run
     scale: Scale | None = None
+    in_words: Callable[[Summary], str] | None = None  # text on pages, if it replaces the numbers of the value
     # Key inside the value -> words and unit
     parts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     listed: bool = True  # whether it appears in the list of all figures; False if a page has a separate table

@@ -1,4 +1,4 @@
-"""Five key figures of a run, each on a scale whose ends are described in words, which gives it a meaning.
+"""Six key figures of a run, each on a scale whose ends are described in words, which gives it a meaning.
 
 The ends are facts, not grades: the result of a perfect platform, of one that stands still, or of one at its
 limit. Of several degrees of freedom, the worst is shown.
@@ -7,6 +7,7 @@ limit. Of several degrees of freedom, the worst is shown.
 import math
 from typing import Final
 
+from otolith.metrics.against_best import best_in_words
 from otolith.metrics.false_cues import MISLEADING, THRESHOLD
 from otolith.metrics.measure import Reading, Scale, Summary
 
@@ -27,6 +28,22 @@ def _error(summary: Summary) -> Reading | None:
         words=f"Root mean square of felt minus wanted {what}: {_percent(error / size)} of what was wanted. "
         "A platform that stands still gets 100 %.",
     )
+
+
+def _times(summary: Summary) -> Reading | None:
+    told = summary.get("optimum", {})
+    if "times" not in told:
+        return None
+    words = best_in_words(summary)
+    if told["times"] is None:
+        error = _error(summary)
+        value, share, still = "within reach", error.share if error else 0.0, ""
+    else:
+        value = f"{told['times']:.3g} times"
+        room = told["standing_still"] - 1.0  # zero if the best motion is to stand still
+        share = (told["times"] - 1.0) / room if room > 0.0 else float(told["times"] > 1.0)
+        still = f" A platform that stands still has {told['standing_still']:.3g} times the best."
+    return Reading(value=value, share=share, words=f"{words[0].upper()}{words[1:]}.{still}")
 
 
 def _shape(summary: Summary) -> Reading | None:
@@ -88,6 +105,7 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if share >= 0.1 else f"{100.0 * share:.2g} %"
 
 
+TIMES_THE_BEST: Final = Scale(title="Against the best", ends=("the best", "nothing felt"), read=_times)
 TRACKING_ERROR: Final = Scale(title="Tracking error", ends=("felt as wanted", "nothing felt"), read=_error)
 SAME_SHAPE: Final = Scale(title="Same shape", ends=("same shape", "unrelated"), read=_shape)
 MISLED: Final = Scale(title="Misled", ends=("never", "all the time"), read=_misled)

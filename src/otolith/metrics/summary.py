@@ -4,16 +4,22 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from otolith.loop import Run
+from otolith.metrics.against_best import Best, against_best, not_computed
 from otolith.metrics.catalogue import MEASURES
 
 BASELINE: Final = "implicit"  # percentages are relative to this model, as in Table 5.6
 
 
-def summarise(run: Run) -> dict[str, Any]:
+def summarise(run: Run, best: Best | str | None = None) -> dict[str, Any]:
     """Return every key figure of `MEASURES` by name, and what is needed to repeat the run.
 
     docs/metrics.md defines keys, units and figures. All values are in SI units unless a key or an entry names
     another unit.
+
+    Parameters
+    ----------
+    best : the best that is possible on the run's drive (`Experiment.optimum`), or in words the reason why it
+        is unknown. Without it the summary has no key `optimum`.
     """
     return {
         "scenario": run.scenario,
@@ -28,17 +34,27 @@ def summarise(run: Run) -> dict[str, Any]:
             for name, measure in MEASURES.items()
             if measure.of is not None and (measure.defined(run.dofs) or not measure.optional)
         },
+        **({} if best is None else {"optimum": _against(run, best)}),
         "settings": run.settings,
     }
 
 
-def compare(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
+def _against(run: Run, best: Best | str) -> dict[str, Any]:
+    return not_computed(best) if isinstance(best, str) else against_best(run, best)
+
+
+def compare(runs: Sequence[Run], best: Sequence[Best | str] | None = None) -> dict[str, dict[str, Any]]:
     """Return summaries by cueing, each with its mean working-set changes relative to the implicit MPC's [%].
 
     Negative means fewer changes. The percentage is absent if there is no run of the baseline, or if the
     baseline made no change.
+
+    Parameters
+    ----------
+    best : for each run, the argument of `summarise`.
     """
-    summaries = {run.cueing: summarise(run) for run in runs}
+    known: Sequence[Best | str | None] = best or [None] * len(runs)
+    summaries = {run.cueing: summarise(run, of_run) for run, of_run in zip(runs, known, strict=True)}
     base = summaries.get(BASELINE, {}).get("changes", {}).get("mean", 0.0)
     if base > 0.0:
         for summary in summaries.values():

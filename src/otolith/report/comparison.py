@@ -33,6 +33,7 @@ def render_comparison(
     *,
     by: Criterion = RMSE,
     date: str = "",
+    best: Run | None = None,
 ) -> str:
     """Return the page of several algorithms on one scenario.
 
@@ -40,6 +41,7 @@ def render_comparison(
     ----------
     summaries : key figures of each run, in the order of `runs`, or by the name of the cueing.
     by : the criterion of the ranking.
+    best : the best that is possible on this scenario, drawn beside them.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def render_comparison(
     first = runs[0]
     scenarios = {first.scenario: by_name}
     ranked = standings(scenarios, by)
-    groups = _diagrams_of(runs)
+    groups = _diagrams_of(runs, best)
     trade, effort = trade_panel(by_name, by), changes_panel(runs)
     points = points_each([panel for _, _, panels in groups for panel in panels])
     parts = [
@@ -74,7 +76,11 @@ def render_comparison(
 
 
 def render_contest(
-    contest: Mapping[str, tuple[Sequence[Run], ByCueing]], *, by: Criterion = RMSE, date: str = ""
+    contest: Mapping[str, tuple[Sequence[Run], ByCueing]],
+    *,
+    by: Criterion = RMSE,
+    date: str = "",
+    best: Mapping[str, Run | None] | None = None,
 ) -> str:
     """Return the page of several algorithms on several scenarios.
 
@@ -82,11 +88,14 @@ def render_contest(
     ----------
     contest : runs and summaries by the name of the scenario; every scenario has the same algorithms.
     by : the criterion of the ranking.
+    best : the best that is possible on each scenario, by its name, drawn beside them.
     """
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     ranked = standings(summaries, by)
     everything = [run for runs, _ in contest.values() for run in runs]
-    groups = {scenario: _diagrams_of(runs) for scenario, (runs, _) in contest.items()}
+    groups = {
+        scenario: _diagrams_of(runs, (best or {}).get(scenario)) for scenario, (runs, _) in contest.items()
+    }
     points = points_each([p for of_one in groups.values() for _, _, panels in of_one for p in panels])
     trades = [trade_panel(of_one, by, of=scenario) for scenario, of_one in summaries.items()]
     glance = "".join(diagrams(f"s{number}", [panel]) for number, panel in enumerate(trades))
@@ -140,11 +149,11 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Crit
     return f'<div class="wide">{table("models", heads, rows)}</div>{rule}'
 
 
-def _diagrams_of(runs: Sequence[Run]) -> list[tuple[str, str, list[Panel]]]:
+def _diagrams_of(runs: Sequence[Run], best: Run | None) -> list[tuple[str, str, list[Panel]]]:
     """Return name, title and panels of each degree of freedom that all runs share, and of the reach."""
     shared = [dof for dof in runs[0].dofs if all(dof in run.dofs for run in runs)]
     found = [
-        (dof, texts.DOFS[dof], [*motion_comparison(runs, dof), *false_cue_panels(runs, dof)])
+        (dof, texts.DOFS[dof], [*motion_comparison(runs, dof, best), *false_cue_panels(runs, dof)])
         for dof in shared
     ]
     return [*found, ("reach", "The platform’s reach", [use_panel(runs)])]

@@ -62,26 +62,33 @@ HANDLE: Final = 3.9  # [em] width of a line sample in a legend, with the gaps ar
 MARKERS: Final = ("x", "v", "s", "+")
 
 
-def cueing_figure(run: Run, dof: str, *, width: float = COLUMN) -> Figure:
+def cueing_figure(run: Run, dof: str, *, width: float = COLUMN, best: Run | None = None) -> Figure:
     """Draw one degree of freedom of a run over time: what is felt, the motion, and the solver's effort.
 
     Parameters
     ----------
     dof : name of an axis pair, a key of `otolith.core.frames.PAIRS`, or "heave" or "yaw".
     width : width of the figure [in].
+    best : the best that is possible on the same drive, drawn beside it.
     """
-    return _draw(motion_panels(run, dof) + effort_panels(run), width)
+    return _draw(motion_panels(run, dof, best) + effort_panels(run), width)
 
 
-def comparison_figure(runs: Sequence[Run], dof: str, *, width: float = COLUMN) -> Figure:
+def comparison_figure(
+    runs: Sequence[Run], dof: str, *, width: float = COLUMN, best: Run | None = None
+) -> Figure:
     """Draw several algorithms on one scenario: what is felt, the motion, false cues, reach, and effort.
+
+    Parameters
+    ----------
+    dof, width, best : as in `cueing_figure`.
 
     Raises
     ------
     ValueError : there is no run, or the runs are not of one scenario.
     """
     panels = (
-        *motion_comparison(runs, dof),
+        *motion_comparison(runs, dof, best),
         *false_cue_panels(runs, dof),
         use_panel(runs),
         changes_panel(runs),

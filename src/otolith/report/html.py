@@ -8,7 +8,7 @@ from typing import Final
 
 from otolith.core.frames import DOFS
 from otolith.loop import Run
-from otolith.metrics import between_nodes, breaches, failures, held_back
+from otolith.metrics import best_in_words, between_nodes, breaches, failures, held_back
 from otolith.metrics.measure import Summary
 from otolith.report import tables, texts
 from otolith.report.gauges import gauges_html
@@ -29,15 +29,16 @@ LEAST: Final = 100  # least number of points of a curve: minimum and maximum of 
 BUDGET: Final = 45_000  # largest number of points of a page: 0.5 MB, next to 1.2 MB of plotly
 
 
-def render(run: Run, summary: Summary, *, date: str = "") -> str:
+def render(run: Run, summary: Summary, *, date: str = "", best: Run | None = None) -> str:
     """Return the page of one run.
 
     Parameters
     ----------
     summary : key figures by name, plain JSON values, possibly nested; see `otolith.metrics.summarise`.
     date : date of the run, as it is to be printed.
+    best : the best that is possible on the same drive, drawn beside it.
     """
-    of_dofs = {dof: motion_panels(run, dof) for dof in run.dofs}
+    of_dofs = {dof: motion_panels(run, dof, best) for dof in run.dofs}
     of_effort = effort_panels(run)
     points = points_each([*(panel for panels in of_dofs.values() for panel in panels), *of_effort])
     felt = "".join(
@@ -135,8 +136,10 @@ def verdict(run: Run, summary: Summary, name: str = "") -> str:
     parts += passed or (["all limits were kept at every node"] if "limits" in summary else [])
     held = held_back(summary)
     text = escape("; ".join([*parts, *between_nodes(summary), *held]))
+    best = best_in_words(summary)
+    beside = f" {escape(best[0].upper() + best[1:])}." if best else ""
     mood = "warn" if failed or summary.get("violations") else "mild" if passed or held else "good"
-    return f'<p class="{mood}">{who}{text[0].upper()}{text[1:]}.</p>'
+    return f'<p class="{mood}">{who}{text[0].upper()}{text[1:]}.{beside}</p>'
 
 
 def decimation(runs: Sequence[Run]) -> str:

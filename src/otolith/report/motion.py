@@ -7,8 +7,10 @@ from otolith.core.frames import PAIRS
 from otolith.loop import Run
 from otolith.report import palette
 from otolith.report.panels import (
+    Curve,
     Panel,
     axis_of,
+    best_felt,
     comparison_panels,
     curve_of,
     overlay,
@@ -25,28 +27,28 @@ FELT: Final = {"heave": "vertical force", "yaw": "yaw rate"}
 PLACE: Final = {"heave": "height", "yaw": "yaw angle"}
 
 
-def motion_panels(run: Run, dof: str) -> tuple[Panel, ...]:
-    """Return the panels that show one degree of freedom of a run."""
+def motion_panels(run: Run, dof: str, best: Run | None = None) -> tuple[Panel, ...]:
+    """Return the panels that show one degree of freedom of a run, beside the best that is possible."""
     if dof in PAIRS:
-        return run_panels(run, dof)
+        return run_panels(run, dof, best)
     series, span = single_series(run, dof), time_span(run)
-    return (_felt(series, span), _place(series, span))
+    return (_felt(series, span, best_felt(best, dof)), _place(series, span))
 
 
-def motion_comparison(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
-    """Return the panels that show one degree of freedom of several runs of one scenario.
+def motion_comparison(runs: Sequence[Run], dof: str, best: Run | None = None) -> tuple[Panel, ...]:
+    """Return the panels that show one degree of freedom of several runs of one scenario, beside the best.
 
     Raises
     ------
     ValueError : there is no run, or the runs are not of one scenario.
     """
     if dof in PAIRS:
-        return comparison_panels(runs, dof)
+        return comparison_panels(runs, dof, best)
     require_one_scenario(runs)
     names, every = labels(runs), [single_series(run, dof) for run in runs]
     span = (0.0, max(time_span(run)[1] for run in runs))
     first = every[0]
-    felt = (reference_of(first), *overlay(names, every, lambda s: s.felt))
+    felt = (reference_of(first), *overlay(names, every, lambda s: s.felt), *best_felt(best, dof))
     return (
         Panel(
             key=f"compare-{dof}",
@@ -66,8 +68,8 @@ def motion_comparison(runs: Sequence[Run], dof: str) -> tuple[Panel, ...]:
     )
 
 
-def _felt(s: SingleSeries, span: Band) -> Panel:
-    curves = (reference_of(s), curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4))
+def _felt(s: SingleSeries, span: Band, best: tuple[Curve, ...]) -> Panel:
+    curves = (reference_of(s), curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4), *best)
     return Panel(
         key=s.axis,
         title=FELT[s.axis].capitalize(),

@@ -10,7 +10,7 @@ from typing import Final, Literal, TypeVar
 import numpy as np
 
 from otolith.core.arrays import Vec
-from otolith.core.frames import AXES
+from otolith.core.frames import AXES, PAIRS
 from otolith.loop import Run
 from otolith.report import palette
 from otolith.report.series import (
@@ -23,6 +23,7 @@ from otolith.report.series import (
     extent,
     labels,
     pair_series,
+    single_series,
     stairs,
     survival,
 )
@@ -92,11 +93,11 @@ class Panel:
         return self.x_label.startswith("time")
 
 
-def run_panels(run: Run, pair: str) -> tuple[Panel, ...]:
+def run_panels(run: Run, pair: str, best: Run | None = None) -> tuple[Panel, ...]:
     """Return the panels of one axis pair: specific force with its parts, tilt, position (figs 5.2 to 5.8)."""
     series = pair_series(run, pair)
     span = time_span(run)
-    return (_force(series, span), _tilt(series, span), _position(series, span))
+    return (_force(series, span, best_felt(best, pair)), _tilt(series, span), _position(series, span))
 
 
 def effort_panels(run: Run) -> tuple[Panel, ...]:
@@ -106,8 +107,8 @@ def effort_panels(run: Run) -> tuple[Panel, ...]:
     return (_changes(cost, span), _step_time(cost, span))
 
 
-def comparison_panels(runs: Sequence[Run], pair: str) -> tuple[Panel, ...]:
-    """Return the panels of several runs of one scenario: felt force, tilt, position.
+def comparison_panels(runs: Sequence[Run], pair: str, best: Run | None = None) -> tuple[Panel, ...]:
+    """Return the panels of several runs of one scenario: felt force, beside the best; tilt; position.
 
     Raises
     ------
@@ -119,7 +120,7 @@ def comparison_panels(runs: Sequence[Run], pair: str) -> tuple[Panel, ...]:
     span = (0.0, max(time_span(run)[1] for run in runs))
     first = all_series[0]
     felt = overlay(names, all_series, lambda s: s.felt)
-    curves = (reference_of(first), *felt)
+    curves = (reference_of(first), *felt, *best_felt(best, pair))
     return (
         Panel(
             key="compare-force",
@@ -181,12 +182,13 @@ def require_one_scenario(runs: Sequence[Run]) -> None:
         raise ValueError(f"a comparison needs runs of one scenario, got {scenarios}")
 
 
-def _force(s: PairSeries, span: Band) -> Panel:
+def _force(s: PairSeries, span: Band, best: tuple[Curve, ...]) -> Panel:
     curves = (
         reference_of(s),
         curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4),
         curve_of(f"from {AXES[s.pair.translation]}", s.time, s.translation, palette.VERMILION, width=0.9),
         curve_of(f"from {AXES[s.pair.rotation]}", s.time, s.gravity, palette.GREEN, dash="dash", width=1.1),
+        *best,
     )
     return Panel(
         key="force",
@@ -281,6 +283,14 @@ def curve_of(
 def reference_of(s: PairSeries | SingleSeries) -> Curve:
     """Return the reference as a broad grey line behind all others."""
     return curve_of("reference", s.time, s.reference, palette.GREY, width=2.6)
+
+
+def best_felt(best: Run | None, dof: str) -> tuple[Curve, ...]:
+    """Return what is felt along a degree of freedom in the best run that is possible, if that is known."""
+    if best is None:
+        return ()
+    s = pair_series(best, dof) if dof in PAIRS else single_series(best, dof)
+    return (curve_of("best possible", s.time, s.felt, palette.PURPLE, dash="dash", width=1.3),)
 
 
 def _style(k: int) -> tuple[str, str]:

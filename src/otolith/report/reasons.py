@@ -52,7 +52,7 @@ def _in_one(k: int, scenario: str, of_one: ByCueing, ranked: Sequence[Standing],
         text = f"{scenario}: {best[0].cueing} is best, {value}"
     if after is not None:
         text += _against(best[0], after, k, of_one, by)
-    return f"{text}.{_ruled_out(k, of_one, order, best[0], by)}"
+    return f"{text}.{_ruled_out(k, of_one, order, best[0], by)}{_beside_the_best(of_one, order)}"
 
 
 def _against(best: Standing, after: Standing, k: int, of_one: ByCueing, by: Criterion) -> str:
@@ -98,6 +98,18 @@ def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standi
                 f" {one.cueing} has a {by.better} one, {by.shown(mine):.3g}, and is ruled out: {first}."
             )
     return "".join(found)
+
+
+def _beside_the_best(of_one: ByCueing, order: Sequence[Standing]) -> str:
+    """How far each is from the best that is possible, where that is known."""
+    told = {one.cueing: of_one[one.cueing].get("optimum", {"not_computed": ""}) for one in order}
+    if all("not_computed" in one for one in told.values()):
+        return ""
+    times = {name: one.get("times") for name, one in told.items()}
+    if not any(times.values()):
+        return " A perfect answer is within reach of the platform on this drive."
+    known = [f"{name} {value:.2f}" for name, value in times.items() if value is not None]
+    return f" Times the least possible error on this drive: {', '.join(known)}."
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -37,8 +37,13 @@ def _listed(key: str) -> bool:
 
 
 def _shown(summary: Summary) -> Summary:
-    """Return the summary with angles in degrees, as in the diagrams."""
-    return {key: MEASURES[key].shown(value) if key in MEASURES else value for key, value in summary.items()}
+    """Return the summary with angles in degrees, as in the diagrams, and texts of measures that have them."""
+    return {key: _text_or_value(key, summary) if key in MEASURES else summary[key] for key in summary}
+
+
+def _text_or_value(key: str, summary: Summary) -> object:
+    in_words = MEASURES[key].in_words
+    return MEASURES[key].shown(summary[key]) if in_words is None else in_words(summary)
 
 
 def limits(summary: Summary) -> str:

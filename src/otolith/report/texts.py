@@ -8,7 +8,8 @@ PANELS: Final = {
         "platform has two means: it accelerates, which is quick but soon runs out of "
         "travel, and it tilts, so that a part of gravity, g sin(tilt), takes over what lasts. The two "
         "parts add up to the felt force. Where blue leaves grey, the cue is missing; where they have "
-        "opposite signs, it is false."
+        "opposite signs, it is false. The best possible (dashed), where it was computed, knows the whole "
+        "drive beforehand."
     ),
     "tilt": (
         "Tilt lends gravity to the cue, but only slowly: a tilt rate beyond the dashed limit would be "
@@ -42,7 +43,8 @@ PANELS: Final = {
     ),
     "compare-force": (
         "What the driver should feel (grey) and what each algorithm achieves. Where curves cover each "
-        "other, the algorithms decide alike; a click on a name hides its curve."
+        "other, the algorithms decide alike; a click on a name hides its curve. The best possible, "
+        "where it was computed, knows the whole drive beforehand."
     ),
     "compare-tilt": (
         "Tilt of each algorithm, counted so that a positive one adds to the specific force; limits are "

@@ -7,12 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from otolith import metrics, registry
-from otolith.cli.optimum import distance
 from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.core.rotation import felt_along
 from otolith.cueing.design import Design
-from otolith.cueing.optimum import Optimum, optimum
+from otolith.cueing.optimum import Optimum, measure_of, optimum
 from otolith.loop import simulate
 from otolith.platforms import load
 from otolith.scenarios import Scenario, scenario
@@ -139,7 +138,7 @@ def test_the_error_through_the_lag_is_that_of_the_jumps() -> None:
 
 
 def test_a_platform_without_lag_follows_jumps() -> None:
-    quick = optimum(load("thesis"), (SURGE_PITCH,), scenario("step-1"), lag=0.0)
+    quick = optimum(load("thesis"), (SURGE_PITCH,), scenario("step-1"), plant="ideal-no-lag")
     assert quick.through_lag["surge-pitch"] < 1e-4
     assert metrics.tracking_rmse(quick.run)[0] < 1e-3
 
@@ -152,10 +151,12 @@ def test_a_reference_that_is_no_number_is_refused() -> None:
         optimum(load("thesis"), (SURGE_PITCH,), broken)
 
 
-def test_distances_in_words() -> None:
-    summary = {"rmse_per_pair": {"surge-pitch": 0.6}, "wanted_rms": {"surge-pitch": 1.4}}
-    turning = {"rate_rmse": {"yaw": np.radians(2.0)}, "wanted_rms": {"yaw": np.radians(8.0)}}
-    assert distance(turning, turning) == "yaw 1.00 times the best that is possible (2.000 deg/s)"
-    hard, easy = (summary | {"rmse_per_pair": {"surge-pitch": value}} for value in (0.3, 0.001))
-    assert distance(summary, hard) == "surge-pitch 2.00 times the best that is possible (0.3000 m/s²)"
-    assert distance(summary, easy) == "surge-pitch 0.6000 m/s², where a perfect answer is within reach"
+def test_another_plant_is_refused() -> None:
+    with pytest.raises(InputError, match="plant of the optimum is hexapod, must be ideal or ideal-no-lag"):
+        optimum(load("thesis"), (SURGE_PITCH,), scenario("step-1"), plant="hexapod")
+    assert [measure_of(plant) for plant in ("ideal-no-lag", "ideal", "hexapod", "actuator")] == [
+        "ideal-no-lag",
+        "ideal",
+        "ideal",
+        "ideal",
+    ]

@@ -53,6 +53,7 @@ class Optimum:
     certificate: Certificate
     iterations: int
     through_lag: Mapping[str, float]  # error [m/s² or rad/s, RMS] by degree of freedom, see `_through_lag`
+    weights: Mapping[str, float]  # of the squared errors, by degree of freedom
 
 
 def optimum(
@@ -60,7 +61,7 @@ def optimum(
     dofs: tuple[Dof, ...],
     scenario: Scenario,
     *,
-    lag: float | None = None,
+    plant: str = "ideal",
     plant_period: float = 1e-3,
     settings: Mapping[str, Any] | None = None,
 ) -> Optimum:
@@ -68,18 +69,20 @@ def optimum(
 
     Parameters
     ----------
-    lag : [s] of the ideal platform's accelerations behind their commands; None: that of the platform's file.
+    plant : "ideal", whose accelerations lag their commands as the platform's file says, or "ideal-no-lag".
     plant_period : [s] between two samples, a whole fraction of 10 ms.
     settings : what the user chose, for the record of the run.
 
     Raises
     ------
-    InputError : the platform lacks an axis, heave is cued with others, or the scenario lasts over an hour or
-        wants what is no number.
+    InputError : the platform lacks an axis, heave is cued with others, the plant is not ideal, or the
+        scenario lasts over an hour or wants what is no number.
     NoOptimum : the certificate of the answer is not accepted.
     """
     check(dofs, scenario)
-    lag = max(platform.actuators.lag_s if lag is None else lag, _LEAST_LAG)
+    if plant != measure_of(plant):
+        raise InputError("plant of the optimum", plant, "ideal or ideal-no-lag")
+    lag = max(platform.actuators.lag_s if plant == "ideal" else 0.0, _LEAST_LAG)
     dynamics = _dynamics(platform, dofs, lag)
     cost = _Felt.of(scenario, dofs, lag=lag, head=platform.head, plant_period=plant_period)
     answer = solve(dynamics, cost, np.zeros(dynamics.states), len(cost.tracked.wanted))
@@ -92,7 +95,7 @@ def optimum(
         scenario,
         platform=platform,
         dofs=tuple(dof.name for dof in dofs),
-        names=(NAME, "ideal"),
+        names=(NAME, plant),
         settings=settings,
         plant_period=plant_period,
     )
@@ -101,7 +104,13 @@ def optimum(
         certificate=certificate,
         iterations=answer.iterations,
         through_lag={dof.name: _through_lag(cost, c, dof, lag) for c, dof in enumerate(dofs)},
+        weights={dof.name: float(weight) for dof, weight in zip(dofs, cost.tracked.weight, strict=True)},
     )
+
+
+def measure_of(plant: str) -> str:
+    """The ideal plant on which the best is sought for runs on `plant`: the lag-free one for itself alone."""
+    return "ideal-no-lag" if plant == "ideal-no-lag" else "ideal"
 
 
 def check(dofs: tuple[Dof, ...], scenario: Scenario) -> None:

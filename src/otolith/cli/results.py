@@ -1,0 +1,60 @@
+"""What commands write of their runs: run.h5, summary.json, report.html and figures, in one folder."""
+
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from otolith import files
+from otolith.cli.figures import write_figure
+from otolith.cueing.optimum import Optimum
+from otolith.loop import Run
+
+if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad input is refused sooner
+    from matplotlib.figure import Figure
+
+Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
+]
+
+
+def write_results(
+    result: Run, folder: Path, *, command: str, force: bool, best: Optimum | str
+) -> dict[str, Any]:
+    """Write run.h5, summary.json, report.html and figures of one run; return the key figures.
+
+    Parameters
+    ----------
+    best : the best that is possible on the run's drive, or why it is not known, in words.
+    """
+    from otolith import metrics, report
+
+    summary = metrics.summarise(result, best)
+    drawn = None if isinstance(best, str) or best.run is result else best.run
+    with files.whole_folder(folder, command=command, force=force) as made:
+        files.write_run(result, made / "run.h5")
+        page = report.render(result, summary, date=today(), best=drawn)
+        figures = figures_of(result.dofs, lambda dof: report.cueing_figure(result, dof, best=drawn))
+        write_all(made, summary, page, figures)
+    return summary
+
+
+def figures_of(dofs: Sequence[str], draw: Callable[[str], "Figure"]) -> dict[str, "Figure"]:
+    """Return one figure per degree of freedom, by file name."""
+    return {"figure" if len(dofs) == 1 else f"figure-{dof}": draw(dof) for dof in dofs}
+
+
+def write_all(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, "Figure"]) -> None:
+    """Write the summary, the page, and the figures by file name."""
+    files.write_json(folder / "summary.json", summary)
+    files.write_text(folder / "report.html", page)
+    for name, figure in figures.items():
+        write_figure(folder, name, figure)
+
+
+def today() -> str:
+    """Return the date, as pages show it."""
+    return datetime.now().astimezone().date().isoformat()

@@ -1,0 +1,136 @@
+"""How far a run is from the best that is possible on its drive.
+
+Of several degrees of freedom the errors count together, by the weights with which the best was sought: of
+that sum no motion within the limits has less, while one force may be followed better at another's expense.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from otolith.core.errors import InputError
+from otolith.loop import Run
+from otolith.metrics.axes import by_force, by_rate
+from otolith.metrics.measure import Summary
+from otolith.metrics.tracking import rate_rmse, tracking_rmse
+
+WITHIN_REACH: Final = 0.02  # of what is wanted: the best misses less than this beside what its lag costs
+NOT_COMPUTED: Final = "add --optimum"
+
+
+class Best(Protocol):
+    """The best run, as `otolith.cueing.optimum` finds it; by degree of freedom, [m/s²] or [rad/s]."""
+
+    @property
+    def run(self) -> Run:
+        """The run."""
+
+    @property
+    def through_lag(self) -> Mapping[str, float]:
+        """RMS errors that no platform with this lag can avoid, as jumps are followed through it."""
+
+    @property
+    def weights(self) -> Mapping[str, float]:
+        """Weights of the squared errors."""
+
+
+def against_best(run: Run, best: Best) -> dict[str, Any]:
+    """How many times the least possible error a run has, in all and by degree of freedom, as JSON values.
+
+    `times` is None where the best misses nothing but what its lag costs: there is nothing to divide by.
+
+    Raises
+    ------
+    InputError : the two are not of one drive.
+    """
+    _check_alike(run, best.run)
+    error, least, still = _errors(run), _errors(best.run), _wanted(run)
+
+    def together(of: Mapping[str, float]) -> float:
+        return math.sqrt(sum(best.weights[dof] * value**2 for dof, value in of.items()))
+
+    times, standing = _times(*map(together, (error, least, best.through_lag, still)))
+    return {
+        "times": times,
+        "standing_still": standing,
+        "by_dof": {
+            dof: {
+                "times": _times(error[dof], least[dof], best.through_lag[dof], still[dof])[0],
+                "error": least[dof],
+                "through_lag": best.through_lag[dof],
+            }
+            for dof in run.dofs
+        },
+        "plant": best.run.plant,
+        "certificate": float(best.run.residual.max()),
+    }
+
+
+def not_computed(reason: str = NOT_COMPUTED) -> dict[str, Any]:
+    """What a summary keeps where the best was not sought, or not found."""
+    return {"not_computed": reason}
+
+
+def _check_alike(run: Run, best: Run) -> None:
+    same = run.dofs == best.dofs and run.platform == best.platform
+    if not same or not np.array_equal(run.reference_force, best.reference_force):
+        raise InputError("the optimum", "of another drive, platform or --dofs", "of those of the run")
+
+
+def _errors(run: Run) -> dict[str, float]:
+    """RMS of felt minus wanted, by degree of freedom [m/s² or rad/s]."""
+    return by_force(run, tracking_rmse(run)) | by_rate(run, rate_rmse(run))
+
+
+def _wanted(run: Run) -> dict[str, float]:
+    """RMS of what is wanted, by degree of freedom [m/s² or rad/s]."""
+    force, rate = (
+        np.sqrt(np.mean(wanted**2, axis=0)) for wanted in (run.reference_force, run.reference_rate)
+    )
+    return by_force(run, force) | by_rate(run, rate)
+
+
+def _times(error: float, least: float, lag: float, still: float) -> tuple[float | None, float | None]:
+    """Error, and what standing still has, in times of the least; None where that is within reach."""
+    if math.sqrt(max(least**2 - lag**2, 0.0)) <= WITHIN_REACH * still:
+        return None, None
+    return error / least, still / least
+
+
+def times_or_words(told: Mapping[str, Any]) -> float | str:
+    """What a column of a table shows of `against_best`."""
+    if "not_computed" in told:
+        return "not computed"
+    times: float | None = told["times"]
+    return "within reach" if times is None else times
+
+
+def best_in_words(summary: Summary) -> str:
+    """How far a run is from the best that is possible, or why it is not known, in words."""
+    told = summary.get("optimum")
+    if told is None:
+        return ""
+    if "not_computed" in told:
+        return f"the best that is possible is not computed; {told['not_computed']}"
+    several = len(told["by_dof"]) > 1
+    each = ", ".join(_least(dof if several else "", one, summary) for dof, one in told["by_dof"].items())
+    if told["times"] is None:
+        text = f"a perfect answer is within reach of this platform on this drive ({each})"
+    else:
+        text = f"its error is {told['times']:.2f} times the best that is possible on this drive ({each})"
+    if told["plant"] != summary["plant"]:
+        text += f", measured on the plant {told['plant']}"
+    if told["times"] is not None and (summary.get("violations") or summary.get("soft_exceeded")):
+        text += ", which keeps the limits that this run passed"
+    return text
+
+
+def _least(dof: str, one: Mapping[str, Any], summary: Summary) -> str:
+    """The least error of one degree of freedom, with its unit, and where several are named, its own ratio."""
+    turns = dof == "yaw" or summary["dofs"] == "yaw"
+    size = f"{math.degrees(one['error']):.3f} deg/s" if turns else f"{one['error']:.4f} m/s²"
+    if not dof:
+        return size
+    return f"{dof} within reach, {size}" if one["times"] is None else f"{dof} {one['times']:.2f} times {size}"
