@@ -48,6 +48,10 @@ COMMANDS: Final = {
         "Drive a road and write specific force, rates and pose, with a map; `otolith run --log` cues it.",
     ),
     "log": ("log:app", "Recorded drives: see what is understood of a file, and save how it is read."),
+    "live": (
+        "live:app",
+        "Motion platforms in real time: record telemetry, learn its axes, and be a device in software.",
+    ),
     "map": (
         "false_cue_map:map_",
         "Show false cues on the map of the drive, and where the worst of them are.",

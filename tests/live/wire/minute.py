@@ -1,5 +1,6 @@
 """A minute of driving as the experiment asks for, computed: what a driver feels is known exactly."""
 
+import struct
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,3 +67,15 @@ def samples(drive: Driven, force: Mat, rate: Mat, *, attitude: bool = False) -> 
         )
         for t, f, w, v, heading in zip(drive.t, force, rate, drive.speed, drive.heading, strict=True)
     ]
+
+
+DRIVE = driven()
+
+
+def forza_packet(k: int) -> bytes:
+    """Return the packet that Forza sends at instant k: X right, Y up, Z forward, rates by the left hand."""
+    f, w, v = DRIVE.force[k], DRIVE.rate[k], DRIVE.speed[k]
+    data = bytearray(232)
+    struct.pack_into("<iI", data, 0, 1, round(1e3 * DRIVE.t[k]))
+    struct.pack_into("<9f", data, 20, -f[1], f[2], f[0], 0.0, 0.0, v, w[1], -w[2], -w[0])
+    return bytes(data)

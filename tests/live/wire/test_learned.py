@@ -14,9 +14,8 @@ from otolith.live.wire.formats import WireError
 from otolith.live.wire.forza import Forza
 from otolith.live.wire.learned import NotLearned, learn, minute_of
 from otolith.live.wire.lfs import OutSim
-from tests.live.wire.minute import DT, PHASES, Driven, G, driven, samples
+from tests.live.wire.minute import DRIVE, DT, PHASES, Driven, G, driven, forza_packet, samples
 
-DRIVE = driven()
 ONE_G = np.array([0.0, 0.0, G])
 TURNS = [
     np.diag(signs)[list(order)]
@@ -145,12 +144,7 @@ def test_what_a_source_does_not_send_is_named(name: str):
 
 def test_forza_packets_of_a_minute():
     """Through the parser: X right, Y up, Z forward become ours, and nothing is left to turn."""
-    sent = []
-    for t, f, w, v in zip(DRIVE.t, DRIVE.force, DRIVE.rate, DRIVE.speed, strict=True):
-        data = bytearray(232)
-        struct.pack_into("<iI", data, 0, 1, round(1e3 * t))
-        struct.pack_into("<9f", data, 20, -f[1], f[2], f[0], 0.0, 0.0, v, w[1], -w[2], -w[0])
-        sent.append((float(t), Forza().parse(bytes(data))))
+    sent = [(float(t), Forza().parse(forza_packet(k))) for k, t in enumerate(DRIVE.t)]
     axes = learn(minute_of("forza", sent)).axes
     assert axes.force == axes.rate == ("1", "2", "3")
     assert not axes.gravity

@@ -93,6 +93,11 @@ class MoogEmulator:
         self.tick(now_ns)
         self._fail(bit)
 
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Return the latched faults by name."""
+        return tuple(name for bit, name in moog.FAULTS.items() if self.faults & bit)
+
     def receive(self, packet: bytes, now_ns: int) -> bytes | None:
         """Take in a command and return the base's reply; None once it is disabled.
 

@@ -24,9 +24,9 @@ import numpy as np
 from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.live.messages import Telemetry
-from otolith.live.wire.attitude import matrix
+from otolith.live.wire.attitude import from_angles, matrix
 from otolith.live.wire.axes import AxisMap
-from otolith.recordings.channels import Channel
+from otolith.recordings.channels import FORCE, RATE, Channel, Recording
 from otolith.recordings.checks.kinematics import CHANGE, TURNING
 from otolith.recordings.checks.relations import (
     LEAST,
@@ -78,7 +78,7 @@ class Learned:
 
 
 def minute_of(source: str, samples: Sequence[tuple[float, Telemetry]]) -> Minute:
-    """Return a minute from samples with their times of arrival [s]; each quantity has a clock of its own.
+    """Return a minute from samples with their times of arrival [s]; each quantity has its own clock.
 
     Raises
     ------
@@ -97,8 +97,7 @@ def minute_of(source: str, samples: Sequence[tuple[float, Telemetry]]) -> Minute
             )
     begin = max(t[0] for t, _ in clocks.values())
     end = min(t[-1] for t, _ in clocks.values())
-    if end - begin < REST + LEAST:
-        raise NotLearned(f"duration of the minute of {source}", f"{end - begin:.1f} s", "about 60 s")
+    _require_duration(source, end - begin)
     t = np.arange(begin, end, 1.0 / RATE_HZ)
     on = {name: _resampled(t, *clock) for name, clock in clocks.items()}
     return Minute(
@@ -109,6 +108,46 @@ def minute_of(source: str, samples: Sequence[tuple[float, Telemetry]]) -> Minute
         speed=np.abs(on["speed"][:, 0]),
         attitude=on.get("attitude"),
     )
+
+
+def minute_of_recording(recording: Recording) -> Minute:
+    """Return a minute from a recorded drive as its file states it, before any check of its axes.
+
+    A vertical force, and roll and pitch rate, are zero where the file has none.
+
+    Raises
+    ------
+    NotLearned : a force, the yaw rate or the speed is missing, or lasts for less than the experiment.
+    """
+    channels = recording.channels
+    for key in ("ax", "ay", "yaw_rate", "vx"):
+        if key not in channels:
+            raise NotLearned(
+                f"columns of {recording.source}", f"without {key}", "with ax, ay, yaw rate and speed"
+            )
+    known = [channels[key] for key in ("ax", "ay", "yaw_rate", "vx")]
+    begin, end = max(float(one.t[0]) for one in known), min(float(one.t[-1]) for one in known)
+    _require_duration(recording.source, end - begin)
+    t = np.arange(begin, end, 1.0 / RATE_HZ)
+
+    def vector(keys: Sequence[str]) -> Mat:
+        zero = np.zeros(len(t))
+        return np.stack([channels[key].on(t) if key in channels else zero for key in keys], axis=1)
+
+    yaw = channels.get("yaw")
+    return Minute(
+        source=recording.source,
+        t=t - begin,
+        force=vector(FORCE),
+        rate=vector(RATE),
+        speed=np.abs(channels["vx"].on(t)),
+        attitude=None if yaw is None else np.array([from_angles(0.0, 0.0, angle) for angle in yaw.on(t)]),
+    )
+
+
+def _require_duration(source: str, seconds: float) -> None:
+    if seconds < REST + LEAST:
+        raise NotLearned(f"duration of the minute of {source}", f"{seconds:.1f} s", "about 60 s")
 
 
 def learn(minute: Minute) -> Learned:

@@ -1,0 +1,14 @@
+"""`otolith live`: motion platforms in real time, and what can be done without one."""
+
+from otolith.cli.live_wire import emulate, learn_, record
+from otolith.cli.output import group
+
+app = group("Motion platforms in real time: record telemetry, learn its axes, and be a device in software.")
+app.command("record")(record)
+app.command("learn")(learn_)
+app.command("emulate")(emulate)
+
+
+@app.callback()
+def live() -> None:
+    """Motion platforms in real time: record telemetry, learn its axes, and be a device in software."""

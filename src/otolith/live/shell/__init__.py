@@ -1,0 +1,1 @@
+"""Clocks and sockets of live operation; everything else is pure."""
