@@ -11,22 +11,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from otolith.core.arrays import Bools, Mat, Vec
+from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.errors import MissingExtra
 from otolith.core.frames import Dof
 from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.decide import Program
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
 from otolith.loop import simulate
 from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.qp import Status
+from otolith.qp.blocked import Lengths
 from otolith.qp.engines import CondensedEngine, StageEngine, StructuredEngine
+from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.registry import SOLVERS
 from otolith.scenarios import TABLE_5_1, Scenario, scenario
 
@@ -96,31 +99,34 @@ FORMS: Final = {
 
 
 class _Recorder:
-    """A problem that records what it is asked to write."""
+    """The structured engine, which records every problem of one controller before it solves it."""
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self.steps = problem, list[Step]()
+    def __init__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> None:
+        self._engine = StructuredEngine(problem, tolerance=tolerance, blocks=blocks)
+        self.memory, self.steps = self._engine.memory, list[Step]()
+        self.program: Program | None = None  # of the controller whose problems are recorded
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._problem, name)
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Record what the problem in the memory was written from, and solve it."""
+        if (p := self.program) is not None:
+            self.steps.append(Step(p.x.copy(), p.about.copy(), p.wanted.copy()))
+        return self._engine.run(start, hint)
 
-    def write(self, memory: Any, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
-        """Write as the problem does, and keep a copy of the arguments."""
-        self.steps.append(Step(x.copy(), plan.copy(), wanted.copy()))
-        self._problem.write(memory, x, plan, wanted, u_ref)
+    def reset(self) -> None:
+        """Forget the last answer."""
+        self._engine.reset()
 
 
 def record(
     platform: Platform, pairs: Sequence[Dof], names: Sequence[str], settings: MpcSettings
 ) -> tuple[Problem, list[Step]]:
     """Simulate the scenarios along all axes, and keep the problem of every decision."""
-    cueing = Mpc(platform, pairs, settings)
-    problem = cueing.problem
-    recorder = _Recorder(problem)
-    cueing.problem = recorder  # type: ignore[assignment]
+    cueing = Mpc(platform, pairs, replace(settings, engine=_Recorder))
+    recorder = cast(_Recorder, cueing.engine)
+    recorder.program = cueing.program
     for name in names:
         simulate(cueing, Ideal(), _along(name, pairs), platform=platform, dofs=tuple(p.name for p in pairs))
-    return problem, recorder.steps
+    return cueing.problem, recorder.steps
 
 
 def _along(name: str, pairs: Sequence[Dof]) -> Scenario:

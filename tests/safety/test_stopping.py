@@ -14,7 +14,8 @@ from otolith.core.arrays import Mat
 from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, YAW
 from otolith.interfaces import Outcome, PlatformState, Status
 from otolith.platforms import load, parse_platform
-from otolith.safety.stopping import EASE, Reach, Stopping, advance, move, safe, stop
+from otolith.safety.law import EASE, Reach, advance, move, safe, stop
+from otolith.safety.stopping import Stopping
 
 PERIOD = 0.01
 UNHURRIED = settings(deadline=None, max_examples=40)

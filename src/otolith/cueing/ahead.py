@@ -25,7 +25,7 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
 from otolith.interfaces import Command, Cueing, PlatformState, Reference
-from otolith.safety.stopping import HUGE, move
+from otolith.safety.law import HUGE, move
 
 LONGEST: Final = 1.0  # [s] longest dead time
 SETTLING: Final = 0.3  # [s] time constant with which a difference that the timing may explain is adopted

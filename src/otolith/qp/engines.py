@@ -6,17 +6,19 @@ the condensed engine expands it first.
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.methods import VECTOR, address_of
 from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.condensed import CondensedSolver, Dense
 from otolith.qp.dense import DenseSolver
 from otolith.qp.problem import Status
 from otolith.qp.stage import OnRequest, StageProblem, StageQp, StageSolution
 from otolith.qp.structured import StructuredSettings, StructuredSolver
+from otolith.qp.structured.generate import INFO
 
 
 class StageMemory(NamedTuple):
@@ -33,6 +35,19 @@ class StageMemory(NamedTuple):
     varying: Mat  # (M, non-zeros of V_k) at the ends of blocks
     lower: Mat  # (M, rows)
     upper: Mat  # (M, rows)
+
+
+class Entrance(NamedTuple):
+    """How kernels solve the problem in a structured engine's memory, and where they find the answer."""
+
+    solve: int  # address of the kernel `solve(workspace)`; 0 where only `StageEngine.run` can solve
+    workspace: Vec
+    offered: Vec  # (1,) what is known about a hint, an index of `otolith.qp.structured.generate.OFFERS`
+    info: Vec  # as `otolith.qp.structured.generate.INFO`; its status is an index of `CODES`
+    U: Mat  # (M, nu)
+
+
+NO_ENTRANCE: Final = Entrance(0, np.zeros(0), np.zeros(1), np.zeros(len(INFO)), np.zeros((0, 0)))
 
 
 class StageEngine(Protocol):
@@ -128,10 +143,25 @@ class StructuredEngine:
             upper=rows("UPPER"),
         )
 
+    @property
+    def entrance(self) -> Entrance:
+        """The way in for kernels, which ask for `offer` and `exact` where they need them."""
+        solver = self._solver
+        code = address_of(solver.kernels.solve, VECTOR)
+        return Entrance(code, solver.vector, solver.part("OFFERED"), solver.part("INFO"), solver.part("PLAN"))
+
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Solve the problem in the memory with one compiled call, or two when a hint is requested."""
         solution = self._solver.run(start, hint)
         return self._decide(solution) if solution.status is Status.LIMIT else solution
+
+    def offer(self, hint: Ints | None) -> None:
+        """Give the hint (M, rows) that the kernel asked for, or none; it is then called again."""
+        self._solver.offer(hint)
+
+    def exact(self) -> StageSolution:
+        """Decide the problem that the kernel has given up."""
+        return self._decide(self._solver.solution())
 
     def reset(self) -> None:
         """Forget working set, multipliers and plan."""

@@ -128,7 +128,7 @@ def test_a_guess_as_reference_moves_the_cost_and_as_primal_only_the_linearisatio
     written = {}
     for entry in Entry:
         mpc = controller(entry=entry, guess=HeldPlan(), engine=CondensedEngine)
-        mpc._plan = plan.copy()
+        mpc.program.plan[:] = plan
         mpc.step(PlatformState(), Reference(specific_force=np.array([1.0, 0, 0])))
         written[entry] = expand(mpc.problem.structure, mpc.engine.memory)
     assert_allclose(written[Entry.REFERENCE].input_linear, -1e-3 * plan)

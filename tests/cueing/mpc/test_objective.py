@@ -8,9 +8,9 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.filter import Filter
 from otolith.core.frames import DOFS, GRAVITY, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.core.lti import StateSpace, first_order_hold
-from otolith.cueing.mpc import motion
+from otolith.cueing.mpc import kernels, motion
 from otolith.cueing.mpc.motion import in_six_axes, model_state, stacked
-from otolith.cueing.mpc.objective import Objective, channels
+from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.prediction import Hold
@@ -47,7 +47,7 @@ def held(problem: Problem, pose: Vec, reference: Reference) -> None:
     """A second at one pose."""
     x = model_state(problem.axes, PlatformState(pose=pose))
     for _ in range(100):
-        problem.sense(x, problem.wanted(for_ever(reference, problem.settings.horizon)))
+        kernels.sense(problem.given, x, problem.wanted(for_ever(reference, problem.settings.horizon)))
 
 
 @pytest.mark.parametrize("dofs", [(SURGE_PITCH, SWAY_ROLL), (SURGE_PITCH,)])
@@ -77,7 +77,8 @@ def test_what_the_car_will_be_sensed_to_do_is_what_the_perception_module_senses(
     problem, x = sensed(SURGE_PITCH), np.zeros(6)
     past = np.cumsum(rng.normal(size=200)) * 0.05
     for value in past:
-        problem.sense(
+        kernels.sense(
+            problem.given,
             x,
             problem.wanted(for_ever(Reference(specific_force=np.array([value, 0.0, 0.0])), N)),
         )
@@ -106,7 +107,7 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
     )
     memory = empty_memory(problem.structure)
     problem.begin(memory)
-    problem.sense(x, wanted)
+    kernels.sense(problem.given, x, wanted)
     problem.write(memory, x, plan, wanted, None)
     qp = expand(problem.structure, memory)
     z, told = qp.x0, []
@@ -133,20 +134,19 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
 
 @pytest.mark.parametrize("pair", [SURGE_PITCH, SWAY_ROLL])
 def test_the_rate_wanted_of_a_tilt_is_that_of_its_own_axis_and_of_no_other(pair: Dof) -> None:
-    rate, ahead = channels((pair,), SENSED)[1], np.empty(4)
-    wanted = np.array([0.1, 0.2, 0.3])
-    rate.wanted(for_ever(Reference(specific_force=np.zeros(3), angular_rate=wanted), len(ahead)), ahead)
+    problem, wanted = sensed(pair), np.array([0.1, 0.2, 0.3])
+    reference = Reference(specific_force=np.zeros(3), angular_rate=wanted)
+    ahead = problem.wanted(for_ever(reference, N))[:, 1]
     assert_allclose(ahead, pair.sign * wanted[pair.rotation - 3])
     wanted[pair.rotation - 3] = 0.0
-    rate.wanted(for_ever(Reference(specific_force=np.zeros(3), angular_rate=wanted), len(ahead)), ahead)
-    assert_array_equal(ahead, 0.0)
+    reference = Reference(specific_force=np.zeros(3), angular_rate=wanted)
+    assert_array_equal(problem.wanted(for_ever(reference, N))[:, 1], 0.0)
 
 
 def test_the_rate_wanted_of_yaw_is_that_about_z() -> None:
-    (rate,), ahead = channels((YAW,), Objective()), np.empty(3)
+    problem = Problem(DAVSI, (YAW,), MpcSettings(horizon=N))
     wanted = Reference(specific_force=np.zeros(3), angular_rate=np.array([0.1, 0.2, 0.3]))
-    rate.wanted(for_ever(wanted, 3), ahead)
-    assert_array_equal(ahead, 0.3)
+    assert_array_equal(problem.wanted(for_ever(wanted, N)), np.full((N, 1), 0.3))
 
 
 def test_states_and_commands_of_a_platform_go_to_the_model_and_back_in_its_signs() -> None:

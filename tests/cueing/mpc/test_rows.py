@@ -12,7 +12,8 @@ from otolith.core.lti import zero_order_hold
 from otolith.cueing.mpc.motion import dynamics, stacked
 from otolith.cueing.mpc.rows import BrakingRows, command_bounds, rows_of
 from otolith.platforms import load
-from otolith.safety.stopping import Stopping, safe
+from otolith.safety.law import safe
+from otolith.safety.stopping import Stopping
 
 DAVSI = load("davsi")
 SHARES = st.floats(-1.0, 1.0, allow_nan=False, width=32)

@@ -11,29 +11,32 @@ Plans are in steps of one period all the same.
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
 from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Ints, Mat, Vec
+from otolith.compiled import DECIDE, DECIDED, SOLVERS, STATUS, outcome_of
+from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import Dof
+from otolith.core.methods import NO_METHOD, Bound
+from otolith.cueing.mpc import decide as asked
 from otolith.cueing.mpc.choose import Chooser
+from otolith.cueing.mpc.decide import Program, decide
 from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
 from otolith.cueing.mpc.guess_as_hint import GuessAsHint
-from otolith.cueing.mpc.motion import in_six_axes, model_state
+from otolith.cueing.mpc.motion import in_six_axes
 from otolith.cueing.mpc.problem import Problem
-from otolith.cueing.mpc.rows import plausible
 from otolith.cueing.mpc.settings import Entry, MpcSettings
-from otolith.cueing.prediction.simple import Hold, now
-from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
+from otolith.cueing.prediction.simple import Hold, now, previewed
+from otolith.interfaces import Command, PlatformState, Predictor, Reference
 from otolith.platforms import Platform
-from otolith.qp.problem import Status as SolverStatus
+from otolith.qp.engines import NO_ENTRANCE, StructuredEngine
 from otolith.qp.stage import StageSolution
+from otolith.qp.structured.generate import CODES
+from otolith.safety.law import to_rest
 from otolith.safety.stopping import Stopping
 
-_CONVERGED: Final = 1e-9  # largest change of a control between Gauss-Newton steps that ends them
+_WORDS: Final = np.array([SOLVERS.index(code.lower()) for code in CODES])
 
 
 class Mpc:
@@ -65,13 +68,12 @@ class Mpc:
         )
         self.problem.begin(self.engine.memory)
         self._guess: Guess = guess or NoGuess()
-        self._entry, self._hint, self._missed = entry, hint, False
+        self._entry, self._hint = entry, hint
         if entry is Entry.WORKING_SET and self._guess.active:
             self._hint = GuessAsHint(self._guess, self.problem, self.engine.memory)
             self._guess = NoGuess()
         self._chooser = Chooser(self.problem.structure, settings.blocks)
-        self._predictor = (settings.prediction or Hold()).begin()
-        self._plan = np.zeros((settings.horizon, len(self.problem.axes.axis)))
+        self._predictor: Predictor = (settings.prediction or Hold()).begin()
         self._stopping = Stopping(
             platform,
             dofs,
@@ -79,16 +81,43 @@ class Mpc:
             lag=settings.lag_on(platform),
             period=settings.period,
         )
+        self.program = self._assemble()
+        self.compiled: Bound = DECIDE.bind(decide, self.program)
+        self._motion, self._command, self._told = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
         self._compile()
+
+    def _assemble(self) -> Program:
+        """All that the kernel reads and remembers."""
+        settings, problem = self.settings, self.problem
+        N, M, nu = settings.horizon, len(settings.lengths), len(problem.axes.axis)
+        predicts = getattr(self._predictor, "compiled", None)
+        return Program(
+            given=problem.given,
+            memory=self.engine.memory,
+            engine=self.engine.entrance if isinstance(self.engine, StructuredEngine) else NO_ENTRANCE,
+            words=_WORDS,
+            predict=predicts(settings.period).method if predicts else NO_METHOD,
+            period=settings.period,
+            lengths=np.array(settings.lengths),
+            belief=self._stopping.belief,
+            checked=problem.can_stop,
+            guessing=self._guess.active,
+            hinting=self._hint is not None,
+            rounds=settings.iterations,
+            x=np.zeros(problem.given.X.shape[1]),
+            wanted=problem.wanted(np.zeros((N, 6))),
+            **{name: np.zeros((N, nu)) for name in ("plan", "about", "guess")},
+            U=np.zeros((M, nu)),
+            answer=np.zeros(3),
+            at=np.zeros(5, dtype=np.int64),
+        )
 
     def _compile(self) -> None:
         """Solve one harmless problem, so that no decision ever waits for a compiler."""
-        still, wanted = model_state(self.problem.axes, PlatformState()), self._wanted(_NOTHING)
-        self.problem.sense(still, wanted)
-        self.problem.write(self.engine.memory, still, self._plan, wanted, None)
-        self.engine.run()
+        self.step(PlatformState(), _NOTHING)
+        p = self.program
         if self._hint is not None:
-            self._hint.sets(still, wanted[0], self._plan)
+            self._hint.sets(p.x, p.wanted[0], p.plan)
         self.reset(PlatformState())
 
     @property
@@ -103,7 +132,7 @@ class Mpc:
 
     def reset(self, state: PlatformState) -> None:
         """Forget plan, working set, guess, hint and what the drivers felt."""
-        self._plan[:] = 0.0
+        self.program.plan[:] = 0.0
         self._stopping.reset(state)
         self._predictor.reset()
         self.problem.reset()
@@ -114,75 +143,70 @@ class Mpc:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide by one certified QP; where there is no such decision, stop, and say why."""
-        wanted = self._wanted(reference)
-        if not (self._stopping.observe(state) and plausible(wanted)):
-            return self._stop(Outcome(status=Status.INVALID, residual=np.inf))
-        x = model_state(self.problem.axes, state)
-        self.problem.sense(x, wanted)
-        guessed = self._guess.controls(x, wanted[0], self._plan)
-        self._missed = guessed is None and self._guess.active
-        solution = self._solve(x, wanted, guessed)
-        solved = solution.status is SolverStatus.OPTIMAL
-        outcome = Outcome(
-            status=Status.DECIDED if solved else Status.FALLBACK,
-            solver=solution.status.value,
-            changes=solution.changes,
-            residual=solution.residual,
-            guess_missed=self._missed,
-        )
-        if not solved:
-            return self._stop(outcome)
-        plan = self.problem.of_steps(solution.U)
-        in_axes = in_six_axes(self.problem.axes, plan)
-        if self.problem.can_stop and not self._stopping.allows(in_axes[0]):
-            return self._stop(replace(outcome, status=Status.REFUSED))
-        self._plan = plan
-        return self._stopping.decided(in_axes, outcome)
+        motion, told = self._motion, self._told
+        motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
+        wanted, preview, again = now(reference), previewed(reference), 0
+        while wish := decide(
+            self.compiled.held, motion, wanted, preview, reference.age, again, self._command, told
+        ):
+            self.answer(wish, reference)
+            again = 1
+        return self._planned(told)
 
-    def _wanted(self, reference: Reference) -> Mat:
-        """(N, C) what to feel in the N periods after the time of the state."""
+    def _planned(self, told: Vec) -> Command:
+        """The command of the last decision, with the plan that follows it and comes to rest."""
+        plan, belief, stopping = self.program.plan, self._stopping.belief, self._stopping
+        given = len(plan) if told[STATUS] == DECIDED else 0
+        room = stopping.room(given)
+        room[:given] = in_six_axes(self.problem.axes, plan[:given])
+        count = to_rest(belief.before, belief.reach, given, room)
+        return stopping.command(belief.believed, count, outcome_of(told))
+
+    def answer(self, wish: int, reference: Reference) -> None:
+        """Do what the kernel has asked for."""
+        match wish:
+            case asked.AHEAD:
+                self._look_ahead(reference)
+            case asked.GUESS:
+                self._take_guess()
+            case asked.HINT if isinstance(self.engine, StructuredEngine):
+                self.engine.offer(self._best_set())
+            case asked.EXACT if isinstance(self.engine, StructuredEngine):
+                self._tell(self.engine.exact())
+            case asked.ENGINE:
+                first = self._hint is not None and self.program.at[asked.ROUND] == 0
+                self._tell(self.engine.run(hint=self._best_set if first else None))
+
+    def _look_ahead(self, reference: Reference) -> None:
+        """Ask a predictor that kernels cannot call."""
         dt, N = self.settings.period, self.settings.horizon
         late = reference.age / dt
-        ahead = self._predictor.ahead(reference, dt, N + math.ceil(late))
-        return self.problem.wanted(_from(late, ahead, now(reference), N))
+        coming = self._predictor.ahead(reference, dt, N + math.ceil(late))
+        self.problem.wanted(coming, late)
 
-    def _stop(self, outcome: Outcome) -> Command:
-        """Brake to rest; the next decision starts from there, with no plan to go on with."""
-        self._plan = np.zeros_like(self._plan)
-        return self._stopping.rest(outcome)
+    def _take_guess(self) -> None:
+        """Guess the controls; `entry` says how that enters."""
+        p = self.program
+        guessed = self._guess.controls(p.x, p.wanted[0], p.plan)
+        if guessed is None:
+            p.at[asked.GUESS_MISSED] = 1
+        elif self._entry is Entry.PRIMAL:
+            p.about[:] = guessed
+        elif self._entry is Entry.REFERENCE:
+            p.guess[:], p.at[asked.GUESSED] = guessed, 1
 
-    def _solve(self, x: Vec, wanted: Mat, guessed: Mat | None) -> StageSolution:
-        """Gauss-Newton steps, the first with the hint, until the plan stands still or they are used up."""
-        about = guessed if guessed is not None and self._entry is Entry.PRIMAL else self._plan
-        u_ref = guessed if self._entry is Entry.REFERENCE else None
-        hint = None if self._hint is None else partial(self._best_set, self._hint, x, wanted[0])
-        changes = 0
-        for _ in range(self.settings.iterations):
-            self.problem.write(self.engine.memory, x, np.ascontiguousarray(about), wanted, u_ref)
-            solution = self.engine.run(hint=hint)
-            changes, hint = changes + solution.changes, None
-            plan = self.problem.of_steps(solution.U)
-            if solution.status is not SolverStatus.OPTIMAL or np.max(np.abs(plan - about)) < _CONVERGED:
-                break
-            about = plan
-        return solution if changes == solution.changes else replace(solution, changes=changes)
-
-    def _best_set(self, hint: Hint, x: Vec, wanted: Vec) -> Ints | None:
+    def _best_set(self) -> Ints | None:
         """What the hint proposes for the problem in memory."""
-        sets = hint.sets(x, wanted, self._plan)
-        self._missed = self._missed or sets is None
+        p = self.program
+        sets = None if self._hint is None else self._hint.sets(p.x, p.wanted[0], p.plan)
+        p.at[asked.GUESS_MISSED] |= sets is None
         return None if sets is None else self._chooser.best(self.engine.memory, sets)
 
-
-def _from(late: float, ahead: Mat, present: Vec, N: int) -> Mat:
-    """N rows of `ahead` (M, 6), which follows `present` (6,), from `late` periods on; straight in between."""
-    if late == 0.0:
-        return ahead
-    known = np.vstack([present, ahead])
-    first, share = int(late), late - int(late)
-    before, after = known[first + 1 : first + 1 + N], known[first + 2 : first + 2 + N]
-    later: Mat = before if share == 0.0 else (1.0 - share) * before + share * after
-    return later
+    def _tell(self, solution: StageSolution) -> None:
+        """Hand an answer that was found in Python to the kernel."""
+        p = self.program
+        p.answer[:] = SOLVERS.index(solution.status), solution.changes, solution.residual
+        p.U[:] = solution.U
 
 
 _NOTHING: Final = Reference(specific_force=np.zeros(3))

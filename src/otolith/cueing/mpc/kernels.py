@@ -36,6 +36,8 @@ class Felt(NamedTuple):
     of_tilt: Ints  # where the slope by the tilt stands among the values of D, for physical channels
     of_outer: Ints  # and that by the outer tilt
     linear: bool  # whether sin θ counts as θ throughout the prediction
+    column: Ints  # which of a predictor's six columns says what is wanted …
+    sign: Vec  # … and its sign
 
 
 class Organs(NamedTuple):
@@ -68,6 +70,23 @@ class Given(NamedTuple):
     circle: Vec  # (3,) weights of velocity, position and acceleration in the place that the circle limits
     in_circle: Ints  # (2, 3) those states of surge and sway
     X: Mat  # (N, nx) room for the prediction
+
+
+@kernel
+def want(felt: Felt, coming: Mat, late: float, wanted: Mat) -> None:
+    """Write what every channel should feel (N, C), from the predictor's rows `coming` (N + ⌈late⌉, 6).
+
+    They are taken from `late` periods on, straight in between.
+    """
+    first = int(late)
+    share = late - first
+    for c in range(wanted.shape[1]):
+        j, sign = felt.column[c], felt.sign[c]
+        for k in range(wanted.shape[0]):
+            value = coming[first + k, j]
+            if share > 0.0:
+                value = (1.0 - share) * value + share * coming[first + k + 1, j]
+            wanted[k, c] = sign * value
 
 
 @kernel

@@ -141,7 +141,8 @@ def predict(axes: Axes, hold: Mat, x0: Vec, plan: Mat, X: Mat) -> None:
 
 
 @kernel
-def _read(axes: Axes, pose: Vec, twist: Vec, acceleration: Vec, x: Vec) -> None:
+def read(axes: Axes, pose: Vec, twist: Vec, acceleration: Vec, x: Vec) -> None:
+    """Write the model's x (nx,) of a platform's motion, (6,) each."""
     for i in range(len(axes.axis)):
         axis, sign = axes.axis[i], axes.sign[i]
         x[axes.place[i]] = sign * pose[axis]
@@ -152,7 +153,7 @@ def _read(axes: Axes, pose: Vec, twist: Vec, acceleration: Vec, x: Vec) -> None:
 def model_state(axes: Axes, state: PlatformState) -> Vec:
     """Return the model's x (nx,) for a platform's state."""
     x = np.empty(3 * len(axes.axis))
-    _read(axes, state.pose, state.twist, state.acceleration, x)
+    read(axes, state.pose, state.twist, state.acceleration, x)
     return x
 
 

@@ -45,12 +45,10 @@ class Channel:
     sign: float = 1.0  # sign of the model's rate relative to the driver's
     tilt: int = -1  # state whose sine gives gravity; -1 for none
 
-    def wanted(self, ahead: Mat, wanted: Vec) -> None:
-        """Write the reference of this channel into `wanted` (N,), from the prediction `ahead` (N, 6)."""
-        if self.is_rate:
-            wanted[:] = self.sign * ahead[:, 3 + self.index]
-        else:
-            wanted[:] = ahead[:, self.index]
+    @property
+    def column(self) -> int:
+        """Return the index of the predictor's column, of six, that this channel follows."""
+        return self.index + (3 if self.is_rate else 0)
 
 
 def channels(dofs: Sequence[Dof], objective: Objective) -> list[Channel]:

@@ -94,7 +94,7 @@ class Problem:
         self._organs = _organs(self.channels, settings.period)
         self._rows_felt = self._felt_rows()
         self.structure = self._stage_problem(lag)
-        self._given = self._kernel_data(lag)
+        self.given = self._kernel_data(lag)
         self._no_reference = np.empty((0, len(self.axes.axis)))
         self._wanted = np.zeros((settings.horizon, len(self.channels)))
 
@@ -126,30 +126,27 @@ class Problem:
         memory.state_linear[:] = 0.0
         memory.output[:] = self._outputs()[self.structure.output]
 
-    def wanted(self, ahead: Mat) -> Mat:
+    def wanted(self, coming: Mat, late: float = 0.0) -> Mat:
         """(N, C) what to feel through every channel in the next N periods; valid until the next call.
 
-        `ahead` (N, 6) is what a `otolith.interfaces.Predictor` says.
+        Parameters
+        ----------
+        coming : (N + ⌈late⌉, 6) what a `otolith.interfaces.Predictor` says.
+        late : periods by which the time of the state is later than that of the reference.
         """
-        for c, channel in enumerate(self.channels):
-            channel.wanted(ahead, self._wanted[:, c])
+        kernels.want(self.given.felt, np.ascontiguousarray(coming), late, self._wanted)
         return self._wanted
-
-    def sense(self, x: Vec, wanted: Mat) -> None:
-        """Let both drivers feel the period that ends now, in the motion x (nx,); once per period."""
-        if self._organs.here.size:
-            kernels.sense(self._given, x, wanted)
 
     def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
         """Write the problem at x (nx,), linearised about `plan` (N, nu), for `wanted` (N, C)."""
         contiguous = np.ascontiguousarray  # one memory layout, one compiled kernel
         u_ref = self._no_reference if u_ref is None else contiguous(u_ref)
-        kernels.write(self._given, memory, x, contiguous(plan), contiguous(wanted), u_ref)
+        kernels.write(self.given, memory, x, contiguous(plan), contiguous(wanted), u_ref)
 
     def predicted(self, x: Vec, plan: Mat) -> Mat:
         """Motion x_1 … x_N (N, nx) under a plan (N, nu) from x (nx,)."""
         X = np.empty((len(plan), len(x)))
-        predict(self.axes, self._given.hold, x, np.ascontiguousarray(plan), X)
+        predict(self.axes, self.given.hold, x, np.ascontiguousarray(plan), X)
         return X
 
     def of_steps(self, U: Mat) -> Mat:
@@ -312,6 +309,8 @@ class Problem:
             of_tilt=np.array([place[c, tilt[c]] for c in every], dtype=np.int64),
             of_outer=np.array([place[c, outer[c]] for c in every], dtype=np.int64),
             linear=self.settings.linear,
+            column=np.array([channel.column for channel in self.channels]),
+            sign=np.array([channel.sign for channel in self.channels]),
         )
 
 

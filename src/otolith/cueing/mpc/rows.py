@@ -19,7 +19,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.core.frames import Dof
 from otolith.cueing.mpc.motion import Chain, chains, states
 from otolith.platforms import AxisLimits, Braking
-from otolith.safety.stopping import HUGE
+from otolith.safety.law import HUGE
 
 Limits = Sequence[AxisLimits]  # of every axis of one degree of freedom
 HAIR: Final = 1e-4  # [rad], 0.006 deg, far above all tolerances; see `braking_rows`

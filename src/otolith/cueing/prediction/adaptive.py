@@ -15,16 +15,18 @@ predictor is causal by construction, because it receives one reference after the
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from otolith.compiled import PREDICT
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
-from otolith.cueing.prediction.simple import now
+from otolith.core.methods import Bound
+from otolith.cueing.prediction.simple import NO_PREVIEW, now
 from otolith.interfaces import Reference
-from otolith.safety.stopping import HUGE
+from otolith.safety.law import HUGE
 
 _FORCES: Final = 3  # number of columns, of six, that are forces; rates are held
 _STEEPEST: Final = 8.0  # [m/s³] bound of the slope, so that a jump is not a trend
@@ -69,91 +71,73 @@ class Adaptive:
         return AdaptivePredictor(self)
 
 
+class _Memory(NamedTuple):
+    """Constants of a predictor and what it has learned, one entry per force."""
+
+    constants: Vec
+    seen: Ints  # values so far
+    past: Mat  # (lead, 2, 3) a ring buffer of values and slopes
+    last: Vec
+    slope: Vec
+    both: Vec  # sums of the regression
+    square: Vec
+
+
 class AdaptivePredictor:
     """The predictor; `Adaptive` explains its `parameters`."""
 
     def __init__(self, parameters: Adaptive) -> None:
         self.parameters = parameters
-        self._dt = 0.0
-        self.reset()
+        self._memory = self._sized(1.0)  # made anew when the period is known
+        self._method: Bound | None = None
 
     def reset(self) -> None:
         """Discard the past; the first value then has no slope."""
-        self._seen = np.zeros(_FORCES, dtype=np.int64)
-        self._last, self._slope, self._both, self._square = (np.zeros(_FORCES) for _ in range(4))
-        self._past = np.zeros((1, 2, _FORCES))
-        self._dt = 0.0  # the ring buffer is made when the period is known
+        for series in self._memory[1:]:
+            series[:] = 0
 
     @property
     def trust(self) -> Vec:
         """Return γ of each force (3,), between 0 and `most`."""
-        p = self.parameters
-        trust: Vec = np.clip(p.gain * self._both / (self._square + p.ridge), 0.0, p.most)
+        p, memory = self.parameters, self._memory
+        trust: Vec = np.clip(p.gain * memory.both / (memory.square + p.ridge), 0.0, p.most)
         return trust
 
     def ahead(self, reference: Reference, dt: float, n: int) -> Mat:
         """Predict what will be wanted at the ends of the next n periods of dt [s], (n, 6)."""
-        if dt != self._dt:
-            self._begin(dt)
         coming = np.empty((n, 6))
-        value = now(reference)
-        _adapt(
-            self._constants,
-            self._seen,
-            self._past,
-            self._last,
-            self._slope,
-            self._both,
-            self._square,
-            value,
-            coming,
-        )
+        _adapt(self.compiled(dt).held, now(reference), NO_PREVIEW, coming)
         return coming
 
-    def _begin(self, dt: float) -> None:
-        p, self._dt = self.parameters, dt
-        self._past = np.zeros((max(1, round(p.lead / dt)), 2, _FORCES))
-        self._seen[:] = 0
+    def compiled(self, dt: float) -> Bound:
+        """Return the method of this predictor; a change of the period dt [s] discards the past."""
+        if self._method is None or dt != self._memory.constants[0]:
+            self._memory = self._sized(dt)
+            self._method = PREDICT.bind(_adapt, self._memory)
+        return self._method
+
+    def _sized(self, dt: float) -> "_Memory":
+        p = self.parameters
         lead = p.slope * (1.0 - np.exp(-p.lead / p.slope))
-        self._constants = np.array(
-            [
-                dt,
-                dt / (p.smooth + dt),
-                np.exp(-dt / p.memory),
-                lead,
-                p.ridge,
-                p.most,
-                p.gain,
-                p.near,
-                p.far,
-                p.large,
-                p.slope,
-            ]
+        learning = (dt, dt / (p.smooth + dt), np.exp(-dt / p.memory), lead, p.ridge, p.most, p.gain)
+        return _Memory(
+            np.array([*learning, p.near, p.far, p.large, p.slope]),
+            np.zeros(_FORCES, dtype=np.int64),
+            np.zeros((max(1, round(p.lead / dt)), 2, _FORCES)),
+            *(np.zeros(_FORCES) for _ in range(4)),
         )
 
 
 @kernel
-def _adapt(
-    constants: Vec,
-    seen: Ints,
-    past: Mat,
-    last: Vec,
-    slope: Vec,
-    both: Vec,
-    square: Vec,
-    value: Vec,
-    coming: Mat,
-) -> None:
+def _adapt(of: Any, value: Vec, preview: Mat, coming: Mat) -> int:  # noqa: ARG001 (the role has it)
     """Learn from the present value (6,), and predict into `coming` (n, 6).
 
     An implausible value is passed on unchanged and not learned from, because it would be remembered for
     minutes.
-
-    Parameters
-    ----------
-    past : (lead, 2, 3) ring buffer of values and slopes.
     """
-    dt, share, keep, lead, ridge, most, gain, near, far, large, lasting = constants
+    dt, share, keep, lead, ridge, most, gain, near, far, large, lasting = of.constants
+    seen, past, last, slope = of.seen, of.past, of.last, of.slope
+    both, square = of.both, of.square
     ring = past.shape[0]
     for i in range(6):
         f = value[i]
@@ -180,3 +164,4 @@ def _adapt(
             level *= decay
             remaining *= fade
             coming[k, i] = level * (f + trust * lasting * (1.0 - remaining) * slope[i])
+    return 0

@@ -25,7 +25,8 @@ from otolith.cueing.washout.scaling import Cubic
 from otolith.cueing.washout.tuning import Tuning
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.platforms import Platform
-from otolith.safety.stopping import HUGE, Stopping
+from otolith.safety.law import HUGE
+from otolith.safety.stopping import Stopping
 
 PERIOD: Final = 0.01  # [s]
 ASTRAY: Final = 0.05  # share of the reach from which a platform is not where it was sent

@@ -120,11 +120,14 @@ class StructuredSolver:
         self._offered[0] = _ON_REQUEST
         if self.kernels.solve(self.vector) != _ASKING:
             return
-        asked = hint()
-        if asked is not None:
-            self._hint[:] = asked
-        self._offered[0] = _REFUSED if asked is None else _GIVEN
+        self.offer(hint())
         self.kernels.solve(self.vector)
+
+    def offer(self, hint: Ints | None) -> None:
+        """Write the hint (N, rows) that `solve` asked for, or that there is none."""
+        if hint is not None:
+            self._hint[:] = hint
+        self._offered[0] = _REFUSED if hint is None else _GIVEN
 
     def solution(self) -> StageSolution:
         """Read the answer of the last solve from the workspace; if it failed, U is still the last

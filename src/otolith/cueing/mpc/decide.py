@@ -1,0 +1,233 @@
+"""Compiled: one decision of the MPC, from a measured motion and what is wanted to a command.
+
+It predicts, writes the problem, solves it, takes the certified plan and has its first command checked; where
+there is no certified plan, or the check fails, the stopping law (`otolith.safety.law`) commands. Both the
+controller's `step` and a closed loop that is compiled as a whole call this kernel.
+
+What only Python can do is asked for (`otolith.compiled`), in the order of the numbers below: the kernel
+returns one of them, and goes on from there when it is called again.
+"""
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from otolith.compiled import (
+    CHANGES,
+    DECIDED,
+    FALLBACK,
+    INVALID,
+    MISSED,
+    NOTHING,
+    OPTIMAL,
+    PREDICT,
+    REFUSED,
+    RESIDUAL,
+    SOLVER,
+    STATUS,
+)
+from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.jit import jit_inlined, kernel
+from otolith.core.methods import INTEGER, VECTOR, Method, call_at
+from otolith.cueing.mpc import kernels
+from otolith.cueing.mpc.kernels import Given
+from otolith.cueing.mpc.motion import read
+from otolith.qp.engines import Entrance, StageMemory
+from otolith.qp.structured.generate import CODES, INFO, OFFERS, PENDING
+from otolith.safety.law import HUGE, allowed
+from otolith.safety.stopping import Belief, follow, observe, rest
+
+AHEAD: Final = 1  # asked for: what is wanted, in `wanted`
+GUESS: Final = 2  # a guess of the controls, in `about` and `guess`
+HINT: Final = 3  # a hint for the structured engine
+EXACT: Final = 4  # the answer to a problem that the structured engine has given up
+ENGINE: Final = 5  # the answer of an engine that kernels cannot call
+
+CONVERGED: Final = 1e-9  # largest change of a control between Gauss-Newton steps that ends them
+_ASKED, ROUND, _CHANGES, GUESS_MISSED, GUESSED = range(5)  # what `Program.at` holds
+
+_ahead = PREDICT.call
+_solve = call_at(INTEGER, VECTOR)
+_ON_REQUEST: Final = float(OFFERS.index("ON_REQUEST"))
+_ASKING: Final = (CODES + PENDING).index("ASKING")
+_LIMIT: Final = CODES.index("LIMIT")
+_CODE, _RESIDUAL, _COUNT = (INFO.index(name) for name in ("STATUS", "RESIDUAL", "CHANGES"))
+
+
+class Program(NamedTuple):
+    """Everything that a decision reads and remembers; N steps, M blocks of them, C channels, nu commands."""
+
+    given: Given
+    memory: StageMemory
+    engine: Entrance
+    words: Ints  # what `told` says of each code of the structured engine
+    predict: Method
+    period: float  # [s]
+    lengths: Ints  # (M,) steps of every block
+    belief: Belief
+    checked: bool  # whether the first command must leave the platform able to stop
+    guessing: bool  # whether there is a guess to ask for
+    hinting: bool  # whether there is a hint to ask for
+    rounds: int  # Gauss-Newton steps at most
+    x: Vec  # (nx,) the measured motion
+    wanted: Mat  # (N, C)
+    plan: Mat  # (N, nu) of the last decision
+    about: Mat  # (N, nu) what is linearised about
+    guess: Mat  # (N, nu) controls that the cost refers to, where at[GUESSED]
+    U: Mat  # (M, nu) the answer of another engine than the structured one
+    answer: Vec  # (3,) what that engine tells: solver, changes, residual as in `told`
+    at: Ints  # (5,) how far the decision is
+
+
+@jit_inlined
+def _predict(p: Any, now: Vec, preview: Mat, age: float) -> None:
+    """Ask the predictor what will be wanted after the time of the state, which is `age` [s] later."""
+    late = age / p.period
+    coming = np.empty((len(p.wanted) + int(np.ceil(late)), 6))
+    _ahead(p.predict, (now, preview, coming))
+    kernels.want(p.given.felt, coming, late, p.wanted)
+
+
+@jit_inlined
+def _copy(of: Mat, into: Mat) -> None:
+    """Copy entry by entry: numba compiles an assignment of whole arrays for a second."""
+    for k in range(of.shape[0]):
+        for j in range(of.shape[1]):
+            into[k, j] = of[k, j]
+
+
+@jit_inlined
+def _plausible(values: Mat) -> bool:
+    """True when all values are finite numbers of at most `HUGE` in SI units; False for a NaN."""
+    for k in range(values.shape[0]):
+        for c in range(values.shape[1]):
+            if not abs(values[k, c]) <= HUGE:
+                return False
+    return True
+
+
+@jit_inlined
+def _write(p: Any) -> None:
+    """Write the problem about `about`, with a guess as the cost's reference where there is one."""
+    referred = p.guess if p.at[GUESSED] == 1 else p.guess[:0]
+    kernels.write(p.given, p.memory, p.x, p.about, p.wanted, referred)
+
+
+@jit_inlined
+def _run(p: Any, told: Vec) -> int:
+    """Solve what lies in the memory, or go on with it; what has to be asked for, if anything."""
+    if p.engine.solve == 0:
+        return ENGINE
+    code = _solve(p.engine.solve, (p.engine.workspace,))
+    if code == _ASKING:
+        return HINT
+    if code == _LIMIT:
+        return EXACT
+    told[SOLVER] = p.words[code]
+    told[RESIDUAL] = p.engine.info[_RESIDUAL] if told[SOLVER] == OPTIMAL else np.inf
+    p.at[_CHANGES] += int(p.engine.info[_COUNT])
+    return NOTHING
+
+
+@jit_inlined
+def _take(p: Any, told: Vec) -> None:
+    """Take an answer that Python has found."""
+    told[SOLVER], told[RESIDUAL] = p.answer[0], p.answer[2]
+    p.at[_CHANGES] += int(p.answer[1])
+
+
+@jit_inlined
+def _spread(p: Any) -> float:
+    """Write the answer's inputs of every step to `about`; how far the farthest was from there."""
+    U = p.U if p.engine.solve == 0 else p.engine.U
+    step, farthest = 0, 0.0
+    for block in range(len(p.lengths)):
+        for _ in range(p.lengths[block]):
+            for j in range(U.shape[1]):
+                farthest = max(farthest, abs(U[block, j] - p.about[step, j]))
+                p.about[step, j] = U[block, j]
+            step += 1
+    return farthest
+
+
+@jit_inlined
+def _solve_all(p: Any, asked: int, told: Vec) -> int:
+    """Gauss-Newton steps until the plan stands still or they are used up, or something is asked for."""
+    while True:
+        if asked <= GUESS:
+            _write(p)
+            if p.hinting and p.at[ROUND] == 0 and p.engine.solve != 0:
+                p.engine.offered[0] = _ON_REQUEST
+        if asked in (EXACT, ENGINE):
+            _take(p, told)
+        else:
+            asked = _run(p, told)
+            if asked != NOTHING:
+                return asked
+        asked = NOTHING
+        p.at[ROUND] += 1
+        if told[SOLVER] != OPTIMAL:
+            return NOTHING
+        if _spread(p) < CONVERGED or p.at[ROUND] >= p.rounds:
+            return NOTHING
+
+
+@jit_inlined
+def _conclude(p: Any, command: Vec, told: Vec) -> None:
+    """Follow the plan where it is certified and its first command can be stopped from; else stop."""
+    told[CHANGES], told[MISSED] = p.at[_CHANGES], p.at[GUESS_MISSED]
+    told[STATUS] = DECIDED if told[SOLVER] == OPTIMAL else FALLBACK
+    if told[STATUS] == DECIDED:
+        command[:] = 0.0
+        axes = p.given.axes
+        for i in range(len(axes.axis)):
+            command[axes.axis[i]] = axes.sign[i] * p.about[0, i]
+        if p.checked and not allowed(p.belief.believed, command, p.belief.reach):
+            told[STATUS] = REFUSED
+    if told[STATUS] == DECIDED:
+        _copy(p.about, p.plan)
+        follow(p.belief, command)
+    else:
+        p.plan[:] = 0.0
+        rest(p.belief, command)
+
+
+@jit_inlined
+def _observe(p: Any, motion: Mat) -> bool:
+    """Take over the state and let the drivers feel it; False where it or what is wanted is no number."""
+    if not (observe(p.belief, motion) and _plausible(p.wanted)):
+        return False
+    read(p.given.axes, motion[0], motion[1], motion[2], p.x)
+    if len(p.given.organs.here) > 0:
+        kernels.sense(p.given, p.x, p.wanted)
+    _copy(p.plan, p.about)
+    return True
+
+
+@kernel
+def decide(
+    p: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
+) -> int:
+    """Decide one command (6,), or return what has to be asked for; see `otolith.compiled.DECIDE`."""
+    asked = p.at[_ASKED] if again == 1 else NOTHING
+    if asked == NOTHING:
+        p.at[:] = 0
+        told[:] = 0.0
+        if p.predict[0] == 0:
+            p.at[_ASKED] = AHEAD
+            return AHEAD
+        _predict(p, now, preview, age)
+    if asked <= AHEAD:
+        if not _observe(p, motion):
+            told[STATUS], told[RESIDUAL] = INVALID, np.inf
+            p.plan[:] = 0.0
+            rest(p.belief, command)
+            return NOTHING
+        if p.guessing:
+            p.at[_ASKED] = GUESS
+            return GUESS
+    asked = _solve_all(p, asked, told)
+    p.at[_ASKED] = asked
+    if asked == NOTHING:
+        _conclude(p, command, told)
+    return asked
