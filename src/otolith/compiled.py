@@ -9,11 +9,11 @@ returns a number that says what it asks for, and is called again when that is th
 communication as in `otolith.qp.structured`: nothing has to be called back from compiled code.
 """
 
-from typing import Final
+from typing import Any, Final, Protocol
 
 from otolith.core.arrays import Vec
-from otolith.core.methods import CUBE, INTEGER, MATRIX, NUMBER, VECTOR, Role
-from otolith.interfaces import Outcome, Status
+from otolith.core.methods import CUBE, INTEGER, MATRIX, NUMBER, VECTOR, Bound, Role
+from otolith.interfaces import Cueing, Outcome, Reference, Status
 from otolith.qp.problem import Status as SolverStatus
 
 NOTHING: Final = 0  # what is asked for by a kernel that has done its work
@@ -25,15 +25,31 @@ PREDICT: Final = Role(INTEGER, (VECTOR, MATRIX, MATRIX))
 # `otolith.interfaces.Cueing.step`; `again` is 1 where what was asked for is there
 DECIDE: Final = Role(INTEGER, (MATRIX, VECTOR, MATRIX, NUMBER, INTEGER, VECTOR, VECTOR))
 
-# follow(data, command (6,), dt, motion (n, 3, 6), force (n, 3)): as n calls of
-# `otolith.interfaces.Plant.step` with one new command; NaN as force where none is sensed
-FOLLOW: Final = Role(INTEGER, (VECTOR, NUMBER, CUBE, MATRIX))
+# follow(data, command (6,), motion (n, 3, 6), force (n, 3)): as n calls of `otolith.interfaces.Plant.step`
+# with one new command, for the step that the method was made for; NaN as force where none is sensed
+FOLLOW: Final = Role(INTEGER, (VECTOR, CUBE, MATRIX))
 
 STATUS, SOLVER, CHANGES, RESIDUAL, MISSED = range(5)  # what `told` holds, numbers of an `Outcome`
 STATUSES: Final = tuple(Status)
 SOLVERS: Final = ("", *SolverStatus)
 DECIDED, FALLBACK, REFUSED, INVALID = map(STATUSES.index, Status)
 OPTIMAL: Final = SOLVERS.index(SolverStatus.OPTIMAL)
+
+
+class CompiledCueing(Cueing, Protocol):
+    """An algorithm that offers a method of the role `DECIDE`."""
+
+    def compiled(self) -> Bound | None:
+        """Return the method; None if some part of the algorithm offers none."""
+
+    def answer(self, wish: int, reference: Reference) -> None:
+        """Do what the kernel has asked for; `reference` is that of the decision."""
+
+
+def offered(party: Any, *step: float) -> Bound | None:
+    """Return the method of an algorithm, or of a plant for its step [s]; None if it offers none."""
+    compiled = getattr(party, "compiled", None)
+    return None if compiled is None else compiled(*step)
 
 
 def outcome_of(told: Vec) -> Outcome:

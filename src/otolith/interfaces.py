@@ -7,11 +7,11 @@ ordered surge, sway, heave [m], roll, pitch, yaw [rad]; see `otolith.core.frames
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec, freeze
+from otolith.core.arrays import Mat, Vec, freeze, frozen_array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +27,19 @@ class PlatformState:
         freeze(self, pose=(6,), twist=(6,), acceleration=(6,))
         if self.specific_force is not None:
             freeze(self, specific_force=(3,))
+
+    @classmethod
+    def of_motion(cls, motion: Mat, force: Vec | None = None) -> Self:
+        """Make a state from rows pose, twist and acceleration (3, 6) that a plant has computed.
+
+        They are copied once and not checked again, since plants make thousands of states per second.
+        """
+        state, rows = object.__new__(cls), motion.copy()
+        rows.setflags(write=False)
+        felt = None if force is None else frozen_array(force)
+        for name, value in zip(cls.__slots__, (*rows, felt), strict=True):
+            object.__setattr__(state, name, value)
+        return state
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

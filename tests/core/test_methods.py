@@ -31,7 +31,7 @@ def add(data: Any, x: Vec, y: Mat) -> int:
 
 
 @kernel
-def subtract(data: Any, x: Vec, y: Mat) -> int:  # noqa: ARG001
+def subtract(data: Any, x: Vec, y: Mat) -> int:
     data.total[0] -= x[0]
     return -1
 

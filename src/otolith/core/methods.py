@@ -84,7 +84,8 @@ def _address(_: Any, held: Any) -> Any:
 
 
 @kernel
-def _hold(values: Any) -> Any:
+def hold(values: Any) -> Any:
+    """Put a named tuple into memory of its own; return its handle, and the address of its data."""
     held = Held(values)
     return held, _address(held)  # type: ignore[call-arg]
 
@@ -106,7 +107,7 @@ class Role:
 
     def bind(self, dispatcher: Any, values: tuple[Any, ...]) -> "Bound":
         """Make a method of a kernel and a named tuple, the data that it takes as its first argument."""
-        held, data = _hold(values)
+        held, data = hold(values)
         code = address_of(dispatcher, numba.typeof(held), *self.arguments)
         return Bound(held, Method(code, data))
 

@@ -136,7 +136,9 @@ def felt_at(head: Vec, place: Vec, velocity: Vec, acceleration: Vec, force: Vec)
     """
     R = np.empty((3, 3))
     rotation_of(place, R)
-    rx, ry, rz = R @ head
+    rx = R[0, 0] * head[0] + R[0, 1] * head[1] + R[0, 2] * head[2]
+    ry = R[1, 0] * head[0] + R[1, 1] * head[1] + R[1, 2] * head[2]
+    rz = R[2, 0] * head[0] + R[2, 1] * head[1] + R[2, 2] * head[2]
     wx, wy, wz = velocity[3], velocity[4], velocity[5]
     ax, ay, az = acceleration[3], acceleration[4], acceleration[5]
     along = wx * rx + wy * ry + wz * rz
@@ -150,14 +152,20 @@ def felt_at(head: Vec, place: Vec, velocity: Vec, acceleration: Vec, force: Vec)
 
 
 @kernel
+def felt(head: Vec, pose: Vec, twist: Vec, acceleration: Vec, force: Vec) -> None:
+    """Write the specific force (3,) [m/s²] at a head for a pose (6,) and its derivatives."""
+    place, velocity, moving = np.empty(7), np.empty(6), np.empty(6)
+    place_of(pose, place)
+    velocity_of(pose, twist, velocity)
+    acceleration_of(pose, twist, acceleration, moving)
+    felt_at(head, place, velocity, moving, force)
+
+
+@kernel
 def felt_along(head: Vec, pose: Mat, twist: Mat, acceleration: Mat, force: Mat) -> None:
     """Write the specific forces (n, 3) [m/s²] at a head for rows (n, 6) of poses and their derivatives."""
-    place, velocity, moving = np.empty(7), np.empty(6), np.empty(6)
     for k in range(len(pose)):
-        place_of(pose[k], place)
-        velocity_of(pose[k], twist[k], velocity)
-        acceleration_of(pose[k], twist[k], acceleration[k], moving)
-        felt_at(head, place, velocity, moving, force[k])
+        felt(head, pose[k], twist[k], acceleration[k], force[k])
 
 
 @kernel

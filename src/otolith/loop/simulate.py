@@ -1,16 +1,23 @@
-"""The closed loop: a cueing algorithm drives a plant along a scenario, and everything is recorded."""
+"""The closed loop: a cueing algorithm drives a plant along a scenario, and everything is recorded.
+
+Where both offer a method of their role (`otolith.compiled`), the loop runs in one compiled call
+(`otolith.loop.closed`); otherwise period by period in Python. The numbers are the same.
+"""
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from otolith.core.arrays import Vec
+from otolith.compiled import NOTHING, CompiledCueing, offered, outcome_of
 from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
-from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
+from otolith.core.methods import Bound, hold
+from otolith.interfaces import Command, Cueing, Outcome, Plant, PlatformState, Reference
+from otolith.loop.closed import CLOCK, Loop, close, follow_once
 from otolith.loop.run import Run
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
@@ -20,53 +27,155 @@ from otolith.scenarios import Scenario
 EDGE = 1e-9  # [s]
 
 
-class _Motion:
-    """Plant-rate series of a run, as they are made."""
+class _Wanted:
+    """What is wanted at every decision, as it is known then."""
 
-    def __init__(self, n: int) -> None:
-        self.pose, self.twist, self.acceleration = (np.empty((n, 6)) for _ in range(3))
-        self._sensed: Vec | None = None  # (n, 3), once the plant senses
+    def __init__(self, scenario: Scenario, m: int, period: float, preview: int) -> None:
+        known = np.arange(m + preview, dtype=np.float64) * period
+        self.force = scenario.specific_force(known + EDGE)  # (m + preview, 3)
+        self.rate = scenario.angular_rate(known[:m] + EDGE)  # (m, 3)
+        self.preview, self._period = preview, period
+        self._foreseen = scenario.foreseen if preview else None
+
+    @property
+    def comes_true(self) -> bool:
+        """Whether the preview is what comes, not what the scenario foresees."""
+        return self._foreseen is None
+
+    def at(self, i: int) -> Reference:
+        """Return what decision i is told."""
+        coming = self.force[i + 1 : i + 1 + self.preview]
+        if self._foreseen is not None:
+            coming = self._foreseen(i * self._period, self._period, self.preview)
+        return Reference(
+            specific_force=self.force[i],
+            angular_rate=self.rate[i],
+            preview=coming if self.preview else None,
+        )
+
+
+class _Record:
+    """Series of a run with m decisions and n plant samples, as they are made."""
+
+    def __init__(self, m: int, n: int) -> None:
+        self.command, self.told, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
+        self.outcomes: list[Outcome] = []  # of a loop in Python; of a compiled one they are told
+        self.motion, self.force = np.empty((n, 3, 6)), np.full((n, 3), np.nan)
 
     def note(self, k: int, state: PlatformState) -> None:
-        """Keep sample k."""
-        self.pose[k], self.twist[k], self.acceleration[k] = state.pose, state.twist, state.acceleration
+        """Keep plant sample k."""
+        self.motion[k, 0], self.motion[k, 1], self.motion[k, 2] = state.pose, state.twist, state.acceleration
         if state.specific_force is not None:
-            if self._sensed is None:
-                self._sensed = np.full((len(self.pose), 3), np.nan)
-            self._sensed[k] = state.specific_force
+            self.force[k] = state.specific_force
 
     def series(self) -> dict[str, Any]:
-        """Fields of `Run` by name; where the plant senses no force, it is the planar models' (eq. 4.1)."""
-        felt = self._sensed
-        if felt is None:
-            felt = specific_force(self.acceleration[:, :3], self.pose[:, 3:])
+        """Return fields of `Run` by name; if the plant senses no force, it is that of the planar models."""
+        pose, twist, acceleration = (np.ascontiguousarray(self.motion[:, row]) for row in range(3))
+        sensed = bool(np.isfinite(self.force).any())
+        outcomes = self.outcomes or [outcome_of(told) for told in self.told]
         return {
-            "felt_force": felt,
-            "pose": self.pose,
-            "twist": self.twist,
-            "acceleration": self.acceleration,
+            "felt_force": self.force if sensed else specific_force(acceleration[:, :3], pose[:, 3:]),
+            "pose": pose,
+            "twist": twist,
+            "acceleration": acceleration,
+            "command": self.command,
+            "step_time": self.step_time,
+            "status": tuple(outcome.status.value for outcome in outcomes),
+            "solver": tuple(outcome.solver for outcome in outcomes),
+            "changes": np.array([outcome.changes for outcome in outcomes], dtype=np.int64),
+            "residual": np.array([outcome.residual for outcome in outcomes]),
+            "guess_missed": np.array([outcome.guess_missed for outcome in outcomes], dtype=np.bool_),
         }
 
 
-class _Decisions:
-    """Control-rate series of a run, as they are made."""
+@dataclass(frozen=True)
+class _Task:
+    """A loop to be closed: who decides, who moves, what is wanted, and where it is recorded."""
 
-    def __init__(self, m: int) -> None:
-        self.command, self.status, self.solver = np.empty((m, 6)), [""] * m, [""] * m
-        self.changes, self.guess_missed = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.bool_)
-        self.residual, self.step_time = np.zeros(m), np.zeros(m)
+    cueing: Cueing
+    plant: Plant
+    wanted: _Wanted
+    record: _Record
+    dt: float  # [s] of the plant
+    clock: Callable[[], float]
+    progress: Callable[[float], None]
 
-    def note(self, i: int, command: Command, seconds: float) -> None:
-        """Keep decision i, which took so many seconds."""
-        outcome = command.outcome
-        self.command[i], self.step_time[i] = command.acceleration, seconds
-        self.status[i], self.solver[i] = outcome.status.value, outcome.solver
-        self.changes[i] = outcome.changes
-        self.residual[i], self.guess_missed[i] = outcome.residual, outcome.guess_missed
+    @property
+    def decisions(self) -> int:
+        """Number of periods, m."""
+        return len(self.record.command)
 
-    def series(self) -> dict[str, Any]:
-        """Fields of `Run` by name."""
-        return {**vars(self), "status": tuple(self.status), "solver": tuple(self.solver)}
+    @property
+    def every(self) -> int:
+        """Plant steps per period."""
+        return round(self.cueing.period / self.dt)
+
+    def step(self, i: int, state: PlatformState) -> Command:
+        """Let the algorithm decide, and record that."""
+        reference, started = self.wanted.at(i), self.clock()
+        command = self.cueing.step(state, reference)
+        self.record.step_time[i] = self.clock() - started
+        self.record.command[i] = command.acceleration
+        self.record.outcomes.append(command.outcome)
+        return command
+
+    def move(self, i: int, command: Command, method: Bound | None) -> PlatformState:
+        """Let the plant follow a command for a period, in one compiled call if it offers one."""
+        record, first, after = self.record, i * self.every, (i + 1) * self.every
+        if method is not None:
+            moved, force = record.motion[first:after], record.force[first:after]
+            follow_once(method.method, command.acceleration, moved, force)
+            return PlatformState.of_motion(moved[-1], force[-1] if np.isfinite(force[-1]).any() else None)
+        for k in range(first, after):
+            state = self.plant.step(command, self.dt)
+            record.note(k, state)
+        return state
+
+    def run(self) -> None:
+        """Close the loop in Python."""
+        state, m = PlatformState(), self.decisions
+        method = offered(self.plant, self.dt)
+        for i in range(m):
+            state = self.move(i, self.step(i, state), method)
+            if i % max(1, m // 100) == 0:
+                self.progress(i / m)
+
+    def run_compiled(self, decide: Bound, follow: Bound) -> None:
+        """Close the loop in compiled calls of a hundredth each, or until the algorithm asks for something."""
+        record, m, i = self.record, self.decisions, 0
+        loop, _ = hold(
+            Loop(
+                decide=decide.method,
+                follow=follow.method,
+                every=self.every,
+                known=self.wanted.preview,
+                now=np.hstack([self.wanted.force[:m], self.wanted.rate]),
+                forces=self.wanted.force,
+                state=np.zeros((3, 6)),
+                command=record.command,
+                told=record.told,
+                seconds=record.step_time,
+                motion=record.motion,
+                force=record.force,
+                clock=CLOCK[0],
+                clock_of=CLOCK[1],
+                read=np.zeros(2, dtype=np.int64),
+            )
+        )
+        while i < m:
+            self.progress(i / m)
+            last = min(m, i + max(1, m // 100))
+            asked = NOTHING
+            while i < last:
+                i, asked = close(loop, i, last, int(asked != NOTHING))
+                if asked != NOTHING:
+                    self._answer(i, asked)
+
+    def _answer(self, i: int, asked: int) -> None:
+        """Let the algorithm do in Python what its kernel asks for at decision i."""
+        started = self.clock()
+        cast(CompiledCueing, self.cueing).answer(asked, self.wanted.at(i))
+        self.record.step_time[i] += self.clock() - started
 
 
 def simulate(
@@ -105,37 +214,20 @@ def simulate(
     m = round(scenario.duration / cueing.period)
     n = m * every
 
-    command_time = np.arange(m, dtype=np.float64) * cueing.period
-    sample_time = np.arange(1, n + 1, dtype=np.float64) * plant_period
-    known_time = np.arange(m + preview, dtype=np.float64) * cueing.period
-    wanted_force = scenario.specific_force(known_time + EDGE)  # (m + preview, 3)
-    wanted_rate = scenario.angular_rate(command_time + EDGE)  # (m, 3)
-
-    decisions, motion = _Decisions(m), _Motion(n)
-    state = PlatformState()
-    cueing.reset(state)
-    plant.reset(state)
-    foreseen = scenario.foreseen
+    wanted, record = _Wanted(scenario, m, cueing.period, preview), _Record(m, n)
+    cueing.reset(PlatformState())
+    plant.reset(PlatformState())
+    task = _Task(cueing, plant, wanted, record, plant_period, clock, progress)
     with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
-        for i in range(m):
-            coming = wanted_force[i + 1 : i + 1 + preview]
-            if preview and foreseen is not None:
-                coming = foreseen(float(command_time[i]), cueing.period, preview)
-            reference = Reference(
-                specific_force=wanted_force[i],
-                angular_rate=wanted_rate[i],
-                preview=coming if preview else None,
-            )
-            started = clock()
-            command = cueing.step(state, reference)
-            decisions.note(i, command, clock() - started)
-            for k in range(i * every, (i + 1) * every):
-                state = plant.step(command, plant_period)
-                motion.note(k, state)
-            if i % max(1, m // 100) == 0:
-                progress(i / m)
+        decide = offered(cueing) if clock is time.thread_time and wanted.comes_true else None
+        follow = offered(plant, plant_period)
+        if decide is not None and follow is not None:
+            task.run_compiled(decide, follow)
+        else:
+            task.run()
     progress(1.0)
 
+    sample_time = np.arange(1, n + 1, dtype=np.float64) * plant_period
     return Run(
         scenario=scenario.name,
         cueing=names[0],
@@ -149,8 +241,7 @@ def simulate(
         time=sample_time,
         reference_force=scenario.specific_force(sample_time - EDGE),
         reference_rate=scenario.angular_rate(sample_time - EDGE),
-        **motion.series(),
-        command_time=command_time,
-        **decisions.series(),
+        command_time=np.arange(m, dtype=np.float64) * cueing.period,
+        **record.series(),
         interventions=tuple(getattr(plant, "interventions", ())),
     )

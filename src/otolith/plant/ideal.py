@@ -3,16 +3,19 @@
 Notation: per axis ṗ = v, v̇ = a, ȧ = (a_cmd − a) / T with lag T (eq. 4.9); a = a_cmd if T = 0 (eq. 4.1).
 """
 
+import math
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from otolith.compiled import FOLLOW
 from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
 from otolith.core.lti import zero_order_hold
-from otolith.core.rotation import felt_along
+from otolith.core.methods import Bound
+from otolith.core.rotation import felt
 from otolith.interfaces import Command, PlatformState
 from otolith.platforms import Platform
 
@@ -28,6 +31,34 @@ def move_axes(motion: Mat, A: Mat, B: Mat, command: Vec) -> None:
             motion[row, axis] = A[row, 0] * p + A[row, 1] * v + A[row, 2] * a + B[row, 0] * u
 
 
+class _Axes(NamedTuple):
+    motion: Mat  # (3, 6) pose, twist, acceleration
+    A: Mat  # (3, 3) of one axis, over one step
+    B: Mat  # (3, 1)
+    head: Vec  # (3,) [m]
+    senses: bool
+
+
+@kernel
+def note(motion: Mat, head: Vec, senses: bool, row: Mat, force: Vec) -> None:
+    """Record a motion (3, 6) in a row of the same shape, and the force felt at the head (3,)."""
+    for i in range(3):
+        force[i] = np.nan
+        for axis in range(6):
+            row[i, axis] = motion[i, axis]
+    if senses:
+        felt(head, motion[0], motion[1], motion[2], force)
+
+
+@kernel
+def _follow(of: Any, command: Vec, motion: Mat, force: Mat) -> int:
+    """Follow one command for n steps; see `otolith.compiled.FOLLOW`."""
+    for k in range(len(motion)):
+        move_axes(of.motion, of.A, of.B, command)
+        note(of.motion, of.head, of.senses, motion[k], force[k])
+    return 0
+
+
 class Ideal:
     """Six independent axes, each a double integrator behind a first-order lag, solved exactly.
 
@@ -41,13 +72,11 @@ class Ideal:
     dead_time: Final = None  # moves as the controllers' models assume
 
     def __init__(self, lag: float = 0.01, *, head: tuple[float, float, float] | None = None) -> None:
-        if not 0.0 <= lag < np.inf:
-            raise InputError("plant lag", lag, "finite and at least 0 s")
-        if 0.0 < lag < SHORTEST:  # its exponential would overflow
-            raise InputError("plant lag", lag, f"0 or at least {SHORTEST:g} s")
-        self._lag = lag
+        self._lag = checked_lag(lag)
         self._head = None if head is None else np.array(head, dtype=np.float64)
         self._motion = np.zeros((3, 6))  # pose, twist, acceleration
+        self._dt = 0.0  # [s] of the method
+        self._method: Bound | None = None  # made on first use
 
     def reset(self, state: PlatformState) -> None:
         """Set the platform to `state`."""
@@ -55,19 +84,53 @@ class Ideal:
 
     def step(self, command: Command, dt: float) -> PlatformState:
         """Integrate the commanded accelerations (6,) over dt [s]."""
-        A, B = axis_dynamics(self._lag, dt)
-        motion = self._motion
-        move_axes(motion, A, B, command.acceleration)
-        return PlatformState(
-            pose=motion[0], twist=motion[1], acceleration=motion[2], specific_force=self._sensed(motion)
-        )
+        return stepped(_follow, self.compiled(dt), command, self._head is not None)
 
-    def _sensed(self, motion: Mat) -> Vec | None:
-        if self._head is None:
-            return None
-        force = np.empty(3)
-        felt_along(self._head, motion[0:1], motion[1:2], motion[2:3], force[None])
-        return force
+    def compiled(self, dt: float) -> Bound:
+        """Return the method of this plant for steps of dt [s]."""
+        if self._method is None or dt != self._dt:
+            A, B = axis_dynamics(self._lag, dt)
+            head = np.zeros(3) if self._head is None else self._head
+            axes = _Axes(self._motion, A, B, head, self._head is not None)
+            self._dt, self._method = dt, FOLLOW.bind(_follow, axes)
+        return self._method
+
+
+def stepped(follow: Any, method: Bound, command: Command, senses: bool) -> PlatformState:
+    """Return the state after one step by a plant's kernel."""
+    motion, force = np.empty((1, 3, 6)), np.empty((1, 3))
+    follow(method.held, command.acceleration, motion, force)
+    return PlatformState.of_motion(motion[0], force[0] if senses else None)
+
+
+def checked_lag(lag: float) -> float:
+    """Return a lag [s] if it is one.
+
+    Raises
+    ------
+    InputError : it is negative, not finite, or so short that its exponential would overflow.
+    """
+    if not 0.0 <= lag < np.inf:
+        raise InputError("plant lag", lag, "finite and at least 0 s")
+    if 0.0 < lag < SHORTEST:
+        raise InputError("plant lag", lag, f"0 or at least {SHORTEST:g} s")
+    return lag
+
+
+@kernel
+def part_of_step(lag: float, dt: float, A: Mat, B: Mat) -> None:
+    """Write what `axis_dynamics` returns, in closed form: for durations that are not known beforehand."""
+    A[0, 0] = A[1, 1] = 1.0
+    A[0, 1] = dt
+    B[0, 0], B[1, 0], B[2, 0] = 0.5 * dt * dt, dt, 1.0
+    if lag > 0.0:
+        gone = -math.expm1(-dt / lag)  # 1 − e^(−Δ/T)
+        A[1, 2] = lag * gone
+        A[0, 2] = lag * (dt - A[1, 2])
+        A[2, 2] = 1.0 - gone
+        B[0, 0] -= A[0, 2]
+        B[1, 0] -= A[1, 2]
+        B[2, 0] = gone
 
 
 @lru_cache(maxsize=64)

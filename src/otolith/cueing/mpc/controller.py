@@ -82,7 +82,7 @@ class Mpc:
             period=settings.period,
         )
         self.program = self._assemble()
-        self.compiled: Bound = DECIDE.bind(decide, self.program)
+        self._method: Bound = DECIDE.bind(decide, self.program)
         self._motion, self._command, self._told = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
         self._compile()
 
@@ -147,7 +147,7 @@ class Mpc:
         motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
         wanted, preview, again = now(reference), previewed(reference), 0
         while wish := decide(
-            self.compiled.held, motion, wanted, preview, reference.age, again, self._command, told
+            self._method.held, motion, wanted, preview, reference.age, again, self._command, told
         ):
             self.answer(wish, reference)
             again = 1
@@ -161,6 +161,10 @@ class Mpc:
         room[:given] = in_six_axes(self.problem.axes, plan[:given])
         count = to_rest(belief.before, belief.reach, given, room)
         return stopping.command(belief.believed, count, outcome_of(told))
+
+    def compiled(self) -> Bound:
+        """Return the method of this controller."""
+        return self._method
 
     def answer(self, wish: int, reference: Reference) -> None:
         """Do what the kernel has asked for."""
