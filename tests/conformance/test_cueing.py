@@ -1,5 +1,6 @@
 """What every cueing algorithm promises: those of the registry, of installed packages, and one's own file."""
 
+import time
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files as package_files
@@ -8,7 +9,10 @@ import numpy as np
 import pytest
 
 from otolith import metrics, registry
+from otolith.compiled import offered
+from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import SURGE_PITCH
+from otolith.cueing.ahead import Ahead
 from otolith.cueing.design import Design
 from otolith.interfaces import Cueing, PlatformState, Reference, Status
 from otolith.loop import Run, simulate
@@ -65,6 +69,39 @@ def test_after_reset_the_same_run_comes_out_bit_for_bit(name: str) -> None:
     ]
     np.testing.assert_array_equal(runs[0].command, runs[1].command)
     np.testing.assert_array_equal(runs[0].changes, runs[1].changes)
+
+
+def troubled(t: Vec) -> Mat:
+    """A jump that no limit allows, then nothing that is a number, then rest."""
+    f = np.zeros((len(t), 3))
+    f[:, 0] = np.where(t < 0.5, 0.0, 6.0)
+    f[(0.8 < t) & (t < 0.9)] = np.nan
+    f[t >= 1.2] = 0.0
+    return f
+
+
+@EVERY
+@pytest.mark.parametrize("late", [False, True], ids=["as modelled", "late"])
+def test_a_loop_that_is_compiled_gives_the_numbers_of_the_one_in_python(name: str, late: bool) -> None:
+    """Bit for bit, fallbacks and all; a clock of one's own keeps the loop in Python."""
+    plant_name = "actuator" if late else registry.cueing_named(name).plant
+    cueing, plant = algorithm(name), registry.make_plant(plant_name, THESIS)
+    if late:
+        cueing = Ahead(cueing, lag=0.01, dead_time=plant.dead_time or 0.0)
+    wanted = Scenario(name="trouble", duration=1.6, specific_force=troubled)
+    compiled, plain = (
+        simulate(cueing, plant, wanted, platform=THESIS, dofs=("surge-pitch",), clock=clock)
+        for clock in (time.thread_time, lambda: 0.0)
+    )
+    for series in ("pose", "twist", "acceleration", "felt_force", "command", "changes", "residual"):
+        np.testing.assert_array_equal(getattr(compiled, series), getattr(plain, series), err_msg=series)
+    assert compiled.outcomes == plain.outcomes
+    assert {Status.DECIDED, Status.INVALID} <= set(compiled.status)
+
+
+def test_the_algorithms_that_need_nothing_from_python_offer_a_method() -> None:
+    for name in ("implicit", "predictive", "hybrid-all", "linear-mpc"):
+        assert offered(algorithm(name)) is not None, name
 
 
 @EVERY

@@ -1,6 +1,6 @@
 """Decides for the moment at which a command takes effect, on a platform whose timing may be imprecise.
 
-Notation: T lag, d dead time, Δ period; q = p + T v and w = v + T a as in `otolith.safety.stopping`.
+Notation: T lag, d dead time, Δ period; q = p + T v and w = v + T a as in `otolith.safety.law`.
 
 *Dead time.* A decision at t takes effect at t + d. Until then the earlier commands act. The estimated state
 is propagated exactly under them, and from there the algorithm decides as if there were no dead time (a Smith
@@ -15,15 +15,16 @@ explain (another start, a supervisor that held the legs, a push) is adopted at o
 """
 
 import math
-from collections import deque
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.compiled import DECIDE, NOTHING, CompiledCueing, offered
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
+from otolith.core.methods import NO_METHOD, Bound, Method, hold
 from otolith.interfaces import Command, Cueing, PlatformState, Reference
 from otolith.safety.law import HUGE, move
 
@@ -53,6 +54,88 @@ def correct(believed: Mat, measured: Mat, commands: Mat, T: float, delay: float,
         believed[0, i] += share * shown_p + (of_p - shown_p)
 
 
+class _Estimate(NamedTuple):
+    """The estimated state, and what leads from it to the moment at which a command takes effect."""
+
+    inner: Method  # of the algorithm at work
+    lag: float  # T [s]
+    dead_time: float  # d [s]
+    period: float  # Δ [s]
+    waiting: int  # commands given and not yet wholly in effect
+    share: float  # as of `correct`
+    given: Mat  # (K, 6) commands whose effects may still show, the latest last
+    believed: Mat  # (3, 6)
+    ahead: Mat  # (3, 6) where the commands on their way will have led
+    fresh: Ints  # (1,) one before the first decision
+
+
+@kernel
+def _pass(of: Any) -> None:
+    """Propagate the estimate by the period since the last decision."""
+    second = of.waiting * of.period - of.dead_time  # [s] for which the later of two commands acted
+    latest = len(of.given) - 1
+    before, after = of.given[latest - of.waiting], of.given[latest - max(0, of.waiting - 1)]
+    move(of.believed, before, of.lag, of.period - second)
+    move(of.believed, after, of.lag, second)
+
+
+@kernel
+def _estimate(of: Any, motion: Mat) -> int:
+    """Correct the estimate by a measured motion (3, 6), and propagate it; NaN if it is not plausible."""
+    if of.fresh[0] == 0:
+        _pass(of)
+    of.fresh[0] = 0
+    plausible = True
+    for row in range(3):
+        for axis in range(6):
+            plausible = plausible and abs(motion[row, axis]) <= HUGE  # a NaN fails every comparison
+            of.ahead[row, axis] = np.nan if row == 0 else 0.0
+    if not plausible:
+        return 0
+    correct(of.believed, motion, of.given, of.lag, of.lag + of.dead_time, of.share)
+    _propagate(of)
+    return 0
+
+
+@kernel
+def _propagate(of: Any) -> None:
+    """Write where the commands on their way will have led."""
+    for row in range(3):
+        for axis in range(6):
+            of.ahead[row, axis] = of.believed[row, axis]
+    first = of.dead_time - (of.waiting - 1) * of.period
+    for i in range(of.waiting):
+        move(of.ahead, of.given[len(of.given) - of.waiting + i], of.lag, of.period if i > 0 else first)
+
+
+@kernel
+def _remember(of: Any, command: Vec) -> int:
+    """Append a command (6,) to those given, and drop the oldest."""
+    last = len(of.given) - 1
+    for axis in range(6):
+        for k in range(last):
+            of.given[k, axis] = of.given[k + 1, axis]
+        of.given[last, axis] = command[axis]
+    return 0
+
+
+_inner = DECIDE.call
+
+
+@kernel
+def _decide(
+    of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
+) -> int:
+    """Decide for a dead time from now; see `otolith.compiled.DECIDE`."""
+    if again == 0:
+        _estimate(of, motion)
+    asked = _inner(of.inner, (of.ahead, now, preview, age + of.dead_time, again, command, told))
+    if asked == NOTHING:
+        _remember(of, command)
+    done: int = asked
+    return done
+
+
 class Ahead:
     """Any algorithm on a platform whose commands take effect late, or not exactly as its file states.
 
@@ -71,14 +154,25 @@ class Ahead:
     def __init__(self, cueing: Cueing, *, lag: float, dead_time: float) -> None:
         if not 0.0 <= dead_time <= LONGEST:
             raise InputError("dead time", dead_time, f"between 0 and {LONGEST:g} s")
-        self._cueing, self._lag, self._dead_time = cueing, lag, dead_time
-        self._count = math.ceil(dead_time / cueing.period - 1e-9)  # commands not yet fully in effect
-        shown = self._count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
-        self._given: deque[Vec] = deque(maxlen=shown)  # oldest first
-        self._share = 1.0 - math.exp(-cueing.period / SETTLING)
-        self._believed = np.zeros((3, 6))
-        self.reset(PlatformState())
-        self._observe(PlatformState())  # compiled now, so that no decision waits for the compiler
+        self._cueing, self._dead_time = cueing, dead_time
+        count = math.ceil(dead_time / cueing.period - 1e-9)
+        shown = count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
+        self._estimate = _Estimate(
+            inner=NO_METHOD,
+            lag=lag,
+            dead_time=dead_time,
+            period=cueing.period,
+            waiting=count,
+            share=1.0 - math.exp(-cueing.period / SETTLING),
+            given=np.zeros((shown, 6)),
+            believed=np.zeros((3, 6)),
+            ahead=np.zeros((3, 6)),
+            fresh=np.ones(1, dtype=np.int64),
+        )
+        self._believed, self._motion = self._estimate.believed, np.zeros((3, 6))
+        self._held, _ = hold(self._estimate)
+        _estimate(self._held, self._motion)  # compiled now, so that no decision waits for the compiler
+        _remember(self._held, np.zeros(6))
         self.reset(PlatformState())
 
     @property
@@ -92,48 +186,35 @@ class Ahead:
         return frozenset(getattr(self._cueing, "soft", ()))
 
     def reset(self, state: PlatformState) -> None:
-        """Start from `state`, with no pending command."""
-        self._given.extend(np.zeros(6) for _ in range(self._given.maxlen or 0))
-        self._believed[:] = np.stack([state.pose, state.twist, state.acceleration])
-        self._fresh = True
-        self._cueing.reset(self._ahead(state))
+        """Start from `state`, with no command on its way."""
+        of = self._estimate
+        of.given[:], of.fresh[:] = 0.0, 1
+        of.believed[0], of.believed[1], of.believed[2] = state.pose, state.twist, state.acceleration
+        _propagate(self._held)
+        self._cueing.reset(PlatformState.of_motion(of.ahead, state.specific_force))
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide for one dead time from now."""
-        if not self._fresh:
-            self._pass()
-        self._fresh = False
-        known = self._observe(state)
-        ahead = self._ahead(state) if known else _unknown()
-        command = self._cueing.step(ahead, replace(reference, age=reference.age + self._dead_time))
-        self._given.append(command.acceleration)
+        """Decide for a dead time from now."""
+        motion = self._motion
+        motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
+        _estimate(self._held, motion)
+        ahead = PlatformState.of_motion(self._estimate.ahead, state.specific_force)
+        command = self._cueing.step(ahead, self._later(reference))
+        _remember(self._held, command.acceleration)
         return command
 
-    def _pass(self) -> None:
-        """Advance the estimated state by the period since the last decision."""
-        second = self._count * self.period - self._dead_time  # [s] for which the later of two commands acted
-        given = list(self._given)
-        before, after = given[-1 - self._count], given[-self._count] if self._count else given[-1]
-        move(self._believed, before, self._lag, self.period - second)
-        move(self._believed, after, self._lag, second)
+    def compiled(self) -> Bound | None:
+        """Return the method of this algorithm; None if the one at work offers none."""
+        inner = offered(self._cueing)
+        if inner is None:
+            return None
+        self._inner = inner  # keeps its data alive
+        return DECIDE.bind(_decide, self._estimate._replace(inner=inner.method))
 
-    def _observe(self, state: PlatformState) -> bool:
-        """Correct the estimated state by a measurement; return False if the measurement is invalid."""
-        measured = np.stack([state.pose, state.twist, state.acceleration])
-        if not np.abs(measured).max() <= HUGE:  # a NaN fails every comparison
-            return False
-        delay = self._lag + self._dead_time
-        correct(self._believed, measured, np.stack(self._given), self._lag, delay, self._share)
-        return True
+    def answer(self, wish: int, reference: Reference) -> None:
+        """Let the algorithm at work do what its kernel has asked for."""
+        cast(CompiledCueing, self._cueing).answer(wish, self._later(reference))
 
-    def _ahead(self, state: PlatformState) -> PlatformState:
-        """Return the state that the pending commands will have led to."""
-        motion = self._believed.copy()
-        first = self._dead_time - (self._count - 1) * self.period
-        for i in range(self._count):
-            move(motion, self._given[i - self._count], self._lag, self.period if i else first)
-        return replace(state, pose=motion[0], twist=motion[1], acceleration=motion[2])
-
-
-def _unknown() -> PlatformState:
-    return PlatformState(pose=np.full(6, np.nan))
+    def _later(self, reference: Reference) -> Reference:
+        """Return the reference, older by the dead time: it is for a state that much later."""
+        return replace(reference, age=reference.age + self._dead_time)

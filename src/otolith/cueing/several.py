@@ -1,15 +1,70 @@
 """Several algorithms that share no axis, combined into one."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from otolith.core.arrays import Mat
+from otolith.compiled import (
+    CHANGES,
+    DECIDE,
+    MISSED,
+    NOTHING,
+    RESIDUAL,
+    SOLVER,
+    STATUS,
+    CompiledCueing,
+    offered,
+)
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
+from otolith.core.jit import kernel
+from otolith.core.methods import Bound, Method
 from otolith.interfaces import Command, Cueing, Outcome, PlatformState, Reference, Status
 
+_inner = DECIDE.call
 _WORST_FIRST: Final = (Status.INVALID, Status.REFUSED, Status.FALLBACK, Status.DECIDED)
+
+
+class _Parts(NamedTuple):
+    methods: Ints  # (P, 2) code and data of every part
+    command: Mat  # (P, 6)
+    told: Mat  # (P, 5)
+    at: Ints  # (1,) the part that decides
+
+
+@kernel
+def _decide(
+    of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
+) -> int:
+    """Let all parts decide, and add their commands; see `otolith.compiled.DECIDE`."""
+    first = of.at[0] if again == 1 else 0
+    for k in range(first, len(of.methods)):
+        resumed = again if k == first else 0
+        method = Method(of.methods[k, 0], of.methods[k, 1])
+        asked = _inner(method, (motion, now, preview, age, resumed, of.command[k], of.told[k]))
+        if asked != NOTHING:
+            of.at[0] = k
+            waiting: int = asked
+            return waiting
+    _add(of.command, of.told, command, told)
+    return NOTHING
+
+
+@kernel
+def _add(commands: Mat, outcomes: Mat, command: Vec, told: Vec) -> None:
+    """Write the sum of commands (P, 6), and one outcome for them as `worst_of` does."""
+    worst = 0
+    command[:], told[:] = 0.0, 0.0
+    for k in range(len(commands)):
+        if outcomes[k, STATUS] > outcomes[worst, STATUS]:
+            worst = k
+        for axis in range(6):
+            command[axis] += commands[k, axis]
+        told[CHANGES] += outcomes[k, CHANGES]
+        told[RESIDUAL] = max(told[RESIDUAL], outcomes[k, RESIDUAL])
+        told[MISSED] = max(told[MISSED], outcomes[k, MISSED])
+    told[STATUS], told[SOLVER] = outcomes[worst, STATUS], outcomes[worst, SOLVER]
 
 
 class Several:
@@ -42,6 +97,21 @@ class Several:
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide with all; commands are added, because each axis is zero in all but one."""
         return added([part.step(state, reference) for part in self.parts])
+
+    def compiled(self) -> Bound | None:
+        """Return the method of all together; None if one of them offers none."""
+        bound = [offered(part) for part in self.parts]
+        self._bound = [one for one in bound if one is not None]  # keeps their data alive
+        if len(self._bound) < len(bound):
+            return None
+        P = len(bound)
+        self._at = np.zeros(1, dtype=np.int64)
+        methods = np.array([one.method for one in self._bound])
+        return DECIDE.bind(_decide, _Parts(methods, np.zeros((P, 6)), np.zeros((P, 5)), self._at))
+
+    def answer(self, wish: int, reference: Reference) -> None:
+        """Let the part whose turn it is do what its kernel has asked for."""
+        cast(CompiledCueing, self.parts[self._at[0]]).answer(wish, reference)
 
 
 def added(commands: Sequence[Command]) -> Command:

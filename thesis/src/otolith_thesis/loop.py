@@ -120,6 +120,15 @@ class Loop:
     def engine(self) -> Callable[..., StageEngine]:
         """Return the factory of the implicit MPC's solver."""
 
+        def weighted(problem: StageProblem, **options: Any) -> StageEngine:
+            return TerminalWeight(self._engine(problem, **options), self.terminal)
+
+        return self._engine if self.terminal == 1.0 else weighted
+
+    @property
+    def _engine(self) -> Callable[..., StageEngine]:
+        """Return the factory of the solver itself."""
+
         def started(problem: StageProblem, **options: Any) -> StageEngine:
             return StartedEngine(problem, start=self.start, **options)
 
@@ -137,9 +146,6 @@ class Loop:
         if self.damping != 0.0:
             return _damped(self, design)
         cueing: Cueing = CUEING[self.cueing].load()(design)
-        if self.terminal != 1.0 and isinstance(cueing, Mpc):
-            weighted = TerminalWeight(cueing.problem, self.terminal)
-            cueing.problem = weighted  # type: ignore[assignment]  # it extends a problem and delegates to it
         return cueing
 
     def run(self) -> "Closed":

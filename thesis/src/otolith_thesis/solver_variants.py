@@ -15,11 +15,10 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.cueing.mpc.guess import Guess
-from otolith.cueing.mpc.problem import Problem
 from otolith.qp.certificate import kkt_residual
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
-from otolith.qp.engines import CondensedEngine, StageMemory, expand
+from otolith.qp.engines import CondensedEngine, StageEngine, expand
 from otolith.qp.problem import Qp, Solution, Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 
@@ -125,20 +124,27 @@ class QpOasesEngine:
 
 
 class TerminalWeight:
-    """A problem whose last stage has a weight (eq. 4.6 has a terminal cost, but no weight is printed)."""
+    """An engine whose last stage has a weight (eq. 4.6 has a terminal cost, but no weight is printed)."""
 
-    def __init__(self, problem: Problem, factor: float) -> None:
-        self._problem, self._factor = problem, factor
+    def __init__(self, engine: StageEngine, factor: float) -> None:
+        self._engine, self._factor = engine, factor
+        self.memory = engine.memory
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._problem, name)
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        """Solve the problem in the memory with the last stage weighted, and leave the memory as it was."""
+        memory, root = self.memory, np.sqrt(self._factor)
+        last = (memory.output[-1], memory.error[-1], memory.state_weight[-1])
+        kept = [values.copy() for values in last]  # what does not vary is not written again
+        for values, weight in zip(last, (root, root, self._factor), strict=True):
+            values *= weight
+        solution = self._engine.run(start, hint)
+        for values, before in zip(last, kept, strict=True):
+            values[:] = before
+        return solution
 
-    def write(self, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_ref: Mat | None) -> None:
-        """Write as the problem does, then weight the last stage."""
-        self._problem.write(memory, x, plan, wanted, u_ref)
-        memory.output[-1] *= np.sqrt(self._factor)
-        memory.error[-1] *= np.sqrt(self._factor)
-        memory.state_weight[-1] *= self._factor
+    def reset(self) -> None:
+        """Discard the last answer."""
+        self._engine.reset()
 
 
 @dataclass(frozen=True, slots=True)
