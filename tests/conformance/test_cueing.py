@@ -75,7 +75,7 @@ def troubled(t: Vec) -> Mat:
     """A jump that no limit allows, then nothing that is a number, then rest."""
     f = np.zeros((len(t), 3))
     f[:, 0] = np.where(t < 0.5, 0.0, 6.0)
-    f[(0.8 < t) & (t < 0.9)] = np.nan
+    f[(t > 0.8) & (t < 0.9)] = np.nan
     f[t >= 1.2] = 0.0
     return f
 

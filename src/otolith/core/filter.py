@@ -57,19 +57,19 @@ class Filter:
         """
         y = np.empty(len(self._system.D))
         s = self._system
-        _advance(s.A, s.B, s.C, s.D, self._x, frozen_array(u)[None, :], y[None, :])
+        advance(s.A, s.B, s.C, s.D, self._x, frozen_array(u)[None, :], y[None, :])
         return y
 
     def simulate(self, u: Mat) -> Mat:
         """Return the outputs (n, ny) under the inputs u (n, nu); the result equals n calls of `step`."""
         y = np.empty((len(u), len(self._system.D)))
         s = self._system
-        _advance(s.A, s.B, s.C, s.D, self._x, frozen_array(u), y)
+        advance(s.A, s.B, s.C, s.D, self._x, frozen_array(u), y)
         return y
 
 
 @kernel
-def _advance(A: Mat, B: Mat, C: Mat, D: Mat, x: Vec, u: Mat, y: Mat) -> None:
+def advance(A: Mat, B: Mat, C: Mat, D: Mat, x: Vec, u: Mat, y: Mat) -> None:
     """Write the outputs y (n, ny) under the inputs u (n, nu); x (nx,) is overwritten with the last state."""
     nx, ny, nu = x.shape[0], y.shape[1], u.shape[1]
     after = np.empty(nx)

@@ -2,10 +2,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from otolith.core.arrays import Vec
 from otolith.core.frames import GRAVITY, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, specific_force
 from otolith.cueing.washout.adaptive import adaptive
 from otolith.cueing.washout.classical import classical
-from otolith.cueing.washout.feedforward import Homing, Tilting, cued, tilt_for
+from otolith.cueing.washout.feedforward import Washout, cued, homing, scaling
+from otolith.cueing.washout.kernels import (
+    ACCELERATION,
+    FORCE,
+    TILT,
+    TILT_RATE,
+    demand,
+    follow_tilt,
+    go_home,
+    tilt_for,
+)
 from otolith.cueing.washout.optimal import optimal, optimal_nonlinear
 from otolith.interfaces import PlatformState, Reference, Status
 from otolith.plant.ideal import Ideal
@@ -130,46 +141,64 @@ def test_the_transformation_gives_exactly_the_force_that_is_wanted() -> None:
     """Accelerating by a_world at attitude R, the driver feels f: R and gravity by hand, about y."""
     washout = classical(Task())
     washout.reset(PlatformState(pose=np.array([0.0, 0.0, 0.0, 0.0, 0.2, 0.0])))
-    demand = washout._demand(np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    demand(washout.compiled().held, np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    wanted = washout.memory.demand
     c, s = np.cos(0.2), np.sin(0.2)
-    a_driver = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]) @ demand.acceleration_world
-    scaled = washout._force(np.array([0.5, 0.0, 0.0]))
+    a_driver = (
+        np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]) @ wanted[ACCELERATION : ACCELERATION + 3]
+    )
+    scaled = scaling(Task().tuning)[0](np.array([0.5, 0.0, 0.0]))
+    assert_allclose(wanted[FORCE : FORCE + 3], scaled)
     assert_allclose(specific_force(a_driver, np.array([0.0, 0.2, 0.0])), scaled, atol=1e-12)
 
 
+def followed(washout: Washout, angles: Vec, speeds: Vec) -> Vec:
+    """Rates of a tilt about y that the channels want at these angles and speeds."""
+    memory, rates = washout.memory, []
+    memory.largest[1], memory.change[1] = 0.05, min(memory.change[1], 0.02)
+    for angle, speed in zip(angles, speeds, strict=True):
+        rate = np.zeros(3)
+        memory.motion[TILT + 1], memory.motion[TILT_RATE + 1] = angle, speed
+        follow_tilt(washout.compiled().held, rate)
+        rates.append(rate[1])
+    return np.array(rates)
+
+
 def test_a_tilt_closes_up_after_it_fell_behind_without_a_jump_in_rate() -> None:
-    tilting = Tilting(np.full(3, 0.05), 5.0, 0.01)
     t = 0.01 * np.arange(1, 3001)
     target = 0.2 * (1 - np.exp(-t)) ** 2
-    speed = 0.4 * (1 - np.exp(-t)) * np.exp(-t)
-    rates = np.array(
-        [tilting.step(np.full(3, a), np.full(3, w))[0] for a, w in zip(target, speed, strict=True)]
-    )
+    rates = followed(classical(Task()), target, 0.4 * (1 - np.exp(-t)) * np.exp(-t))
     assert rates.max() == pytest.approx(0.05)
     assert np.abs(np.diff(rates)).max() < 0.01 * 0.5
     assert 0.01 * rates.sum() == pytest.approx(0.2, abs=1e-4)
 
 
 def test_a_tilt_turns_no_sooner_than_the_platform_can() -> None:
-    tilting = Tilting(np.full(3, 0.05), 5.0, 0.01, np.full(3, 2.0))
-    rates = np.array([tilting.step(np.full(3, 1.0), np.zeros(3))[0] for _ in range(10)])
+    washout = classical(Task())
+    washout.memory.change[1] = 0.02
+    rates = followed(washout, np.full(10, 1.0), np.zeros(10))
     assert_allclose(rates, [0.02, 0.04, *[0.05] * 8])
 
 
 def test_homing_has_the_poles_it_was_given() -> None:
-    homing, p = Homing(2.0, 0.01), np.exp(-0.02)
-    homing.reset(np.ones(6), np.zeros(6))
-    v = np.array([homing.step()[0] for _ in range(200)])
-    assert_allclose(v[2:] - 2 * p * v[1:-1] + p**2 * v[:-2], 0.0, atol=1e-13)
+    washout, p = classical(Task()), np.exp(-0.02)
+    washout.memory.homing[:] = homing(2.0, 0.01)
+    washout.memory.home[:] = 1.0
+    v = []
+    for _ in range(200):
+        twist = np.zeros(6)
+        go_home(washout.compiled().held, twist)
+        v.append(twist[0])
+    assert_allclose(v[2:] - 2 * p * np.array(v[1:-1]) + p**2 * np.array(v[:-2]), 0.0, atol=1e-13)
 
 
 def test_tilt_gives_the_force_it_was_asked_for() -> None:
-    force = np.array([-3.0, 0.0, 2.0])
-    angle, rate = tilt_for(force, np.ones(3))
-    assert_allclose(GRAVITY * np.sin(angle), force)
     h = 1e-6
-    assert_allclose(rate, (tilt_for(force + h, np.ones(3))[0] - angle) / h, rtol=1e-5)
-    assert tilt_for(np.array([20.0]), np.ones(1))[1] == 0.0
+    for force in (-3.0, 0.0, 2.0):
+        angle, rate = tilt_for(force, 1.0)
+        assert GRAVITY * np.sin(angle) == pytest.approx(force)
+        assert rate == pytest.approx((tilt_for(force + h, 1.0)[0] - angle) / h, rel=1e-5)
+    assert tilt_for(20.0, 1.0)[1] == 0.0
 
 
 def test_cued_axes_are_those_of_the_task() -> None:

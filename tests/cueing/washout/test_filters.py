@@ -36,7 +36,7 @@ def scipys(numerator: list[float], denominator: list[float], u: Vec) -> Vec:
 )
 def test_every_filter_equals_scipys(system, numerators, denominator) -> None:
     u = np.cumsum(np.random.default_rng(1).normal(size=500))
-    bank = Bank([at_period_ends(system, T)], T)
+    bank = Bank.of([at_period_ends(system, T)])
     ours = np.array([bank.step(np.array([value])) for value in u])
     theirs = np.column_stack([scipys(numerator, denominator, u) for numerator in numerators])
     assert_allclose(ours, theirs, atol=1e-10 * np.abs(theirs).max())
@@ -44,7 +44,7 @@ def test_every_filter_equals_scipys(system, numerators, denominator) -> None:
 
 def test_the_rotation_filter_equals_scipys_first_order_hold() -> None:
     u = np.cumsum(np.random.default_rng(1).normal(size=500))
-    bank = Bank([one_period_late(rotation(SECOND), T)], T)
+    bank = Bank.of([one_period_late(rotation(SECOND), T)])
     ours = np.array([bank.step(np.array([value]))[0] for value in u])
     discrete = signal.cont2discrete(signal.tf2ss([1.0, 0.0, 0.0], DEN2), T, method="foh")
     _, theirs, _ = signal.dlsim(discrete, u)
@@ -54,7 +54,7 @@ def test_the_rotation_filter_equals_scipys_first_order_hold() -> None:
 def test_filters_of_a_bank_do_not_touch_each_other() -> None:
     systems = [at_period_ends(s, T) for s in (translation(THIRD), tilt(SECOND), rotation(SECOND))]
     u = np.random.default_rng(2).normal(size=(50, 3))
-    together, apart = Bank(systems, T), [Bank([system], T) for system in systems]
+    together, apart = Bank.of(systems), [Bank.of([system]) for system in systems]
     for row in u:
         alone = np.concatenate([one.step(row[i : i + 1]) for i, one in enumerate(apart)])
         assert_allclose(together.step(row), alone, atol=1e-14)

@@ -10,58 +10,87 @@ to the felt force this is K (L + H (1 − L)), which is K wherever H or L is one
 complementary.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import AXES, GRAVITY, Dof, pairs_of
+from otolith.core.jit import kernel
 from otolith.core.lti import Complexes
+from otolith.core.methods import Bound
 from otolith.cueing.washout import tuning as tables
-from otolith.cueing.washout.feedforward import PERIOD, Demand, Motion, Task, Washout, cued, tilt_for
-from otolith.cueing.washout.filters import Bank, at_period_ends, one_period_late, rotation, tilt, translation
+from otolith.cueing.washout.feedforward import PERIOD, Task, Washout, cued
+from otolith.cueing.washout.filters import (
+    Bank,
+    at_period_ends,
+    one_period_late,
+    rotation,
+    run,
+    tilt,
+    translation,
+)
+from otolith.cueing.washout.kernels import (
+    ACCELERATION,
+    CHANNELS,
+    FORCE,
+    RATE,
+    TURNING,
+    VELOCITY,
+    Pairs,
+    coordinate,
+)
 from otolith.cueing.washout.tuning import Tuning
 
 
-class ClassicalChannels:
-    """High-pass translations, low-pass tilts and high-pass rotations in one bank of filters."""
-
-    def __init__(self, task: Task, period: float) -> None:
-        of, mask = task.tuning.of(tables.Classical), cued(task)
-        self._pairs = pairs_of(task.dofs)
-        self._moved, self._turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
-        systems = [at_period_ends(translation(getattr(of, AXES[i])), period) for i in self._moved]
-        systems += [one_period_late(rotation(of.rotation), period) for _ in self._turned]
-        systems += [at_period_ends(tilt(of.tilt), period) for _ in self._pairs]
-        self._bank = Bank(systems, period)
-
-    def reset(self) -> None:
-        """Discard the past."""
-        self._bank.reset()
-
-    def step(self, demand: Demand) -> Motion:
-        """Filter one demand."""
-        pairs, moved, turned = self._pairs, self._moved, self._turned
-        low = [demand.force_driver[pair.translation] for pair in pairs]
-        ends = self._bank.step(
-            np.concatenate([demand.acceleration_world[moved], demand.rate_world[turned], low])
-        )
-        motion = Motion()
-        motion.velocity[moved] = ends[: len(moved)]
-        motion.turning[turned] = ends[len(moved) : len(moved) + len(turned)]
-        coordinate(motion, pairs, ends[len(moved) + len(turned) :])
-        return motion
+class _Memory(NamedTuple):
+    bank: Bank  # high-pass translations, high-pass rotations, low-pass tilts
+    moved: Ints  # cued axes of x, y, z
+    turned: Ints  # cued axes of roll, pitch, yaw
+    pairs: Pairs
 
 
-def coordinate(motion: Motion, pairs: tuple[Dof, ...], low: Vec) -> None:
-    """Write the tilts for low-passed forces and their derivatives, which alternate by pair."""
-    angles, rates = tilt_for(low[0::2], low[1::2])
-    for pair, angle, rate in zip(pairs, angles, rates, strict=True):
-        motion.tilt[pair.rotation - 3] = pair.sign * angle
-        motion.tilt_rate[pair.rotation - 3] = pair.sign * rate
+@kernel
+def _filter(of: Any, fresh: int, demand: Vec, motion: Vec) -> int:
+    """Filter one demand; see `otolith.cueing.washout.kernels.CHANNELS`."""
+    bank, n = of.bank, 0
+    if fresh == 1:
+        bank.x[:] = 0.0
+    motion[:] = 0.0
+    for axis in of.moved:
+        bank.u[0, n] = demand[ACCELERATION + axis]
+        n += 1
+    for axis in of.turned:
+        bank.u[0, n] = demand[RATE + axis]
+        n += 1
+    for axis in of.pairs.translation:
+        bank.u[0, n] = demand[FORCE + axis]
+        n += 1
+    run(bank)
+    ends, n = bank.y[0], 0
+    for axis in of.moved:
+        motion[VELOCITY + axis] = ends[n]
+        n += 1
+    for axis in of.turned:
+        motion[TURNING + axis] = ends[n]
+        n += 1
+    coordinate(motion, of.pairs, ends[n:])
+    return 0
+
+
+def classical_channels(task: Task, period: float) -> Bound:
+    """High-pass translations, low-pass tilts and high-pass rotations, as one bank of filters."""
+    of, mask, pairs = task.tuning.of(tables.Classical), cued(task), pairs_of(task.dofs)
+    moved, turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
+    systems = [at_period_ends(translation(getattr(of, AXES[i])), period) for i in moved]
+    systems += [one_period_late(rotation(of.rotation), period) for _ in turned]
+    systems += [at_period_ends(tilt(of.tilt), period) for _ in pairs]
+    return CHANNELS.bind(_filter, _Memory(Bank.of(systems), moved, turned, Pairs.of(pairs)))
 
 
 def classical(task: Task) -> Washout:
     """Make the classical washout."""
-    return Washout(task, ClassicalChannels(task, PERIOD))
+    return Washout(task, classical_channels(task, PERIOD))
 
 
 def force_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:

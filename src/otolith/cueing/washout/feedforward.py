@@ -13,28 +13,25 @@ A filter states how fast each axis should move at the end of the period. The com
 that leads there, so velocities are exact at the end of every period, and travel follows by integration.
 """
 
-from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
-from otolith.core.frames import AXES, GRAVITY, Dof, pairs_of
-from otolith.core.rotation import place_of, rotation_of, twist_of
+from otolith.compiled import DECIDE, DECIDED, STATUS, outcome_of
+from otolith.core.arrays import Vec
+from otolith.core.frames import AXES, Dof, pairs_of
+from otolith.core.methods import Bound
+from otolith.cueing.prediction.simple import NO_PREVIEW, now
+from otolith.cueing.washout.kernels import Memory, decide, start
 from otolith.cueing.washout.scaling import Cubic
 from otolith.cueing.washout.tuning import Tuning
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.platforms import Platform
-from otolith.safety.law import HUGE
+from otolith.safety.law import to_rest
 from otolith.safety.stopping import Stopping
 
 PERIOD: Final = 0.01  # [s]
-ASTRAY: Final = 0.05  # share of the reach from which a platform is not where it was sent
-OFF: Final = 0.5  # share of the largest speed by which a platform deviates from its commands …
-OFTEN: Final = 10  # … in this many consecutive periods
-STOP: Final = 30  # number of periods in which the plan of every command comes to rest
-STEEPEST: Final = 0.9  # largest force from tilt, as a share of g
-UP: Final = np.array([0.0, 0.0, GRAVITY])
+STOP: Final = 30  # periods in which the plan of every command comes to rest
 
 
 class Task(Protocol):
@@ -53,86 +50,6 @@ class Task(Protocol):
         """Return scaling, filters and weights."""
 
 
-@dataclass(frozen=True, slots=True)
-class Demand:
-    """A scaled reference, seen from the platform at its present pose."""
-
-    force_driver: Vec  # (3,) [m/s²]
-    acceleration_world: Vec  # (3,) [m/s²] acceleration with which the driver would feel it
-    rate_world: Vec  # (3,) [rad/s] rates of roll, pitch and yaw
-
-
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """The output of the channels at the end of the period; zero along axes that are not cued."""
-
-    velocity: Vec = field(default_factory=lambda: np.zeros(3))  # [m/s] x, y, z
-    turning: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] roll, pitch, yaw; should be felt
-    tilt: Vec = field(default_factory=lambda: np.zeros(3))  # [rad] roll, pitch, –; should not be noticed
-    tilt_rate: Vec = field(default_factory=lambda: np.zeros(3))  # [rad/s] derivative of the tilt
-
-
-class Channels(Protocol):
-    """The part of a washout that differs: from demand to motion."""
-
-    def reset(self) -> None:
-        """Discard the past."""
-
-    def step(self, demand: Demand) -> Motion:
-        """Return the motion at the end of the period that starts with `demand`."""
-
-
-class Tilting:
-    """Follows a tilt at a limited rate, and catches up smoothly after it fell behind.
-
-    ω⁺ = clip(ω* + κ (θ* − θ)), all at the end of the period. It is exactly ω* within the limits of rate and
-    acceleration.
-    """
-
-    def __init__(self, largest: Vec, catch_up: float, period: float, steepest: float | Vec = np.inf) -> None:
-        self._largest, self._kappa, self._period = largest, catch_up, period
-        self._change = steepest * period * np.ones(3)  # [rad/s] largest change of the rate in a period
-        self.reset(np.zeros(3), np.zeros(3))
-
-    def reset(self, angle: Vec, rate: Vec) -> None:
-        """Start from a tilt [rad] and its rate [rad/s], (3,) each."""
-        self._angle, self._rate = angle, rate
-
-    def step(self, angle: Vec, rate: Vec) -> Vec:
-        """Return the rate (3,) [rad/s] at the end of the period, towards the wanted angle and rate there."""
-        half = 0.5 * self._period
-        behind = angle - (self._angle + half * (self._rate + rate))
-        after = np.clip(rate + self._kappa * behind, -self._largest, self._largest)
-        after = np.clip(after, self._rate - self._change, self._rate + self._change)
-        self._angle = self._angle + half * (self._rate + after)
-        self._rate = after
-        return after
-
-
-class Homing:
-    """Returns a platform that starts elsewhere to neutral, critically damped, by held accelerations.
-
-    The double integrator x⁺ = x + T v + T²a/2, v⁺ = v + T a has both poles at p = e^(−ωT) with a = −k₁ x − k₂
-    v, k₁ = (1 − p)²/T², k₂ = (1 − p)(3 + p)/(2T), by comparing coefficients with (z − p)².
-    """
-
-    def __init__(self, omega: float, period: float) -> None:
-        p = np.exp(-omega * period)
-        self._k1, self._k2 = ((1 - p) / period) ** 2, (1 - p) * (3 + p) / (2 * period)
-        self._period = period
-        self.reset(np.zeros(6), np.zeros(6))
-
-    def reset(self, pose: Vec, twist: Vec) -> None:
-        """Start from this pose and twist."""
-        self._x, self._v = pose, twist
-
-    def step(self) -> Vec:
-        """Return the velocity (6,) at the end of the period."""
-        a, T = -self._k1 * self._x - self._k2 * self._v, self._period
-        self._x, self._v = self._x + T * self._v + 0.5 * T**2 * a, self._v + T * a
-        return self._v
-
-
 class Washout:
     """A washout: channels of filters between a scaled reference and the motion of the platform.
 
@@ -141,21 +58,12 @@ class Washout:
     legs gave less than requested. Then the washout starts again from there.
     """
 
-    def __init__(self, task: Task, channels: Channels, *, period: float = PERIOD) -> None:
-        tuning = task.tuning
+    def __init__(self, task: Task, channels: Bound, *, period: float = PERIOD) -> None:
         self._channels, self._period = channels, period
-        self._force, self._rate = scaling(tuning)
-        self._cued = cued(task)
-        limits, steepest = np.full(3, np.inf), np.full(3, np.inf)
-        for pair in pairs_of(task.dofs):
-            _, tilt = task.platform.limits(pair)
-            limits[pair.rotation - 3] = tilt.velocity
-            steepest[pair.rotation - 3] = tilt.acceleration
-        self._tilted = np.isfinite(limits).astype(np.float64)  # (3,) roll, pitch, yaw
-        self._tilting = Tilting(limits, tuning.catch_up_radps, period, steepest)
-        self._lag = task.platform.actuators.lag_s
-        self._homing = Homing(tuning.home_radps, period)
         self._stopping = Stopping(task.platform, task.dofs, lag=0.0, period=period)
+        self.memory = _memory(task, channels, period, self._stopping)
+        self._method = DECIDE.bind(decide, self.memory)
+        self._motion, self._command, self._told = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
         self.reset(PlatformState())
 
     @property
@@ -164,72 +72,79 @@ class Washout:
         return self._period
 
     def reset(self, state: PlatformState) -> None:
-        """Start from `state`, from which the platform returns to neutral; filters start at rest.
+        """Start from `state` and return to neutral from there; filters start from rest.
 
-        A tilt is kept, and continues at rates that are not noticed.
+        Tilt is kept as it is, and continues at rates that nobody notices.
         """
-        self._stopped, self._off = False, 0
-        self._pose, self._twist = state.pose * self._cued, state.twist * self._cued
-        others = 1.0 - np.concatenate([np.zeros(3), self._tilted])
-        self._homing.reset(others * self._pose, others * self._twist)
-        self._tilting.reset(self._tilted * self._pose[3:], self._tilted * self._twist[3:])
-        self._channels.reset()
+        start(self._method.held, np.array(state.pose), np.array(state.twist))
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide one command; while there is no reference, come to rest, then start again from there."""
-        if self._astray(state):
-            self.reset(state)
-        given = np.concatenate([reference.specific_force, reference.angular_rate])
-        if not np.all(np.abs(given) <= HUGE):  # a NaN fails every comparison
-            return self._stop()
-        if self._stopped:
-            self.reset(PlatformState(pose=self._pose, twist=self._twist))
-        demand = self._demand(given)
-        motion = self._channels.step(demand)
-        rotation = motion.turning + self._tilting.step(motion.tilt, motion.tilt_rate)
-        twist = self._cued * np.concatenate([motion.velocity, rotation]) + self._homing.step()
-        return self._command(twist)
-
-    def _astray(self, state: PlatformState) -> bool:
-        """Return whether the platform is elsewhere, or deviates for longer than its lag explains."""
-        if not np.abs([state.pose, state.twist, state.acceleration]).max() <= HUGE:
-            return False
-        reach, cued = self._stopping.reach, self._cued > 0.0
-        beyond = np.abs(state.pose - self._pose) > ASTRAY * (reach.high - reach.low)
-        leading = state.twist + self._lag * state.acceleration  # as in `otolith.safety.stopping`
-        off = np.abs(leading - self._twist) > OFF * reach.speed
-        self._off = self._off + 1 if (off & cued).any() else 0
-        return bool((beyond & cued).any()) or self._off >= OFTEN
-
-    def _stop(self) -> Command:
-        self._stopping.observe(PlatformState(pose=self._pose, twist=self._twist))
-        command = self._stopping.rest(Outcome(status=Status.INVALID))
-        self._pose, self._twist, self._stopped = command.pose, command.twist, True
-        return command
-
-    def _demand(self, given: Vec) -> Demand:
-        force, rate = self._force(given[:3]), self._rate(given[3:])
-        place, R, turning = np.empty(7), np.empty((3, 3)), np.empty(6)
-        midway = self._pose + 0.5 * self._period * self._twist  # where the held command is right on average
-        place_of(midway, place)
-        rotation_of(place, R)
-        twist_of(midway, np.concatenate([np.zeros(3), R @ rate]), turning)
-        return Demand(force, R @ (force + UP) - UP, turning[3:])
-
-    def _command(self, twist: Vec) -> Command:
-        """Return the accelerations held over the period that lead to `twist` at its end."""
-        T = self._period
-        acceleration = (twist - self._twist) / T
-        self._pose = self._pose + 0.5 * T * (self._twist + twist)
-        self._twist = twist
-        rest: Mat = np.tile(-twist / (STOP * T), (STOP, 1))
+        """Decide one command. Without a reference, come to rest, then start again from there."""
+        motion, command, told = self._motion, self._command, self._told
+        motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
+        decide(self._method.held, motion, now(reference), NO_PREVIEW, reference.age, 0, command, told)
+        if told[STATUS] != DECIDED:
+            return self._stopped(outcome_of(told))
+        twist = self.memory.twist.copy()
         return Command(
-            acceleration=acceleration,
-            pose=self._pose,
+            acceleration=command.copy(),
+            pose=self.memory.pose.copy(),
             twist=twist,
-            plan=rest,
-            outcome=Outcome(status=Status.DECIDED),
+            plan=np.tile(-twist / (STOP * self._period), (STOP, 1)),
+            outcome=_DECIDED,
         )
+
+    def compiled(self) -> Bound:
+        """Return the method of this washout."""
+        return self._method
+
+    def answer(self, wish: int, reference: Reference) -> None:
+        """Do nothing, since a washout asks for nothing."""
+
+    def _stopped(self, outcome: Outcome) -> Command:
+        """Return the stopping law's command, with its plan."""
+        belief, room = self._stopping.belief, self._stopping.room(0)
+        count = to_rest(belief.before, belief.reach, 0, room)
+        return self._stopping.command(belief.believed, count, outcome)
+
+
+def _memory(task: Task, channels: Bound, period: float, stopping: Stopping) -> Memory:
+    """Return what the kernel of a washout reads and remembers."""
+    tuning, (force, rate) = task.tuning, scaling(task.tuning)
+    largest, steepest = np.full(3, np.inf), np.full(3, np.inf)
+    for pair in pairs_of(task.dofs):
+        _, tilt = task.platform.limits(pair)
+        largest[pair.rotation - 3] = tilt.velocity
+        steepest[pair.rotation - 3] = tilt.acceleration
+    return Memory(
+        channels=channels.method,
+        belief=stopping.belief,
+        period=period,
+        lag=task.platform.actuators.lag_s,
+        force=force.coefficients,
+        rate=rate.coefficients,
+        cued=cued(task),
+        tilted=np.isfinite(largest).astype(np.float64),
+        largest=largest,
+        change=steepest * period,
+        catch_up=tuning.catch_up_radps,
+        homing=homing(tuning.home_radps, period),
+        **{name: np.zeros(6) for name in ("pose", "twist", "home", "home_rate")},
+        **{name: np.zeros(3) for name in ("angle", "angle_rate")},
+        demand=np.zeros(9),
+        motion=np.zeros(12),
+        at=np.zeros(3, dtype=np.int64),
+    )
+
+
+def homing(omega: float, period: float) -> Vec:
+    """Return k₁, k₂ (2,) that bring a platform from elsewhere to neutral, critically damped.
+
+    Double integrator x⁺ = x + T v + T²a/2, v⁺ = v + T a with both poles at p = e^(−ωT): a = −k₁ x − k₂ v with
+    k₁ = (1 − p)²/T², k₂ = (1 − p)(3 + p)/(2T), by comparing coefficients with (z − p)².
+    """
+    p = np.exp(-omega * period)
+    return np.array([((1 - p) / period) ** 2, (1 - p) * (3 + p) / (2 * period)])
 
 
 def scaling(tuning: Tuning) -> tuple[Cubic, Cubic]:
@@ -247,9 +162,4 @@ def cued(task: Task) -> Vec:
     return np.array([float(i in used) for i in range(len(AXES))])
 
 
-def tilt_for(force: Vec, derivative: Vec) -> tuple[Vec, Vec]:
-    """Return tilts whose gravity gives these forces, and their rates: g sin θ = f, ω = ḟ / (g cos θ)."""
-    sine = np.clip(force / GRAVITY, -STEEPEST, STEEPEST)
-    angle: Vec = np.arcsin(sine)
-    rate: Vec = np.where(np.abs(sine) < STEEPEST, derivative / (GRAVITY * np.cos(angle)), 0.0)
-    return angle, rate
+_DECIDED: Final = Outcome(status=Status.DECIDED)

@@ -13,11 +13,13 @@ travel H/s² return to zero under a constant acceleration, which is the purpose 
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from otolith.core.arrays import Vec
-from otolith.core.filter import Filter
+from otolith.core.arrays import Mat, Vec
+from otolith.core.filter import advance
+from otolith.core.jit import kernel
 from otolith.core.lti import StateSpace, diagonal
 from otolith.cueing.washout.tuning import SecondOrder, ThirdOrder
 
@@ -69,17 +71,38 @@ def one_period_late(system: StateSpace, period: float) -> StateSpace:
     return system.discretise(period, hold="first")
 
 
-class Bank:
-    """Discrete filters in parallel, each with its own input, run as one system."""
+class Bank(NamedTuple):
+    """Discrete filters beside each other, each with its own input, run as one system; kernels take it."""
 
-    def __init__(self, systems: Sequence[StateSpace], period: float) -> None:
-        empty = replace(StateSpace.gain(np.zeros((0, 0))), period=period)
-        self._filter = Filter(diagonal(*systems) if systems else empty)
+    A: Mat  # (nx, nx)
+    B: Mat
+    C: Mat
+    D: Mat
+    x: Vec  # (nx,)
+    u: Mat  # (1, nu)
+    y: Mat  # (1, ny)
+
+    @classmethod
+    def of(cls, systems: Sequence[StateSpace]) -> Self:
+        """Put filters beside each other."""
+        s = diagonal(*systems) if systems else StateSpace.gain(np.zeros((0, 0)))
+        nx, nu, ny = s.sizes
+        A, B, C, D = (np.array(matrix, order="C") for matrix in (s.A, s.B, s.C, s.D))
+        return cls(A, B, C, D, np.zeros(nx), np.zeros((1, nu)), np.zeros((1, ny)))
 
     def reset(self) -> None:
         """Start from rest."""
-        self._filter.reset()
+        self.x[:] = 0.0
 
     def step(self, inputs: Vec) -> Vec:
-        """Return all outputs for the present inputs."""
-        return self._filter.step(inputs)
+        """Return all outputs (ny,) under the present inputs (nu,)."""
+        self.u[0] = inputs
+        run(self)
+        y: Vec = self.y[0].copy()
+        return y
+
+
+@kernel
+def run(bank: Bank) -> None:
+    """Advance a bank by one sample: from its inputs `u` to its outputs `y`."""
+    advance(bank.A, bank.B, bank.C, bank.D, bank.x, bank.u, bank.y)

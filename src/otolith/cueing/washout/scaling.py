@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from otolith.core.arrays import Vec
+from otolith.cueing.washout.kernels import scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,11 +21,12 @@ class Cubic:
     largest: float  # x_m [SI]
     limit: float  # y_m [SI]
 
+    @property
+    def coefficients(self) -> Vec:
+        """Return S, c₂, c₃ and x_m (4,), as `otolith.cueing.washout.kernels.scale` takes them."""
+        S, x_m, y_m = self.slope, self.largest, self.limit
+        return np.array([S, (3.0 * y_m - 2.0 * S * x_m) / x_m**2, (S * x_m - 2.0 * y_m) / x_m**3, x_m])
+
     def __call__(self, x: Vec) -> Vec:
         """Scale every entry."""
-        S, x_m, y_m = self.slope, self.largest, self.limit
-        r = np.minimum(np.abs(x), x_m)
-        c2 = (3.0 * y_m - 2.0 * S * x_m) / x_m**2
-        c3 = (S * x_m - 2.0 * y_m) / x_m**3
-        y: Vec = np.sign(x) * ((c3 * r + c2) * r + S) * r
-        return y
+        return np.array([scale(self.coefficients, value) for value in x.tolist()])
