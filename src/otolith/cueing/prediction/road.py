@@ -20,7 +20,7 @@ from otolith.core.errors import InputError
 from otolith.cueing.prediction.adaptive import Adaptive
 from otolith.cueing.prediction.simple import now
 from otolith.interfaces import Reference
-from otolith.safety.stopping import HUGE
+from otolith.safety.law import HUGE
 
 _FORCES = 3  # of the six columns; the rates are those of the adaptive prediction
 

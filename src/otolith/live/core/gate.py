@@ -7,11 +7,11 @@ passes the same checks.
 
 Why the limits then hold forever: what has passed last has a way to rest that was checked. If the next
 set-point does not pass, the platform follows that way, which is deterministic: the law of
-`otolith.safety.stopping`, asked anew in every period from the motion that has passed. So there is a set-point
+`otolith.safety.law`, asked anew in every period from the motion that has passed. So there is a set-point
 that passes in every case. Between the samples of 5 ms a leg may be beyond a limit by what it changes in
 2.5 ms; `MARGIN` keeps this room on the way to rest.
 
-Notation: T lag of eq. 4.9; a motion moves by `otolith.safety.stopping.move`, which is exact, so the jerk of
+Notation: T lag of eq. 4.9; a motion moves by `otolith.safety.law.move`, which is exact, so the jerk of
 a commanded acceleration that jumps from one end of its limit U to the other is at most 2 U / T.
 
 Nothing here is imported from controllers, solvers or plants. Checked by tests/live/core/test_gate.py against
@@ -31,7 +31,8 @@ from otolith.core.jit import kernel
 from otolith.platforms import Platform
 from otolith.platforms.kinematics import leg_motion
 from otolith.platforms.platform import Rotation, Translation
-from otolith.safety.stopping import Reach, move, reach_of, stop, to_rest
+from otolith.safety.law import Reach, move, stop, to_rest
+from otolith.safety.stopping import reach_of
 
 SAMPLE: Final = 5e-3  # [s] between samples of the way to rest, and of a plan
 SLACK: Final = 1e-6  # share of a limit; a smaller excess is rounding
@@ -269,8 +270,8 @@ class Gate:
 
     def rest(self, motion: Mat) -> Mat:
         """Return the commands (K, 6) of the law from `motion` to rest, one for each of its periods."""
-        room, none = np.zeros((LONGEST, 6)), np.empty((0, 6))
-        return room[: max(1, to_rest(motion.copy(), self.reach, none, room))]
+        room = np.zeros((LONGEST, 6))
+        return room[: max(1, to_rest(motion.copy(), self.reach, 0, room))]
 
     def brake(self, motion: Mat, u: Vec) -> None:
         """Write the commands u (6,) of the law that leads to rest, to be held for one of its periods."""
