@@ -58,14 +58,10 @@ class Run:
 
     @property
     def outcomes(self) -> tuple[str, ...]:
-<<<<<<< HEAD
         """Return the status (m,) of each decision, as text.
 
         A fallback names the solver's status, too: "fallback (infeasible)".
         """
-=======
-        """Return the status (m,) of each decision; a fallback names the solver's: "fallback (infeasible)"."""
->>>>>>> 8fd7671 (The gate of live operation takes the law from where it is)
         return tuple(
             f"{status} ({solver})" if status == Status.FALLBACK and solver else status
             for status, solver in zip(self.status, self.solver, strict=True)
