@@ -14,7 +14,7 @@ from otolith.report import step_time_figure
 
 def test_every_engine_answers_the_same_problems_alike() -> None:
     told: list[str] = []
-    found = bench(load("thesis"), [(SURGE_PITCH,)], names=["step:duration=2"], passes=1, tell=told.append)
+    found = bench(load("thesis"), [(SURGE_PITCH,)], names=["step:duration=2"], passes=1, progress=told.append)
     assert [(f["form"], f["engine"]) for _, f in found] == list(product(FORMS, ENGINES))
     assert len(told) == len(FORMS) * (1 + len(ENGINES))
     for timing, figures in found:

@@ -17,7 +17,7 @@ SHORT = [scenario("step:amplitude=1,duration=1.5,end=1.3")]
 def tuned() -> tuple[Tuned, list[float]]:
     told: list[float] = []
     found = tune(
-        load("thesis"), ["velocity", "position"], SHORT, evaluations=12, tell=lambda _, J: told.append(J)
+        load("thesis"), ["velocity", "position"], SHORT, evaluations=12, progress=lambda _, J: told.append(J)
     )
     return found, told
 

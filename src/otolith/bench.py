@@ -183,7 +183,7 @@ def bench(
     passes: int = 3,
     engines: Engines = ENGINES,
     peers: Engines | None = None,
-    tell: Callable[[str], None] = lambda _: None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> list[tuple[Timing, dict[str, Any]]]:
     """Time every engine for every set of pairs and every form, relative to the dense engine.
 
@@ -196,28 +196,28 @@ def bench(
     done = []
     for pairs, (form, settings) in product(pair_sets, FORMS.items()):
         what = f"{form} form, {','.join(pair.name for pair in pairs)}"
-        tell(f"recording, {what}")
+        progress(f"recording, {what}")
         problem, steps = record(platform, pairs, names, settings)
         timings = []
         for name, make in engines.items():
-            tell(f"{name} on {len(steps)} problems, {what}")
+            progress(f"{name} on {len(steps)} problems, {what}")
             timings.append(replay(name, make, problem, steps, passes=passes))
         reference = next(timing for timing in timings if timing.engine == "dense")
         done += [(timing, timing.account(reference)) for timing in timings]
         sparse = reference.every(SPARSE)
         for name, make in (peers or {}).items() if form == "full" else ():
-            tell(f"{name} on {len(sparse.times)} problems, {what}")
+            progress(f"{name} on {len(sparse.times)} problems, {what}")
             timing = replay(name, make, problem, steps[::SPARSE], passes=1)
             done.append((timing, timing.account(sparse)))
     return done
 
 
-def installed_peers(tell: Callable[[str], None]) -> Engines:
-    """Return the installed engines of other projects by name; `tell` is called for missing ones."""
+def installed_peers(report: Callable[[str], None]) -> Engines:
+    """Return the installed engines of other projects by name; `report` is called for missing ones."""
     found: Engines = {}
     for name in ("casadi-hpipm", "casadi-qpoases"):
         try:
             found[name] = SOLVERS[name].load()
         except MissingExtra as missing:
-            tell(f"without {name}: {missing}")
+            report(f"without {name}: {missing}")
     return found

@@ -66,14 +66,14 @@ def tune(
     *,
     evaluations: int = 40,
     price: float = TRAVEL_PRICE,
-    tell: Callable[[int, float], None] = lambda _, __: None,
+    progress: Callable[[int, float], None] = lambda _, __: None,
 ) -> Tuned:
     """Tune constant weights on `states` of the surge-pitch pair.
 
     Parameters
     ----------
     price : μ.
-    tell : is called with the number and J of each evaluation.
+    progress : is called with the number and J of each evaluation.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def tune(
     if evaluations < len(states) + 1:
         raise InputError("evaluations", evaluations, f"at least {len(states) + 1}, a simplex")
     constant(dict.fromkeys(states, 0.0))  # refuses unknown states
-    search = _Search(platform, tuple(states), tuple(scenarios), price, tell)
+    search = _Search(platform, tuple(states), tuple(scenarios), price, progress)
     corner = np.full(len(states), math.log10(START))
     simplex = np.vstack([corner, corner + FIRST_STEP * np.eye(len(states))])
     scipy.optimize.minimize(
@@ -107,10 +107,10 @@ class _Search:
         states: tuple[str, ...],
         scenarios: tuple[Scenario, ...],
         price: float,
-        tell: Callable[[int, float], None],
+        progress: Callable[[int, float], None],
     ) -> None:
         self._platform, self._states, self._scenarios = platform, states, scenarios
-        self._price, self._tell, self._count = price, tell, 0
+        self._price, self._progress, self._count = price, progress, 0
         self.best = Tuned(weights={}, objective=math.inf, evaluations=0, by_scenario={})
 
     def objective(self, logarithms: Vec) -> float:
@@ -126,7 +126,7 @@ class _Search:
         J = float(np.mean(parts))
         if self.best.objective > J:
             self.best = Tuned(weights=weights, objective=J, evaluations=self._count, by_scenario=found)
-        self._tell(self._count, J)
+        self._progress(self._count, J)
         return J
 
     def _cued(self, weights: Mapping[str, float]) -> dict[str, tuple[float, float]]:

@@ -22,8 +22,8 @@ def test_without_a_terminal_a_line_comes_every_few_seconds_with_an_estimate() ->
     clock = iter([0.0, *[20.0] * 10_000])
     console = screen()
     console.file = io.StringIO()
-    with lines(console, "hybrid-all on [1]", every=0.01, now=lambda: next(clock)) as tell:
-        tell("hybrid-all on [1]", 0.25)
+    with lines(console, "hybrid-all on [1]", every=0.01, now=lambda: next(clock)) as progress:
+        progress("hybrid-all on [1]", 0.25)
         said = awaited(console, "25 %")
     assert "hybrid-all on [1]: 25 %, 20 s so far, about 60 s left" in said
 
@@ -38,8 +38,8 @@ def test_short_work_says_nothing_and_its_thread_ends_with_it() -> None:
     console.file = io.StringIO()
     with progress_bar(console, "quick") as progress:
         progress(0.5)
-    with working(console, "quick") as tell:
-        tell("quicker")
+    with working(console, "quick") as progress:
+        progress("quicker")
     assert console.file.getvalue() == ""
 
 

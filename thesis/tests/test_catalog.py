@@ -11,7 +11,7 @@ from otolith_thesis import CHAPTERS, ITEMS, QUICK, Outcome, chosen, reproduce
 @pytest.fixture(scope="module")
 def quick() -> dict[str, Outcome]:
     told: list[float] = []
-    found = reproduce(list(QUICK), processes=1, tell=lambda _, fraction: told.append(fraction))
+    found = reproduce(list(QUICK), processes=1, progress=lambda _, fraction: told.append(fraction))
     assert told == sorted(told)
     return {outcome.name: outcome for outcome in found}
 

@@ -28,7 +28,7 @@ class Square:
 def test_every_job_is_done_once_the_long_ones_first(processes: int) -> None:
     told: list[tuple[str, float]] = []
     jobs = [Square(2), Square(3, cost=5.0), Square(2), Square(4)]
-    answers = do_all(jobs, processes=processes, tell=lambda *now: told.append(now))
+    answers = do_all(jobs, processes=processes, progress=lambda *now: told.append(now))
     assert answers == {job: job.value**2 for job in jobs}
     assert len(told) == 3
     assert told[-1][1] == pytest.approx(1.0)
@@ -39,7 +39,7 @@ def test_every_job_is_done_once_the_long_ones_first(processes: int) -> None:
 @pytest.mark.parametrize("processes", [1, 2])
 def test_a_job_that_fails_ends_the_work(processes: int) -> None:
     with pytest.raises(ValueError, match="no -1"):
-        do_all([Square(-1, cost=9.0), Square(2)], processes=processes, tell=lambda *_: None)
+        do_all([Square(-1, cost=9.0), Square(2)], processes=processes, progress=lambda *_: None)
 
 
 def test_an_interruption_leaves_no_process_behind() -> None:
@@ -49,9 +49,9 @@ def test_an_interruption_leaves_no_process_behind() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        do_all([Square(k) for k in range(20)], processes=2, tell=interrupt)
+        do_all([Square(k) for k in range(20)], processes=2, progress=interrupt)
     assert not multiprocessing.active_children()
 
 
 def test_nothing_to_do_is_done() -> None:
-    assert do_all([], processes=2, tell=lambda *_: None) == {}
+    assert do_all([], processes=2, progress=lambda *_: None) == {}

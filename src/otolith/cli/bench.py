@@ -48,8 +48,8 @@ def bench_(
     console = screen()
     names = SCENARIOS[:2] if quick else SCENARIOS
     peers = installed_peers(console.print)
-    with working(console, "preparing") as tell:
-        found = bench(load("thesis"), _SETS, names=names, passes=passes, peers=peers, tell=tell)
+    with working(console, "preparing") as progress:
+        found = bench(load("thesis"), _SETS, names=names, passes=passes, peers=peers, progress=progress)
     account = {
         "version": __version__,
         "machine": f"{machine.machine()}, Python {machine.python_version()}",

@@ -71,13 +71,15 @@ def build(
     console = screen()
     description = files.read_platform(platform)
     files.check_file(out, ".h5")
-    with working(console, "preparing; kernels are compiled on first use (about 15 s), then cached") as tell:
+    with working(
+        console, "preparing; kernels are compiled on first use (about 15 s), then cached"
+    ) as progress:
         law = joint_law(
             description,
             dofs_named(dofs.split(",")),
             settings,
             tolerance=tolerance,
-            progress=lambda now: tell(progress_line(now)),
+            progress=lambda now: progress(progress_line(now)),
         )
     files.write_laws(law.laws, out)
     seconds = sum(part.seconds for part in law.laws)

@@ -25,7 +25,7 @@ from otolith.cli.output import Force, group, print_json, screen, warn, working
 from otolith.core.frames import Dof
 from otolith.cueing.hints.stored import Kind, StoredHint, digest
 from otolith.cueing.hints.training.build import build
-from otolith.cueing.hints.training.compare import COLD, Tally, Tell, account, compare
+from otolith.cueing.hints.training.compare import COLD, OnProgress, Tally, account, compare
 from otolith.cueing.hints.training.fit import QUICK
 from otolith.cueing.hints.training.manoeuvres import along, training, unseen
 from otolith.cueing.hints.training.recording import record
@@ -65,14 +65,16 @@ def build_(
     described, pairs = files.read_platform(platform), pairs_named(dofs)
     settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
     files.check_file(out, ".h5")
-    with working(console, "preparing; kernels are compiled on first use (10 to 30 s), then cached") as tell:
+    with working(
+        console, "preparing; kernels are compiled on first use (10 to 30 s), then cached"
+    ) as progress:
         hint = build(
             described,
             pairs,
             settings,
             manoeuvres=training()[::24] if quick else None,
             effort=QUICK if quick else None,
-            tell=tell,
+            progress=progress,
         )
     files.write_hint(hint, out)
     if json:
@@ -122,9 +124,9 @@ def verify(
         for note in drive.notes:
             warn(console, note)
         references[path.name] = [log_scenario(drive, period=settings.period, lowpass_hz=lowpass)]
-    with working(console, "preparing") as tell:
+    with working(console, "preparing") as progress:
         judged = {
-            name: _judge(stored, (described, pairs, settings), scenarios, tell)
+            name: _judge(stored, (described, pairs, settings), scenarios, progress)
             for name, scenarios in references.items()
         }
     found = {name: figures for name, (figures, _) in judged.items()}
@@ -155,13 +157,13 @@ def _judge(
     hint: StoredHint,
     of: tuple[Platform, tuple[Dof, ...], MpcSettings],
     scenarios: list[Scenario],
-    tell: Tell,
+    progress: OnProgress,
 ) -> tuple[dict[str, Any], dict[str, Tally]]:
     platform, pairs, settings = of
-    tell("recording")
+    progress("recording")
     recording = record(platform, pairs, settings, scenarios, plans=True)
     hints = {kind.value: hint.at_work(kind, platform, pairs, settings) for kind in Kind}
-    tallies = compare(Problem(platform, pairs, settings), recording, hints, tell)
+    tallies = compare(Problem(platform, pairs, settings), recording, hints, progress)
     schemes = account(tallies, recording)
     figures = {
         "steps": len(recording),

@@ -37,14 +37,14 @@ def tune_(
     console = screen()
     described = files.read_platform(platform)
     chosen = [scenario(name) for name in scenarios or TABLE_5_3]
-    with described_bar(console, "preparing") as tell:
+    with described_bar(console, "preparing") as progress:
         found = tune(
             described,
             [state.strip() for state in on.split(",")],
             chosen,
             evaluations=evaluations,
             price=price,
-            tell=lambda count, J: tell(
+            progress=lambda count, J: progress(
                 f"{count} of at most {evaluations}: J = {J:.4f}", min(count / evaluations, 1.0)
             ),
         )

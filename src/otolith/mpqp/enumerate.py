@@ -117,7 +117,7 @@ class _Search:
         self.images = 2 if len(form.mirror) else 1
         self.examined = np.zeros(2, dtype=np.int64)  # next set to examine, end of the batch
 
-    def run(self, inside: Vec, tell: Callable[[int, int], None]) -> None:
+    def run(self, inside: Vec, progress: Callable[[int, int], None]) -> None:
         """Seed and expand until a round of random parameters finds no new set."""
         rng = np.random.default_rng(0)
         points = np.vstack([inside, np.zeros(self.p), rng.uniform(-1, 1, (20, self.p))])
@@ -126,7 +126,7 @@ class _Search:
             self._solve(points)
             if self.table.used[0] == before:
                 return
-            self._expand_all(tell)
+            self._expand_all(progress)
             points = rng.uniform(-1, 1, (_SEEDS, self.p))
 
     def _solve(self, points: Mat) -> Ints32:
@@ -139,7 +139,7 @@ class _Search:
         insert_many(self.table, np.ascontiguousarray(found.A), np.ascontiguousarray(found.size), codes)
         return codes
 
-    def _expand_all(self, tell: Callable[[int, int], None]) -> None:
+    def _expand_all(self, progress: Callable[[int, int], None]) -> None:
         while self.examined[0] < self.table.used[0]:
             self.examined[1] = self.examined[0] + _BATCH
             self._make_room()
@@ -147,7 +147,7 @@ class _Search:
                 self.form, self.work, self.table, self.found, self.examined, self.tolerance, self.refused
             )
             self._settle()
-            tell(self.images * int(self.found.used[0]), int(self.table.used[0] - self.examined[0]))
+            progress(self.images * int(self.found.used[0]), int(self.table.used[0] - self.examined[0]))
 
     def _settle(self) -> None:
         """Solve the QPs that the last batch postponed, and record what lies beyond those facets."""

@@ -16,7 +16,7 @@ from otolith_thesis import (
     perception_tables,
     washout_tables,
 )
-from otolith_thesis.jobs import Answers, Job, Tell, do_all
+from otolith_thesis.jobs import Answers, Job, OnProgress, do_all
 from otolith_thesis.model_tables import ADAPTIVE_2, ADAPTIVE_4, CONSTANT_2
 from otolith_thesis.outcome import Outcome
 from otolith_thesis.studies import (
@@ -214,8 +214,8 @@ def chosen(words: Sequence[str]) -> list[str]:
     return [name for name in ITEMS if name in names]
 
 
-def reproduce(names: Sequence[str], *, processes: int, tell: Tell) -> list[Outcome]:
+def reproduce(names: Sequence[str], *, processes: int, progress: OnProgress) -> list[Outcome]:
     """Run the jobs of the items, each once, and build the items from their results."""
     jobs: list[Job] = [job for name in names for job in ITEMS[name].jobs()]
-    answers = do_all(jobs, processes=processes, tell=tell)
+    answers = do_all(jobs, processes=processes, progress=progress)
     return [ITEMS[name].build(answers) for name in names]

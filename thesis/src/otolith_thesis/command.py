@@ -61,8 +61,8 @@ def command(
 
 
 def _reproduced(items: Sequence[str], processes: int, console: Console) -> list[Outcome]:
-    with described_bar(console, "beginning") as tell:
-        return reproduce(items, processes=processes, tell=tell)
+    with described_bar(console, "beginning") as progress:
+        return reproduce(items, processes=processes, progress=progress)
 
 
 def _without_curves(document: dict[str, Any]) -> dict[str, Any]:

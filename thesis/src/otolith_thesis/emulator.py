@@ -78,13 +78,13 @@ def figures_of(run: Run) -> dict[str, Any]:
     }
 
 
-def table_rows(tell: Callable[[str], None] = lambda _: None) -> Iterator[dict[str, Any]]:
+def table_rows(progress: Callable[[str], None] = lambda _: None) -> Iterator[dict[str, Any]]:
     """Yield the rows of Tables 6.2 and 6.3: scenario, plant, and `figures_of` by model."""
     for where in ("emulator", "offline"):
         for name in SCENARIOS.values():
             row: dict[str, Any] = {"scenario": name, "plant": where}
             for model in MODELS:
-                tell(f"{model} on {name}, {where}")
+                progress(f"{model} on {name}, {where}")
                 row[model] = figures_of(Case(scenario=name, where=where, cueing=model).run())
             yield row
 

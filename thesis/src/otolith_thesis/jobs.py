@@ -29,10 +29,10 @@ class Job(Protocol):
 
 
 Answers = Mapping[Any, Any]
-Tell = Callable[[str, float], None]  # arguments: label of the finished job, fraction of all work done
+OnProgress = Callable[[str, float], None]  # arguments: label of the finished job, fraction of all work done
 
 
-def do_all(jobs: Iterable[Job], *, processes: int, tell: Tell) -> dict[Job, Any]:
+def do_all(jobs: Iterable[Job], *, processes: int, progress: OnProgress) -> dict[Job, Any]:
     """Run every job once and return the results by job.
 
     With one process, all jobs run in the calling process. An interruption ends the other processes at once.
@@ -44,7 +44,7 @@ def do_all(jobs: Iterable[Job], *, processes: int, tell: Tell) -> dict[Job, Any]
     for job, answer in _answered(order, processes):
         answers[job] = answer
         done += job.cost
-        tell(job.label, done / total)
+        progress(job.label, done / total)
     return answers
 
 

@@ -79,7 +79,7 @@ def test_each_pair_has_a_network_of_its_own_rows() -> None:
     pairs = (SURGE_PITCH, SWAY_ROLL)
     recording = record(THESIS, pairs, SETTINGS, along(SEEN, pairs, seed=1))
     networks, losses = fit_networks(
-        THESIS, pairs, SETTINGS, recording=recording, effort=QUICK, tell=lambda _: None
+        THESIS, pairs, SETTINGS, recording=recording, effort=QUICK, progress=lambda _: None
     )
     assert len(losses) == 2
     pair = _pair_of(Problem(THESIS, pairs, SETTINGS).structure, recording.sets[0].size)

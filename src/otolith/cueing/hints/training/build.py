@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 from otolith.core.frames import Dof
 from otolith.cueing.hints.stored import StoredHint, model_of
-from otolith.cueing.hints.training.fit import Effort, Tell, fit_laws, fit_networks, fit_table
+from otolith.cueing.hints.training.fit import Effort, OnProgress, fit_laws, fit_networks, fit_table
 from otolith.cueing.hints.training.manoeuvres import Manoeuvre, along, training
 from otolith.cueing.hints.training.recording import record
 from otolith.cueing.mpc.settings import MpcSettings
@@ -20,7 +20,7 @@ def build(
     *,
     manoeuvres: Sequence[Manoeuvre] | None = None,
     effort: Effort | None = None,
-    tell: Tell = lambda _: None,
+    progress: OnProgress = lambda _: None,
 ) -> StoredHint:
     """Train on `manoeuvres`, by default those of `otolith.cueing.hints.training.manoeuvres.training`.
 
@@ -32,15 +32,21 @@ def build(
     clock = _Clock()
     scenarios = along(training() if manoeuvres is None else manoeuvres, pairs, seed=effort.seed)
     recording = record(
-        platform, pairs, settings, scenarios, progress=lambda done: tell(f"simulating: {100 * done:.0f} %")
+        platform,
+        pairs,
+        settings,
+        scenarios,
+        progress=lambda done: progress(f"simulating: {100 * done:.0f} %"),
     )
     clock.lap("simulate")
-    networks, losses = fit_networks(platform, pairs, settings, recording=recording, effort=effort, tell=tell)
+    networks, losses = fit_networks(
+        platform, pairs, settings, recording=recording, effort=effort, progress=progress
+    )
     clock.lap("learn")
-    tell("table of visited sets")
+    progress("table of visited sets")
     table = fit_table(platform, pairs, recording, effort)
     clock.lap("table")
-    tell("explicit laws on the coarse grid")
+    progress("explicit laws on the coarse grid")
     laws = fit_laws(platform, pairs, settings, recording, effort)
     clock.lap("law")
     account = {

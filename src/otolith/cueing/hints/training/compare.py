@@ -28,7 +28,7 @@ from otolith.qp import Status
 from otolith.qp.engines import CondensedEngine, StageEngine, StageMemory, StructuredEngine
 from otolith.qp.stage import StageSolution
 
-Tell = Callable[[str], None]
+OnProgress = Callable[[str], None]
 Engine = TypeVar("Engine", bound=StageEngine)
 PREVIOUS: Final = "previous"
 COLD: Final = "cold"
@@ -121,20 +121,22 @@ def compare(
     problem: Problem,
     recording: Recording,
     hints: Mapping[str, Hint],
-    tell: Tell = lambda _: None,
+    progress: OnProgress = lambda _: None,
 ) -> dict[str, Tally]:
     """Return the tallies of `cold`, `previous` and every hint."""
     problems = Problems(problem, recording)
     tallies = {name: Tally(len(problems), problems.inputs) for name in (COLD, PREVIOUS, *hints)}
     with threadpool_limits(limits=1):
-        _count(problems, hints, tallies, tell)
+        _count(problems, hints, tallies, progress)
         for name in tallies:
-            tell(f"{name}: structured engine, timed")
+            progress(f"{name}: structured engine, timed")
             _time(problems, name, hints.get(name), tallies[name])
     return tallies
 
 
-def _count(problems: Problems, hints: Mapping[str, Hint], tallies: Mapping[str, Tally], tell: Tell) -> None:
+def _count(
+    problems: Problems, hints: Mapping[str, Hint], tallies: Mapping[str, Tally], progress: OnProgress
+) -> None:
     """Solve with the dense engine from every initial guess."""
     engine, of = problems.engine(CondensedEngine), problems.recording
     proposers = {name: problems.proposer(hint, engine.memory) for name, hint in hints.items()}
@@ -154,7 +156,7 @@ def _count(problems: Problems, hints: Mapping[str, Hint], tallies: Mapping[str, 
                 tallies[name].changes[i] = 0.0
         if i % EVERY == 0:
             _note(tallies[COLD], i, engine.run(nothing))
-            tell(f"dense engine: {100 * i / len(problems):.0f} %")
+            progress(f"dense engine: {100 * i / len(problems):.0f} %")
 
 
 def _note(tally: Tally, i: int, solution: StageSolution) -> None:

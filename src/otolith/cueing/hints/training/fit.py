@@ -30,7 +30,7 @@ from otolith.cueing.mpc.settings import MpcSettings
 from otolith.platforms import Platform
 from otolith.qp.stage import StageProblem
 
-Tell = Callable[[str], None]
+OnProgress = Callable[[str], None]
 # (share of the passes, learning rate up to that share)
 _RATES: Final = ((0.6, 2e-3), (0.85, 6e-4), (1.0, 1.2e-4))
 _ROUNDS: Final = 8  # number of rounds in which the table grows
@@ -67,7 +67,7 @@ def fit_networks(
     *,
     recording: Recording,
     effort: Effort,
-    tell: Tell,
+    progress: OnProgress,
 ) -> tuple[tuple[Network, ...], tuple[float, ...]]:
     """Return a network per pair, and the mean loss of each [nats per decision] in its last pass.
 
@@ -85,7 +85,7 @@ def fit_networks(
         of_pair = features[asked, FEATURES * p : FEATURES * (p + 1)]
         symmetric = is_symmetric(platform, (pair,))
         lesson = _Lesson(of_pair, rows[asked] * own, symmetric, effort)
-        networks.append(lesson.learn(classifier, pair.name, tell))
+        networks.append(lesson.learn(classifier, pair.name, progress))
         losses.append(float(classifier.loss_))
     return tuple(networks), tuple(losses)
 
@@ -101,7 +101,7 @@ class _Lesson:
         self._mean = 0.5 * (1.0 + self._mirror) * features.mean(axis=0)
         self._deviation = np.maximum(np.sqrt(np.mean((features - self._mean) ** 2, axis=0)), 1e-9)
 
-    def learn(self, classifier: Any, name: str, tell: Tell) -> Network:
+    def learn(self, classifier: Any, name: str, progress: OnProgress) -> Network:
         """Go through all data in as many passes as the effort states, mirrored at random."""
         passes, rng = self._effort.passes, np.random.default_rng(self._effort.seed)
         for number in range(passes):
@@ -109,7 +109,7 @@ class _Lesson:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # a single pass is not expected to converge
                 classifier.fit(*self._turned(rng))
-            tell(f"learning {name}: pass {number + 1} of {passes}, loss {classifier.loss_:.3f}")
+            progress(f"learning {name}: pass {number + 1} of {passes}, loss {classifier.loss_:.3f}")
         weights, biases = (
             tuple(frozen_array(layer, dtype=np.float32) for layer in of)
             for of in (classifier.coefs_, classifier.intercepts_)
