@@ -90,7 +90,6 @@ def test_a_plant_without_lag_is_measured_by_one(tmp_path: Path) -> None:
     [
         (["--horizon", "5"], "--horizon is given, but the optimum would ignore it, must be left out"),
         (["--plant", "ideal"], "--plant is given, but the optimum would ignore it, must be left out"),
-        (["--dofs", "surge-pitch,heave", "--platform", "davsi"], "must be without heave, or heave alone"),
     ],
 )
 def test_what_has_no_effect_is_refused(

@@ -29,7 +29,7 @@ class Following:
     def value(self, X: Mat, U: Mat) -> float:
         return float(self.costs(X[:-1], U).sum())
 
-    def expand(self, X: Mat, U: Mat) -> Expansion:
+    def expand(self, X: Mat, U: Mat, *, exact: bool) -> Expansion:
         N, axes = self.wanted.shape
         gradient, hessian = np.zeros((N, 3 * axes)), np.zeros((N, 3 * axes, 3 * axes))
         gradient[:, 0 : 2 * axes : 2] = X[:-1, ::2] - self.wanted
@@ -140,8 +140,8 @@ def test_what_is_no_number_ends_the_iteration(part: str, bad: float) -> None:
     dynamics, cost = problem(1, 10)
 
     class Broken(Following):
-        def expand(self, X: Mat, U: Mat) -> Expansion:
-            found = super().expand(X, U)
+        def expand(self, X: Mat, U: Mat, *, exact: bool) -> Expansion:
+            found = super().expand(X, U, exact=exact)
             spoilt = np.array(getattr(found, part))
             spoilt.flat[-1] = bad
             return Expansion(**{**found._asdict(), part: spoilt})
@@ -154,8 +154,8 @@ def test_a_cost_without_a_lower_end_ends_the_iteration() -> None:
     dynamics, cost = problem(1, 10)
 
     class Downwards(Following):
-        def expand(self, X: Mat, U: Mat) -> Expansion:
-            found = super().expand(X, U)
+        def expand(self, X: Mat, U: Mat, *, exact: bool) -> Expansion:
+            found = super().expand(X, U, exact=exact)
             return found._replace(hessian=found.hessian - 1e30 * np.eye(3))
 
     with pytest.raises(Breakdown, match="makes the Hessian positive"):

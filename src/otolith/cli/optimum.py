@@ -67,7 +67,7 @@ class Yardstick:
         self._found: dict[tuple[int, str], Optimum | str] = {}
         if asked:
             for scenario in prepared.scenarios:
-                check(prepared.design.dofs, scenario)
+                check(scenario)
 
     def best(self, k: int, cueing: str) -> Optimum | str:
         """The best for scenario k on the plant of an algorithm, or why it is not known, in words."""

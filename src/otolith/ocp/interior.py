@@ -1,4 +1,4 @@
-"""A primal-dual interior-point method that stays inside all bounds, with Gauss-Newton steps.
+"""A primal-dual interior-point method that stays inside all bounds, with Newton steps along the horizon.
 
 Notation is that of `problem`. For each side of a stage, d > 0 is the distance to it and λ its multiplier; for
 each disc d = (r² − ‖x‖²) / 2r. The conditions of the barrier problem are ∇φ − Σ λ ∇d = 0 and λ d = μ. When
@@ -7,8 +7,10 @@ m is the desired λ d. So each step is one pass of `kernels.factorise`, whatever
 
 The dynamics are linear and every step obeys them, so each iterate is a motion inside all bounds. A disc is
 curved, so its distance is not linear along a step. Its d is therefore a variable of its own, which agrees
-with the distance in the end. Predictor and corrector share the factors (Mehrotra, 1992). Without limits the
-steps are Newton steps.
+with the distance in the end. Predictor and corrector share the factors (Mehrotra, 1992).
+
+The Hessian is the cost's own; where it is not positive along the dynamics, it is that of Gauss and Newton,
+which drops what may make it so and needs many more steps where the cost stays large.
 """
 
 import math
@@ -134,15 +136,23 @@ class _Iteration:
         return _Direction(dX, dU, dd, (target - self.y * self.d - self.y * dd) / self.d)
 
     def _factorise(self, weight: Mat) -> None:
-        """Compute the factors; while some do not exist, add a growing shift to the inputs' Hessian."""
-        nx, inputs = self.X.shape[1], range(self.X.shape[1], self.hessian.shape[1])
-        H, last, shift = self.hessian.copy(), np.zeros((nx, nx)), 0.0
-        self._add_hessian(H, last, weight)
-        while not kernels.factorise(self.A, self.B, H, last, self.gains, self.factors):
+        """Compute the factors of the exact Hessian or, if there are none, of Gauss-Newton's and a shift."""
+        inputs = range(self.X.shape[1], self.hessian.shape[1])
+        if self._has_factors(self.hessian, weight):
+            return
+        H, shift = self._expanded(self.X, self.U, exact=False).hessian, 0.0
+        while not self._has_factors(H, weight):
             if shift >= _LARGEST_SHIFT:
                 raise Breakdown(f"no effort of up to {shift:.0e} makes the Hessian positive")
             shift = max(10.0 * shift, _LEAST_SHIFT)
             H[:, inputs, inputs] += shift
+
+    def _has_factors(self, hessian: Mat, weight: Mat) -> bool:
+        """Compute the factors of a Hessian with the limits' part; return whether they exist."""
+        nx = self.X.shape[1]
+        H, last = hessian.copy(), np.zeros((nx, nx))
+        self._add_hessian(H, last, weight)
+        return bool(kernels.factorise(self.A, self.B, H, last, self.gains, self.factors))
 
     def _add_hessian(self, H: Mat, last: Mat, weight: Mat) -> None:
         """Add the limits' part; row k of `weight` belongs to the state x_{k+1} and the input u_k."""
@@ -213,9 +223,9 @@ class _Iteration:
         self.value, self.gradient, self.hessian = self._expanded(X, U)
         return float(changed)
 
-    def _expanded(self, X: Mat, U: Mat) -> Expansion:
+    def _expanded(self, X: Mat, U: Mat, *, exact: bool = True) -> Expansion:
         """Return the expansion of the cost; raise `Breakdown` if it is not finite."""
-        found = self.cost.expand(X, U)
+        found = self.cost.expand(X, U, exact=exact)
         if not all(np.isfinite(part).all() for part in found):
             raise Breakdown("the cost of a motion, or a derivative of it, is no number")
         return found

@@ -18,7 +18,7 @@ from otolith.core.arrays import Ints, Mat, Vec, freeze, frozen_array
 
 
 class Expansion(NamedTuple):
-    """A cost at one motion: its value, and its gradient and Gauss-Newton Hessian in (x_k, u_k)."""
+    """A cost at one motion: its value, and its gradient and Hessian in (x_k, u_k)."""
 
     value: float
     gradient: Mat  # (N, nx + nu)
@@ -28,8 +28,14 @@ class Expansion(NamedTuple):
 class Cost(Protocol):
     """The cost φ of a motion X (N + 1, nx), which starts with x_0, and U (N, nu)."""
 
-    def expand(self, X: Mat, U: Mat) -> Expansion:
-        """Return φ with its derivatives at (X, U); the next call may overwrite the arrays."""
+    def expand(self, X: Mat, U: Mat, *, exact: bool) -> Expansion:
+        """Return φ with its derivatives at (X, U); the next call may overwrite the arrays.
+
+        Parameters
+        ----------
+        exact : whether the Hessian is φ's own, which may be indefinite, or that of Gauss and Newton, which is
+            not. A cost that has only one of them returns that.
+        """
 
 
 class Disc(NamedTuple):

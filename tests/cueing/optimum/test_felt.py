@@ -34,7 +34,7 @@ def test_the_gradient_is_that_of_the_definition(head: tuple[float, float, float]
     cost = _Felt.of(wanted, tuple(DOFS.values()), lag=0.01, head=head, plant_period=5e-3)
     rng = np.random.default_rng(3)
     X, U = rng.normal(size=(4, 18)), rng.normal(size=(3, 6))
-    value, gradient, hessian = cost.expand(X, U)
+    value, gradient, hessian = cost.expand(X, U, exact=False)
     assert value == pytest.approx(cost.costs(X[:-1], U).sum(), rel=1e-12)
     for column in range(24):
         x, u = X[:-1].astype(complex), U.astype(complex)
@@ -44,3 +44,21 @@ def test_the_gradient_is_that_of_the_definition(head: tuple[float, float, float]
         slopes = errors.imag / STEP
         squares = np.sum(cost.tracked.weight * slopes**2, axis=(1, 2)) + (column >= 18) * cost.tracked.effort
         assert_allclose(hessian[:, column, column], squares, rtol=1e-9, atol=1e-9)
+
+
+@HEADS
+def test_the_exact_hessian_is_that_of_the_gradient(head: tuple[float, float, float] | None) -> None:
+    """Errors are large here, so that what the felt force bends by is most of it."""
+    wanted = Scenario(name="none", duration=0.03, specific_force=lambda t: np.full((len(t), 3), 5.0))
+    cost = _Felt.of(wanted, tuple(DOFS.values()), lag=0.01, head=head, plant_period=5e-3)
+    rng, step = np.random.default_rng(3), 1e-5
+    X, U = rng.normal(size=(4, 18)), rng.normal(size=(3, 6))
+    _, _, hessian = cost.expand(X, U, exact=True)
+    assert_allclose(hessian, hessian.transpose(0, 2, 1), rtol=1e-9, atol=1e-9)
+    for column in range(24):
+        ends = []
+        for sign in (-1.0, 1.0):
+            x, u = X.copy(), U.copy()
+            (x if column < 18 else u)[:, column % 18] += sign * step
+            ends.append(cost.expand(x, u, exact=False).gradient)
+        assert_allclose(hessian[:, column], (ends[1] - ends[0]) / (2.0 * step), rtol=1e-4, atol=2e-2)

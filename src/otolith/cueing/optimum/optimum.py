@@ -3,10 +3,10 @@
 The whole reference is known, there is no washout and nothing is held back for what may come, so no causal
 algorithm can do better: its error is the measure of theirs. What is minimised is the mean square of the error
 of the felt force that `metrics` reports, at every sample of the plant and at the driver's head where the
-platform's file says where that is; yaw adds that of its rate, with the weight of the MPCs, and heave is a
-problem of its own. A trace of effort makes the answer unique. The limits are the platform's own at the nodes
-of control (place, speed, acceleration, command, the circle), without braking rows, and the motion model is
-that of the MPCs, with the exact gravity of every tilt.
+platform's file says where that is; yaw adds that of its rate, with the weight of the MPCs. A trace of effort
+makes the answer unique. The limits are the platform's own at the nodes of control (place, speed,
+acceleration, command, the circle), without braking rows, and the motion model is that of the MPCs, with the
+exact gravity of every tilt.
 
 Source: M. Katliar, Optimal control of motion simulators (University of Freiburg, 2020).
 """
@@ -20,7 +20,7 @@ from scipy.linalg import block_diag
 
 from otolith.core.arrays import Ints, Mat
 from otolith.core.errors import InputError, OtolithError
-from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import zero_order_hold
 from otolith.cueing.mpc.objective import FORCE_WEIGHT, RATE_WEIGHT
 from otolith.cueing.optimum import kernels
@@ -75,11 +75,11 @@ def optimum(
 
     Raises
     ------
-    InputError : the platform lacks an axis, heave is cued with others, the plant is not ideal, or the
-        scenario lasts over an hour or wants what is no number.
+    InputError : the platform lacks an axis, the plant is not ideal, or the scenario lasts over an hour or
+        wants what is no number.
     NoOptimum : the certificate of the answer is not accepted.
     """
-    check(dofs, scenario)
+    check(scenario)
     if plant != measure_of(plant):
         raise InputError("plant of the optimum", plant, "ideal or ideal-no-lag")
     lag = max(platform.actuators.lag_s if plant == "ideal" else 0.0, _LEAST_LAG)
@@ -113,15 +113,10 @@ def measure_of(plant: str) -> str:
     return "ideal-no-lag" if plant == "ideal-no-lag" else "ideal"
 
 
-def check(dofs: tuple[Dof, ...], scenario: Scenario) -> None:
-    """Refuse what has no optimum here, before any time is spent; errors as `optimum`."""
+def check(scenario: Scenario) -> None:
+    """Refuse a scenario that has no optimum here, before any time is spent; errors are those of `optimum`."""
     if scenario.duration > _LONGEST:
         raise InputError("duration of the scenario", f"{scenario.duration:g} s", f"at most {_LONGEST:g} s")
-    if HEAVE in dofs and len(dofs) > 1:
-        bound = "alone: tilts pull on it to the second order, which the Gauss-Newton steps do not see"
-        raise InputError(
-            "--dofs of the optimum", ",".join(dof.name for dof in dofs), f"without heave, or heave {bound}"
-        )
 
 
 @dataclass(frozen=True)
@@ -167,11 +162,11 @@ class _Felt:
         N, samples, _ = self.tracked.wanted.shape
         return float(0.5 * N * samples * NOTICED**2)
 
-    def expand(self, X: Mat, U: Mat) -> Expansion:
-        """The cost of a motion, with its derivatives."""
+    def expand(self, X: Mat, U: Mat, *, exact: bool = False) -> Expansion:
+        """Return the cost of a motion, with its derivatives."""
         nz = X.shape[1] + U.shape[1]
         gradient, hessian = np.empty((len(U), nz)), np.empty((len(U), nz, nz))
-        return Expansion(kernels.expand(self.tracked, X, U, gradient, hessian), gradient, hessian)
+        return Expansion(kernels.expand(self.tracked, X, U, gradient, hessian, exact), gradient, hessian)
 
     def costs(self, X: Numbers, U: Numbers) -> Numbers:
         """The cost of every step (N,), by the definitions of the frames: for the certificate alone."""
