@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -27,11 +27,12 @@ from otolith.loop import Run, simulate
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.record import design_from_record, design_to_record
-from otolith.recordings import Log, log_scenario
-from otolith.recordings.foresight import foresight
 from otolith.recordings.settings import PLAIN, LogSettings
 from otolith.scenarios import Scenario, scenario
 from otolith.scenarios.perceived import perceived
+
+if TYPE_CHECKING:  # what reads recorded drives is imported on use: most runs have none
+    from otolith.recordings import Log
 
 # Fields of a run that may differ when it is repeated. The scenario of a log and an algorithm from outside are
 # named after files.
@@ -89,7 +90,7 @@ class Wanted:
     through: str | None = None  # an otolith of the registry that filters the reference
     scale: float = 1.0
 
-    def drive(self) -> Log:
+    def drive(self) -> "Log":
         """Read the recorded drive with the settings in `reading`.
 
         Raises
@@ -101,7 +102,7 @@ class Wanted:
             raise InputError("the run", "not of a recorded drive", bound)
         return self._read(self.log)
 
-    def _read(self, path: Path) -> Log:
+    def _read(self, path: Path) -> "Log":
         plain = replace(self.reading, needs=())
         return files.read_log(path, self.reading.columns, needs=self.reading.needs, settings=plain)
 
@@ -137,18 +138,22 @@ class Wanted:
         if self.road is not None and not asked:
             raise InputError("--road", "given", "left out, or given with --prediction road")
 
-    def _foreseeing(self, log: Log, period: float) -> Scenario:
+    def _foreseeing(self, log: "Log", period: float) -> Scenario:
         """Return the drive as a scenario, which foresees what an earlier drive of the road felt."""
         present = self._played(log, period)
         if self.road is None:
             return present
+        from otolith.recordings.foresight import foresight
+
         then = self._read(self.road)
         felt_then = self._played(then, period).specific_force
         seen = foresight(log, then, period=period, force=present.specific_force, forces_then=felt_then)
         return replace(present, foreseen=seen)
 
-    def _played(self, log: Log, period: float) -> Scenario:
+    def _played(self, log: "Log", period: float) -> Scenario:
         """Return a drive as a scenario, treated in every way but the scale."""
+        from otolith.recordings import log_scenario
+
         plain = log_scenario(log, period=period, lowpass_hz=self.lowpass_hz, causal=self.causal)
         return self._sensed(plain)
 

@@ -9,6 +9,7 @@ import pytest
 
 PACKAGES = (
     "otolith",
+    "otolith.mpqp",
     "otolith.platforms",
     "otolith.recordings",
     "otolith.report",

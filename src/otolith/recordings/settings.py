@@ -6,10 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from otolith.core.errors import InputError, one_of
-from otolith.recordings.checks.offsets import parse_offsets
-from otolith.recordings.checks.orientation import parse_axes
-from otolith.recordings.columns import QUANTITIES
-from otolith.recordings.events import parse_events
 
 EVENTS: Final = "refuse"
 OFFSETS: Final = "keep"
@@ -30,10 +26,19 @@ class LogSettings:
     offsets: str = OFFSETS  # treatment of the constant force of a tilted sensor: "keep" or "remove"
 
     def __post_init__(self) -> None:
+        """Check what differs from the defaults; only then are the checks of logs imported."""
         if self.axes is not None:
+            from otolith.recordings.checks.orientation import parse_axes
+
             parse_axes(self.axes)
-        parse_events(self.events)
-        parse_offsets(self.offsets)
+        if self.events != EVENTS:
+            from otolith.recordings.events import parse_events
+
+            parse_events(self.events)
+        if self.offsets != OFFSETS:
+            from otolith.recordings.checks.offsets import parse_offsets
+
+            parse_offsets(self.offsets)
 
 
 PLAIN: Final = LogSettings()
@@ -57,6 +62,8 @@ def settings_from_toml(text: str, source: str) -> LogSettings:
     ------
     InputError : the text is not TOML, or a field is unknown or of a wrong type.
     """
+    from otolith.recordings.columns import QUANTITIES
+
     try:
         data: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
