@@ -1,5 +1,6 @@
 """`otolith live`: motion platforms in real time, and what can be done without one."""
 
+from otolith.cli.live_virtual import bench, faults
 from otolith.cli.live_wire import emulate, learn_, record
 from otolith.cli.output import group
 
@@ -7,6 +8,8 @@ app = group("Motion platforms in real time: record telemetry, learn its axes, an
 app.command("record")(record)
 app.command("learn")(learn_)
 app.command("emulate")(emulate)
+app.command("faults")(faults)
+app.command("bench")(bench)
 
 
 @app.callback()

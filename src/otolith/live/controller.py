@@ -82,7 +82,7 @@ class Controller:
         preview: int = 0,
     ) -> None:
         self.health = Health() if health is None else health
-        self._cueing, self._gate = cueing, gate
+        self.cueing, self._gate = cueing, gate
         self._parse, self._wanted, self._preview = parse, wanted, preview
         self._observer, self._fader = Observer(), Fader()
         self._counters = _Counters()
@@ -132,7 +132,7 @@ class Controller:
     def _engage(self, report: Report) -> None:
         """Begin a new engagement from where the set-points are."""
         self._generation = report.generation
-        self._cueing.reset(_state(report.motion))
+        self.cueing.reset(_state(report.motion))
         self._fader.reset()
         self._counters = _Counters()
         self._plan, self._rise = None, FADE_IN
@@ -152,10 +152,10 @@ class Controller:
             weight=weight,
             largest=LARGEST,
             steps=self._preview,
-            period=self._cueing.period,
+            period=self.cueing.period,
         )
         try:
-            command = self._cueing.step(_state(motion), wanted)
+            command = self.cueing.step(_state(motion), wanted)
         except Exception as error:  # noqa: BLE001 (an algorithm may be anybody's; its failure must not stop us)
             self._counters.failures.note(True)
             return self._fallback(now_ns, motion), f"{type(error).__name__}: {error}"
@@ -184,7 +184,7 @@ class Controller:
         return self._gate.rest(motion)
 
     def _judge(self, motion: Mat, stages: Mat) -> Verdict:
-        return self._gate.plan(motion, np.ascontiguousarray(stages), self._cueing.period)
+        return self._gate.plan(motion, np.ascontiguousarray(stages), self.cueing.period)
 
     def _publish(
         self,

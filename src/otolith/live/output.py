@@ -21,7 +21,7 @@ from otolith.live.devices.driver import Request
 from otolith.live.messages import DeviceState, Feedback, Plan, Report, Rung, SetPoint, State, Word
 
 MS: Final = 1_000_000  # [ns]
-WATCHDOG: Final = 2  # periods without a plan after which the controller counts as dead
+WATCHDOG: Final = 3  # periods without a plan (it is then overdue by two) after which the controller is dead
 GAP: Final = 1000 * MS  # between two ticks: the machine was suspended, and the device's watchdog has acted
 LONGEST_STEP: Final = 5e-3  # [s] that the motion advances at once
 ALIKE: Final = np.array([1e-3] * 3 + [np.radians(0.1)] * 3)  # first set-point and measured pose [m, rad]
@@ -162,12 +162,12 @@ class Output:
             return NO_REACTION
         if found.faults:
             return Reaction(Rung.FAULT, f"the device reports: {', '.join(found.faults)}")
-        if self._moves_device and found.state is not DeviceState.ENGAGED:
+        if self.moves_device and found.state is not DeviceState.ENGAGED:
             return Reaction(Rung.FAULT, f"the device is {found.state}, not engaged")
         age = now_ns - (self._feedback_ns or 0)
         if age > LASTS:
             return Reaction(Rung.RETURN, f"no reply from the device for {age // MS} ms")
-        return self._of_pose(now_ns) if self._moves_device else NO_REACTION
+        return self._of_pose(now_ns) if self.moves_device else NO_REACTION
 
     def _of_pose(self, now_ns: int) -> Reaction:
         measured, bounds = self._feedback.pose, self._travel.bounds
@@ -182,7 +182,7 @@ class Output:
     # What a state begins with, does, and ends with.
 
     @property
-    def _moves_device(self) -> bool:
+    def moves_device(self) -> bool:
         """Whether the device is engaged and has to follow the set-points."""
         return self._brought and not (self.session.state is State.PARKING and self._arrived)
 
@@ -212,11 +212,15 @@ class Output:
     def _begin_move(self, goal: Vec) -> None:
         """Begin a move from where the platform is measured to be, or from the set-point where it moves."""
         if self.session.state in {State.CHECKING, State.ENGAGING}:
-            measured = self._feedback.pose
-            self._rollout.place(self.device.park if measured is None else measured)
+            self._place_where_measured()
             self._rollout.gate = self._travel
         self._move = Move(self._rollout.motion, goal, self._rollout.gate)
         self._move_s = 0.0
+
+    def _place_where_measured(self) -> None:
+        """Let the set-points be where the platform is, at rest; while nothing follows them."""
+        measured = self._feedback.pose
+        self._rollout.place(self.device.park if measured is None else measured)
 
     def _is_done(self, state: State) -> bool:
         if state is State.PARKING:
@@ -268,6 +272,7 @@ class Output:
         if self._feedback.state is DeviceState.ENGAGED:
             self._brought = True
             return self._try_move(np.zeros(6))
+        self._place_where_measured()
         if now_ns - self.session.since_ns > self.device.engages_ns:
             self.session.give_up(now_ns, self._too_slow("engage"))
         return NO_REACTION
@@ -354,8 +359,7 @@ class Output:
     def _set_point(self, now_ns: int) -> SetPoint:
         state, motion = self.session.state, self._rollout.motion
         if state in {State.IDLE, State.CHECKING, State.PARKED}:
-            measured = self._feedback.pose
-            self._rollout.place(self.device.park if measured is None else measured)
+            self._place_where_measured()
         return SetPoint(
             sequence=self._sequence,
             time_ns=now_ns,

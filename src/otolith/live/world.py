@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.interfaces import Cueing
+from otolith.interfaces import Cueing, PlatformState
 from otolith.live.controller import Controller, ControllerInbox
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
@@ -74,7 +74,7 @@ class Source:
     drive: Callable[[float], Vec]
     rate_hz: float = 60.0
     sequence: int = 0
-    clock_ns: int = 5 * SECOND  # what the sender's clock shows when ours shows zero
+    clock_ns: int = 100 * SECOND  # what the sender's clock shows when ours shows zero
     flags: Flag = Flag.RUNNING
     speed: float = 20.0  # [m/s]
     change: Callable[[dict[str, tuple[Any, ...]]], dict[str, tuple[Any, ...]]] | None = None
@@ -179,6 +179,7 @@ class Row:
     reason: str  # of what only the operator ends
     motion: Mat  # (3, 6) of the set-point
     sent: bool  # whether set-points are sent
+    moves: bool  # whether the device has to follow
     follows: int
     measured: Vec  # (6,)
     device: DeviceState
@@ -190,6 +191,7 @@ class _Core:
 
     stopped: bool = False
     not_before_ns: int = 0
+    late_ns: int = 0  # by which every run comes late
 
 
 class World:
@@ -263,6 +265,11 @@ class World:
         else:
             self.cores[core].not_before_ns = self.now_ns + round(1e9 * seconds)
 
+    def delay(self, core: str, late: float, seconds: float) -> None:
+        """Let every run of a core come late by a time [s], from now on for a time [s]."""
+        self.cores[core].late_ns = round(1e9 * late)
+        self.at(self.seconds + seconds, partial(setattr, self.cores[core], "late_ns", 0))
+
     def run(self, until: float) -> "World":
         """Let the world go on until a time [s]."""
         end = round(1e9 * until)
@@ -273,8 +280,16 @@ class World:
         return self
 
     def again(self) -> "World":
-        """Return a copy of this world that goes on by itself; what a script has announced must be over."""
-        return copy.deepcopy(self)
+        """Return a copy of this world that goes on by itself.
+
+        The algorithm is shared, because not every one can be copied: it begins anew from where the platform
+        is, and one of the worlds goes on at a time. What a script has announced must be over.
+        """
+        cueing = self.controller.cueing
+        world = copy.deepcopy(self, {id(cueing): cueing})
+        pose, twist, acceleration = self.output.motion
+        cueing.reset(PlatformState(pose=pose, twist=twist, acceleration=acceleration))
+        return world
 
     @property
     def state(self) -> State:
@@ -349,7 +364,7 @@ class World:
         self._note(out)
         if out.set_point is not None:
             self._to_device(out.set_point, out.request)
-        self._after(self._tick_ns, self._output)
+        self._after(self._tick_ns + self.cores["output"].late_ns, self._output)
 
     def _to_device(self, set_point: SetPoint, request: Request) -> None:
         for time_ns in self.links["device"].times(self.now_ns, self.rng):
@@ -376,6 +391,7 @@ class World:
                 reason=self.output.session.ladder.kept.reason,
                 motion=out.report.motion,
                 sent=out.sends,
+                moves=self.output.moves_device,
                 follows=out.report.follows,
                 measured=self.device.pose,
                 device=self.device.state,

@@ -8,8 +8,10 @@ passes the same checks.
 Why the limits then hold forever: what has passed last has a way to rest that was checked. If the next
 set-point does not pass, the platform follows that way, which is deterministic: the law of
 `otolith.safety.law`, asked anew in every period from the motion that has passed. So there is a set-point
-that passes in every case. Between the samples of 5 ms a leg may be beyond a limit by what it changes in
-2.5 ms; `MARGIN` keeps this room on the way to rest.
+that passes in every case. An axis keeps its limits between the samples too: pose p and speed v follow
+q = p + T v and w = v + T a without overshoot, all four are checked, and q and w stay within reach by the
+proof of `otolith.safety.law.safe`. A leg may be beyond a limit by
+what it changes in 2.5 ms; `MARGIN` keeps this room on the way to rest.
 
 Notation: T lag of eq. 4.9; a motion moves by `otolith.safety.law.move`, which is exact, so the jerk of
 a commanded acceleration that jumps from one end of its limit U to the other is at most 2 U / T.
@@ -31,7 +33,7 @@ from otolith.core.jit import kernel
 from otolith.platforms import Platform
 from otolith.platforms.kinematics import leg_motion
 from otolith.platforms.platform import Rotation, Translation
-from otolith.safety.law import Reach, move, stop, to_rest
+from otolith.safety.law import Reach, move, safe, stop, to_rest
 from otolith.safety.stopping import reach_of
 
 SAMPLE: Final = 5e-3  # [s] between samples of the way to rest, and of a plan
@@ -72,7 +74,6 @@ _WORDS: Final = {
     Refusal.LEG_LENGTH: "leaves its stroke",
     Refusal.LEG_SPEED: "is too fast",
     Refusal.LEG_ACCELERATION: "accelerates too much",
-    Refusal.CANNOT_STOP: "does not come to rest",
 }
 
 
@@ -92,6 +93,8 @@ class Verdict:
         """Return it in words."""
         if self.passes:
             return "passes"
+        if self.refusal is Refusal.CANNOT_STOP:
+            return "could not stop within reach"
         legs = Refusal.LEG_LENGTH <= self.refusal <= Refusal.LEG_ACCELERATION
         return f"{f'leg {self.index + 1}' if legs else AXES[self.index]} {_WORDS[self.refusal]}"
 
@@ -107,6 +110,7 @@ class Bounds(NamedTuple):
     twist: Vec  # (6,) [m/s ×3, rad/s ×3]
     acceleration: Vec  # (6,) [m/s² ×3, rad/s² ×3]
     jerk: Vec  # (6,) [m/s³ ×3, rad/s³ ×3]
+    lag: float  # T [s]
     circle: float  # [m] of surge and sway together
     joints: Mat  # (6, 3) [m], or (0, 3) without legs
     anchors: Mat  # (6, 3) [m]
@@ -122,16 +126,18 @@ def _axes(motion: Mat, before: Mat, dt: float, b: Bounds) -> tuple[int, int]:
         p, v, a = motion[0, i], motion[1, i], motion[2, i]
         if not (abs(p) < np.inf and abs(v) < np.inf and abs(a) < np.inf):  # a NaN fails every comparison
             return _FINITE, i
-        room = SLACK * (b.high[i] - b.low[i])
-        if not (b.low[i] - room <= p <= b.high[i] + room):
+        room, q = SLACK * (b.high[i] - b.low[i]), p + b.lag * v
+        if not (b.low[i] - room <= min(p, q) and max(p, q) <= b.high[i] + room):
             return _POSE, i
-        if not abs(v) <= b.twist[i] * (1.0 + SLACK):
+        if not max(abs(v), abs(v + b.lag * a)) <= b.twist[i] * (1.0 + SLACK):
             return _TWIST, i
         if not abs(a) <= b.acceleration[i] * (1.0 + SLACK):
             return _ACCELERATION, i
         if dt > 0.0 and not abs(a - before[2, i]) <= b.jerk[i] * dt * (1.0 + SLACK) + 1e-9:
             return _JERK, i
-    if not motion[0, 0] ** 2 + motion[0, 1] ** 2 <= (b.circle * (1.0 + SLACK)) ** 2:
+    x, y = motion[0, 0], motion[0, 1]
+    qx, qy = x + b.lag * motion[1, 0], y + b.lag * motion[1, 1]
+    if not max(x * x + y * y, qx * qx + qy * qy) <= (b.circle * (1.0 + SLACK)) ** 2:
         return _CIRCLE, 0
     return _FREE, 0
 
@@ -174,8 +180,19 @@ def _way(motion: Mat, u: Vec, duration: float, b: Bounds, reach: Reach) -> tuple
 
 
 @kernel
+def _end(motion: Mat, b: Bounds) -> tuple[int, int]:
+    """Check where a motion comes to rest whose commands have ended: at q = p + T v, since w is zero."""
+    for i in range(6):
+        motion[0, i] += b.lag * motion[1, i]
+        motion[1, i] = motion[2, i] = 0.0
+    return _point(motion, motion, 0.0, b, MARGIN)
+
+
+@kernel
 def _way_to_rest(motion: Mat, b: Bounds, reach: Reach) -> tuple[int, int]:
     """Check the way to rest from `motion`, which advances along it."""
+    if not safe(motion, reach):
+        return _ENDLESS, 0
     u = np.empty(6)
     for _ in range(LONGEST):
         stop(motion, reach, u)
@@ -183,7 +200,7 @@ def _way_to_rest(motion: Mat, b: Bounds, reach: Reach) -> tuple[int, int]:
         for i in range(6):
             largest = max(largest, abs(u[i]))
         if largest <= RESTS:
-            return _FREE, 0
+            return _end(motion, b)
         code, i = _way(motion, u, reach.period, b, reach)
         if code != _FREE:
             return code, i
@@ -312,7 +329,7 @@ def _bounds(platform: Platform, lag: float) -> Bounds:
     else:
         hexapod = platform.six_legs()
         legs = (hexapod.joints, hexapod.anchors, hexapod.stroke, hexapod.speed, hexapod.acceleration)
-    return Bounds(low, high, twist, acceleration, jerk, circle, *legs)
+    return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs)
 
 
 def _of(table: Translation | Rotation) -> tuple[float, float, float, float]:

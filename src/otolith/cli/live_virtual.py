@@ -1,0 +1,158 @@
+"""`otolith live faults` and `live bench`: live operation in virtual time."""
+
+import time
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from otolith import files, registry
+from otolith.cli.options import CUEING_HELP, Dofs, PlatformName
+from otolith.cli.output import print_json, progress_bar, screen, working
+from otolith.core.errors import InputError
+from otolith.core.frames import dofs_named
+from otolith.cueing.design import Design
+from otolith.interfaces import Cueing, PlatformState, Reference
+from otolith.platforms import Platform
+
+CueingName = Annotated[str, typer.Option(help=CUEING_HELP)]
+Tuning = Annotated[
+    str | None,
+    typer.Option(help="Tuning of a conventional washout: a name or a file (default: the platform's)."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
+
+
+def faults(
+    rows: Annotated[
+        list[str] | None, typer.Argument(metavar="[ROW]...", help="Rows to play, e.g. 2 8 13 (default: all).")
+    ] = None,
+    cueing: CueingName = "predictive",
+    platform: PlatformName = "davsi-4dof",
+    dofs: Dofs = "surge-pitch,sway-roll",
+    tuning: Tuning = None,
+    seed: Annotated[int, typer.Option(help="Of the chances in the virtual world.")] = 0,
+    json: Json = False,
+) -> None:
+    """Play the matrix of faults in virtual time, and say what followed; exit code 1 if anything is wrong."""
+    from otolith.live.faults import CASES, run_matrix
+
+    chosen = tuple(case for case in CASES if not rows or any(_is_of(case.row, row) for row in rows))
+    if not chosen:
+        raise InputError("ROW", " ".join(rows or []), "numbers of the matrix, e.g. 2 or 13")
+    algorithm, machine = _prepared(cueing, platform, dofs, tuning)
+    console = screen()
+    results = []
+    with progress_bar(console, "playing faults") as bar:
+        for result in run_matrix(algorithm, machine, chosen, seed=seed):
+            results.append(result)
+            bar(len(results) / len(chosen))
+    wrong = [result for result in results if not result.right]
+    if json:
+        print_json(
+            {
+                "cases": [
+                    {
+                        "row": result.case.row,
+                        "fault": result.case.fault,
+                        "expected": result.case.expected,
+                        "seen": result.seen,
+                        "right": result.right,
+                    }
+                    for result in results
+                ],
+                "wrong": len(wrong),
+            }
+        )
+    else:
+        _show(results)
+    console.print(f"{len(results) - len(wrong)} of {len(results)} as expected", highlight=False)
+    if wrong:
+        raise typer.Exit(1)
+
+
+def _is_of(row: str, asked: str) -> bool:
+    """Return whether a row of the matrix is the one asked for, or a part of it: 13 has 13b and 13.8000."""
+    return row == asked or (row.startswith(asked) and not row[len(asked)].isdigit())
+
+
+def _show(results: list[Any]) -> None:
+    table = Table(box=None, pad_edge=False)
+    for column in ("row", "fault", "expected", "seen", "", "s"):
+        table.add_column(column, overflow="fold")
+    for result in results:
+        table.add_row(
+            result.case.row,
+            result.case.fault,
+            result.case.expected,
+            result.seen,
+            "ok" if result.right else "WRONG",
+            f"{result.seconds:.1f}",
+        )
+    screen(stderr=False, wide=True).print(table)
+
+
+def bench(
+    virtual: Annotated[
+        float, typer.Option(metavar="SECONDS", min=1.0, help="How long to run, in virtual time.")
+    ] = 120.0,
+    cueing: CueingName = "predictive",
+    platform: PlatformName = "davsi-4dof",
+    dofs: Dofs = "surge-pitch,sway-roll",
+    tuning: Tuning = None,
+    seed: Annotated[int, typer.Option(help="Of references and faults.")] = 0,
+    json: Json = False,
+) -> None:
+    """Run in virtual time with adversarial references and random faults; exit code 1 if a limit is passed."""
+    from otolith.live.endurance import endurance
+
+    algorithm, machine = _prepared(cueing, platform, dofs, tuning)
+    console, started = screen(), time.perf_counter()
+    with progress_bar(console, "running") as bar:
+        account = endurance(algorithm, machine, virtual, seed=seed, progress=bar)
+    took = time.perf_counter() - started
+    found: dict[str, Any] = {
+        "seconds": account.seconds,
+        "computed_in_s": round(took, 1),
+        "cued_seconds": round(account.cued_seconds, 1),
+        "engagements": account.engagements,
+        "decisions": account.decisions,
+        "set_points": account.set_points,
+        "fallbacks": account.fallbacks,
+        "plans_refused_by_gate": account.refused_plans,
+        "set_points_refused_by_gate": account.refused_set_points,
+        "faults": dict(account.faults),
+        "violations": account.violations,
+        "exceptions": account.exceptions,
+        "device_faults": account.device_faults,
+        "compilations": account.compilations,
+    }
+    if json:
+        print_json(found)
+    else:
+        out = screen(stderr=False)
+        for name, value in found.items():
+            out.print(
+                f"{name.replace('_', ' ')}: {value if value else 'none'}", highlight=False, soft_wrap=True
+            )
+    if not account.clean:
+        raise typer.Exit(1)
+
+
+def _prepared(cueing: str, platform: str, dofs: str, tuning: str | None) -> tuple[Cueing, Platform]:
+    """Return an algorithm that has decided once, so that all is compiled, and its platform."""
+    from otolith.cueing.washout.tuning import load_tuning
+
+    machine = files.read_platform(platform)
+    if machine.name == "thesis":
+        raise InputError("--platform", "thesis", "a machine's: this profile has limits that no machine has")
+    chosen = dofs_named(dofs.split(","))
+    for dof in chosen:
+        machine.limits(dof)
+    design = Design(platform=machine, dofs=chosen, washout=None if tuning is None else load_tuning(tuning))
+    with working(screen(), "compiling what is not cached, up to a minute"):
+        algorithm = registry.make_cueing(cueing, design)
+        algorithm.reset(PlatformState())
+        algorithm.step(PlatformState(), Reference(specific_force=np.zeros(3)))
+    return algorithm, machine

@@ -1,0 +1,47 @@
+"""All cases of the fault matrix, and the worlds that they begin in."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from otolith.interfaces import Cueing, PlatformState, Reference
+from otolith.live.faults.case import ENGAGED_S, Case, Result, run_case
+from otolith.live.faults.decisions import DECISION_CASES
+from otolith.live.faults.machine import MACHINE_CASES
+from otolith.live.faults.telemetry import TELEMETRY_CASES
+from otolith.live.world import World, arm_and_engage, sines
+from otolith.platforms import Platform
+
+CASES: Final = (*TELEMETRY_CASES, *DECISION_CASES, *MACHINE_CASES)
+PARK: Final = np.array([0.0, 0.0, -0.15, 0.0, 0.0, 0.0])  # [m, rad] where the virtual platform rests
+DRIVE: Final = sines({0: (0.5, 0.5), 1: (0.4, 0.7)})  # within what a washout that knows no limits may move
+
+
+def prepare(cueing: Cueing, platform: Platform, *, seed: int = 0, tick: float = 2e-3) -> tuple[World, World]:
+    """Return an idle world and one that is cued, with the reference faded in.
+
+    Parameters
+    ----------
+    tick : [s] of the output; 1 ms as in real operation takes twice the time of 2 ms.
+    """
+    cueing.reset(PlatformState())
+    cueing.step(PlatformState(), Reference(specific_force=np.zeros(3)))  # compiled now
+    cueing.reset(PlatformState())
+    idle = World(cueing, platform, drive=DRIVE, park=PARK, seed=seed, tick=tick).run(0.5)
+    engaged = arm_and_engage(idle.again(), idle.seconds).run(ENGAGED_S)
+    return idle, engaged
+
+
+def run_matrix(
+    cueing: Cueing,
+    platform: Platform,
+    cases: tuple[Case, ...] = CASES,
+    *,
+    seed: int = 0,
+    tick: float = 2e-3,
+) -> Iterator[Result]:
+    """Run cases one after the other, each from a copy of a prepared world; see `prepare`."""
+    idle, engaged = prepare(cueing, platform, seed=seed, tick=tick)
+    for case in cases:
+        yield run_case(case, engaged if case.engaged else idle, platform)
