@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY, HEAVE, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import zero_order_hold
 from otolith.cueing.mpc.motion import dynamics, stacked
@@ -90,14 +91,14 @@ def test_the_linearised_force_has_the_slope_of_finite_differences(pairs: tuple[D
 @given(seed=st.integers(0, 10_000), pair=st.sampled_from(BOTH))
 @settings(max_examples=20, deadline=None)
 def test_every_row_is_the_limit_it_stands_for(seed: int, pair: Dof) -> None:
-    """Rows on the leading motion written out by hand: lag T = 0.01 s, τ = 0.32 s (tilt: 0.05 s)."""
+    """Rows on the leading motion written out by hand: lag T = 0.01 s, τ = 0.59 s (tilt: 0.05 s)."""
     rng = np.random.default_rng(seed)
     x, plan = 0.1 * rng.normal(size=6), rng.normal(size=(N, 2))
     qp = written(problem((pair,)), x, plan, np.zeros((N, 1)))
     X = rollout(qp, plan)
     w, th, v, s, at, ar = X.T
     rate = {SURGE_PITCH: 3.0, SWAY_ROLL: 2.6}[pair] * DEGREE
-    tau = 0.0025 + np.sqrt(0.0025**2 + 1.0 / (2 * 5.0))  # 1 m of reach, 5 m/s², by periods of 10 ms
+    tau = 0.25 * 1.1**9  # a tenth of the braking law's time, until every vertex can be kept inside
     by_hand = [
         (w + 0.02 * ar, rate),
         (th + 0.01 * w + 0.05 * (w + 0.01 * ar), 30 * DEGREE),
@@ -174,7 +175,7 @@ def test_the_circle_limits_where_the_way_to_rest_may_end(seed: int) -> None:
     x, plan = 0.3 * rng.normal(size=12), 3 * rng.normal(size=(N, 4))
     qp = written(problem(BOTH), x, plan, np.zeros((N, 2)))
     X = rollout(qp, plan).reshape(N, 2, 6)
-    tau = 0.0025 + np.sqrt(0.0025**2 + 1.0 / (2 * 5.0))
+    tau = 0.25 * 1.1**9
     c = X[:, :, 3] + 0.01 * X[:, :, 2] + tau * (X[:, :, 2] + 0.01 * X[:, :, 4])
     values = np.einsum("ki,ki->k", qp.varying[:, 0], X.reshape(N, 12))
     assert_allclose(values, np.linalg.norm(c, axis=1), rtol=1e-9)
@@ -193,17 +194,26 @@ def test_printed_braking_rows_lack_the_position() -> None:
     assert len(C[BrakingRows.NONE]) == len(C[BrakingRows.PRINTED]) - 2
 
 
-def test_a_terminal_row_holds_at_the_last_stage_only_and_its_wedge_can_be_stayed_in() -> None:
-    of = problem((SURGE_PITCH,), braking=BrakingRows.NONE, terminal=True)
-    qp = written(of, np.zeros(6), np.zeros((N, 2)), np.zeros((N, 1)))
-    last = len(of.structure.C) - 1
-    assert np.isinf(qp.upper[:-1, last]).all()
-    assert qp.upper[-1, last] == pytest.approx(0.5, abs=1e-6)
-    slope = 1.0 / of.structure.C[last, 2]  # κ of s + v / κ
-    s = np.linspace(-0.5, 0.5, 101)
-    assert (
-        slope**2 * (0.5 - s) <= 5.0 + 1e-12
-    ).all()  # deceleration along the wedge, within the command bound
+@pytest.mark.parametrize(("blocks", "last"), [((), N - 1), ((1, 1, N - 2), 1)])
+def test_terminal_rows_hold_at_the_last_hard_stage_only_and_are_those_of_the_sets(
+    blocks: tuple[int, ...], last: int
+) -> None:
+    """Of surge a, q, v + 2 T a and q + τ w; of the tilt, whose commands have no bound, the last three."""
+    of = problem((SURGE_PITCH,), braking=BrakingRows.NONE, terminal=True, blocks=blocks)
+    lower, upper = of._bounds()
+    added = slice(5, 12)
+    assert np.isinf(np.delete(upper, last, axis=0)[:, added]).all()
+    assert_allclose(upper[last, added], [5.0, 0.5, 7.2, 0.5, *np.deg2rad([30.0, 3.0, 30.0])], atol=1e-5)
+    assert_allclose(lower[last, added], -upper[last, added])
+    ahead = 0.25 * 1.1**6  # less than next to braking rows
+    s, v, a = of.structure.C[added][3, [3, 2, 4]]
+    assert (s, a / v) == pytest.approx((1.0, 0.01 * ahead / (0.01 + ahead)), abs=1e-12)
+
+
+def test_terminal_rows_need_firm_blocks_of_one_step() -> None:
+    """Else the plan of one period, shifted, is none of the next."""
+    with pytest.raises(InputError, match="blocks"):
+        MpcSettings(horizon=N, blocks=(1, 2, N - 3), terminal=True)
 
 
 def test_soft_rows_carry_their_penalty() -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH
 from otolith.core.lti import zero_order_hold
+from otolith.cueing.mpc.axis_sets import axis_sets
 from otolith.cueing.mpc.motion import dynamics, stacked
 from otolith.cueing.mpc.rows import BrakingRows, command_bounds, rows_of
 from otolith.platforms import load
@@ -29,7 +30,8 @@ def test_whoever_keeps_the_rows_of_an_axis_alone_can_stop_inside(
     """Also from the very end of the position's row, at the largest speed that the others allow."""
     dof = DOFS[axis]
     (limits,), (i,) = DAVSI.limits(dof), dof.axes
-    speed, position = rows_of(dof, (limits,), DAVSI.braking, kind=kind, lag=lag, period=0.01, terminal=False)
+    sets = axis_sets(DAVSI, dof, kind, lag=lag, period=0.01)
+    speed, position = rows_of(dof, (limits,), DAVSI.braking, kind=kind, sets=sets, terminal=False)
     velocity, leading = limits.velocity * np.array(shares)  # v, and v + 2 T a, which the other row limits
     most = limits.acceleration
     acceleration = np.clip((leading - velocity) / speed.coefficients[2], -most, most)
@@ -59,19 +61,19 @@ def test_next_to_rows_on_the_leading_motion_a_command_keeps_the_acceleration_as_
 def test_braking_rows_let_the_acceleration_pay_for_the_speed_and_leading_rows_do_not() -> None:
     """A state that keeps eq. C.2 and all limits and cannot stop inside, whatever is asked.
 
-    So the thesis's braking rows are no invariant set, and imply no terminal rows; the default ones refuse it.
+    So the thesis's braking rows are no invariant set, and imply no terminal rows. The terminal rows and the
+    default ones, both of a set that is proved, refuse it.
     """
     travel, _ = limits = DAVSI.limits(SURGE_PITCH)
     x, lag, period = np.array([0.0, 0.0, -0.81, -0.5, 1.44, 0.0]), 0.01, 0.01  # [ω θ v s a_tran a_rot]
 
     def broken(kind: BrakingRows, *, terminal: bool = False) -> list[str]:
-        rows = rows_of(
-            SURGE_PITCH, limits, DAVSI.braking, kind=kind, lag=lag, period=period, terminal=terminal
-        )
+        sets = axis_sets(DAVSI, SURGE_PITCH, kind, lag=lag, period=period)
+        rows = rows_of(SURGE_PITCH, limits, DAVSI.braking, kind=kind, sets=sets, terminal=terminal)
         return [row.name for row in rows if not row.lower <= row.coefficients @ x <= row.upper]
 
     assert broken(BrakingRows.POSITION) == []
-    assert broken(BrakingRows.POSITION, terminal=True) == ["terminal_position"]
+    assert broken(BrakingRows.POSITION, terminal=True) == ["terminal_position_wedge"]
     assert broken(BrakingRows.STOPPING) == ["position"]
     A, B = zero_order_hold(*dynamics(stacked((SURGE_PITCH,)), lag), period)
     braked = [x]

@@ -19,6 +19,7 @@ from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES, GRAVITY, Dof
 from otolith.core.lti import condense, zero_order_hold
+from otolith.cueing.mpc.axis_sets import axes_of, sets_apart
 from otolith.cueing.mpc.motion import TILT, TRAN, chains, explicit_dynamics
 from otolith.cueing.mpc.rows import (
     BrakingRows,
@@ -148,7 +149,8 @@ def _stage_rows(
 ) -> list[tuple[Row, int]]:
     """Return rows with the first stage at which an input can affect them."""
     if settings.braking.leads:
-        of_states = leading_rows(dof, limits, braking, lag=0.0, period=settings.period)
+        axes = axes_of(dof, limits, braking, settings.braking, lag=0.0, period=settings.period)
+        of_states = leading_rows(dof, sets_apart(dof, braking, axes))
     else:
         of_states = state_rows(dof, limits)
     slowing = braking_rows(dof, limits, braking, settings.braking)

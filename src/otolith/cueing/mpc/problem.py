@@ -26,6 +26,7 @@ from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import StateSpace, zero_order_hold
 from otolith.cueing.mpc import kernels
+from otolith.cueing.mpc.axis_sets import axis_sets
 from otolith.cueing.mpc.motion import (
     ACCELERATION,
     POSITION,
@@ -41,10 +42,11 @@ from otolith.cueing.mpc.motion import (
 from otolith.cueing.mpc.objective import Channel, Organ, channels
 from otolith.cueing.mpc.rows import Limits, Row, circle_weights, command_bounds, rows_of
 from otolith.cueing.mpc.settings import MpcSettings
-from otolith.platforms import Platform
+from otolith.platforms import Braking, Platform
 from otolith.qp.blocked import block_ends
 from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
+from otolith.safety.invariant.axis import AxisSet
 
 BACK_OFF: Final = 2e-8  # [SI] per stage, above the solvers' 1e-9
 CIRCLE_BACK_OFF: Final = 1e-6  # [m] per stage, above radius·φ²/2 for the turn φ of one step
@@ -76,13 +78,19 @@ class Problem:
         self.dofs, self.settings = tuple(dofs), settings
         self.axes, self._first = stacked(self.dofs), first_states(self.dofs)
         self.channels = channels(self.dofs, settings.objective)
-        self.circle = _circle(platform, self.dofs, settings)
+        sets = [_sets(platform, dof, settings) for dof in self.dofs]
+        self.circle = _circle(platform, self.dofs, sets, settings)
         self._ends = block_ends(settings.lengths)
         limits = [platform.limits(dof) for dof in self.dofs]
-        of_dofs = list(zip(self.dofs, limits, strict=True))
-        self._rows = [self._rows_of(platform, dof, of_dof) for dof, of_dof in of_dofs]
+        self._rows = [
+            self._rows_of(dof, of_dof, platform.braking, own)
+            for dof, of_dof, own in zip(self.dofs, limits, sets, strict=True)
+        ]
         self.command_bound = np.concatenate(
-            [command_bounds(dof, of_dof, settings.braking) for dof, of_dof in of_dofs]
+            [
+                command_bounds(dof, of_dof, settings.braking)
+                for dof, of_dof in zip(self.dofs, limits, strict=True)
+            ]
         )
         self._weights = [
             (first, dof, weight)
@@ -111,7 +119,7 @@ class Problem:
     @property
     def can_stop(self) -> bool:
         """True when the rows are such that whoever keeps them can always stop inside the limits."""
-        return self.settings.braking.leads or not any(dof.is_pair for dof in self.dofs)
+        return all(self.settings.braking.leads_on(dof) for dof in self.dofs)
 
     def reset(self) -> None:
         """Both drivers, in the simulator and in the car, have been at rest for long."""
@@ -153,18 +161,10 @@ class Problem:
         """Inputs (N, nu) of every step from those of the blocks (M, nu)."""
         return np.repeat(U, self.settings.lengths, axis=0)
 
-    def _rows_of(self, platform: Platform, dof: Dof, limits: Limits) -> list[Row]:
+    def _rows_of(self, dof: Dof, limits: Limits, braking: Braking, sets: Sequence[AxisSet]) -> list[Row]:
         """Rows of one degree of freedom; the position's are left out where the limit circle implies them."""
         settings = self.settings
-        rows = rows_of(
-            dof,
-            limits,
-            platform.braking,
-            kind=settings.braking,
-            lag=settings.lag_on(platform),
-            period=settings.period,
-            terminal=settings.terminal,
-        )
+        rows = rows_of(dof, limits, braking, kind=settings.braking, sets=sets, terminal=settings.terminal)
         low, high = limits[0].position
         if self.circle is not None and dof.is_pair and min(-low, high) >= self.circle.radius:
             rows = [row for row in rows if row.name != "position"]
@@ -248,14 +248,12 @@ class Problem:
         names = [row.name for own in self._rows for row in own] + ["circle"] * circles
         of_states = [settings.soft.get(name, np.inf) for name in names]
         penalty = np.tile(of_states + [np.inf] * len(self.command_bound), (settings.horizon, 1))
-        if settings.blocks:
-            after = sum(settings.blocks[: settings.firm])
-            later = penalty[after:, : len(names)]
-            penalty[after:, : len(names)] = np.minimum(later, settings.later_penalty)
+        later = penalty[settings.hard_steps :, : len(names)]
+        later[:] = np.minimum(later, settings.later_penalty)
         return penalty
 
     def _bounds(self) -> tuple[Mat, Mat]:
-        """(N, rows) lower and upper bounds; terminal rows hold at the last stage only.
+        """(N, rows) lower and upper bounds; terminal rows hold at the last hard stage only.
 
         Bounds on states tighten by a hair from stage to stage, so that the plan of one step, shifted,
         satisfies the rows of the next with room to spare: what a solver leaves of a row, and what
@@ -271,7 +269,8 @@ class Problem:
         commands = np.tile(self.command_bound, (N, 1))
         lower, upper = below + stage * back_off, above - stage * back_off
         last_only = [i for i, row in enumerate(rows) if row.name.startswith("terminal")]
-        lower[:-1, last_only], upper[:-1, last_only] = -np.inf, np.inf
+        others = np.ix_(np.arange(N) != self.settings.hard_steps - 1, last_only)
+        lower[others], upper[others] = -np.inf, np.inf
         return np.hstack([lower, -commands]), np.hstack([upper, commands])
 
     def _kernel_data(self, lag: float) -> kernels.Given:
@@ -314,18 +313,22 @@ class Problem:
         )
 
 
-def _circle(platform: Platform, dofs: Sequence[Dof], settings: MpcSettings) -> Circle | None:
+def _sets(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet, ...]:
+    """The sets of the axes of a degree of freedom; none where no row comes from them."""
+    if not (settings.terminal or settings.braking.leads_on(dof)):
+        return ()
+    return axis_sets(platform, dof, settings.braking, lag=settings.lag_on(platform), period=settings.period)
+
+
+def _circle(
+    platform: Platform, dofs: Sequence[Dof], sets: Sequence[tuple[AxisSet, ...]], settings: MpcSettings
+) -> Circle | None:
     """The limit circle of surge and sway, where the platform has one and both are cued."""
     pairs = (SURGE_PITCH, SWAY_ROLL)
     if platform.circle is None or not set(pairs) <= set(dofs):
         return None
-    weights = circle_weights(
-        [(dof, platform.limits(dof)) for dof in pairs],
-        platform.braking,
-        settings.braking,
-        lag=settings.lag_on(platform),
-        period=settings.period,
-    )
+    leads = settings.braking.leads
+    weights = circle_weights(sets[dofs.index(SURGE_PITCH)][0]) if leads else np.array([0.0, 1.0, 0.0])
     first = first_states(dofs)
     begin = [first[dofs.index(dof)] for dof in pairs]
     return Circle(platform.circle, weights, np.add.outer(begin, [VELOCITY, POSITION, ACCELERATION]))

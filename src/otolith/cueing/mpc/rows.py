@@ -3,7 +3,8 @@
 Notation as in `otolith.cueing.mpc.motion`: per axis place p, speed v, acceleration a, lag T; θ, ω of a tilt.
 
 A *row* is a linear form of the states of one degree of freedom that must stay between two bounds at every
-stage. All functions take its limits as `Platform.limits` gives them, one for each of its axes.
+stage. All functions take its limits as `Platform.limits` gives them, one for each of its axes, or its
+`AxisSet`s in the same order.
 """
 
 import math
@@ -19,6 +20,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.core.frames import Dof
 from otolith.cueing.mpc.motion import Chain, chains, states
 from otolith.platforms import AxisLimits, Braking
+from otolith.safety.invariant.axis import AxisRow, AxisSet
 from otolith.safety.law import HUGE
 
 Limits = Sequence[AxisLimits]  # of every axis of one degree of freedom
@@ -38,6 +40,10 @@ class BrakingRows(StrEnum):
     def leads(self) -> bool:
         """True when limits are imposed on the leading motion, so that the platform can always stop."""
         return self in (BrakingRows.STOPPING, BrakingRows.LEADING)
+
+    def leads_on(self, dof: Dof) -> bool:
+        """True when they are on a degree of freedom: on an axis of its own they always are."""
+        return self.leads or not dof.is_pair
 
 
 def parse_braking_rows(name: str) -> BrakingRows:
@@ -64,8 +70,7 @@ def rows_of(
     braking: Braking,
     *,
     kind: BrakingRows,
-    lag: float,
-    period: float,
+    sets: Sequence[AxisSet],
     terminal: bool,
 ) -> list[Row]:
     """All rows of a degree of freedom in the implicit model.
@@ -75,15 +80,13 @@ def rows_of(
 
     Parameters
     ----------
-    lag : T [s]; period : Δ [s] between two decisions.
+    sets : of its axes (`otolith.cueing.mpc.axis_sets`); empty where neither leading nor terminal rows are.
     terminal : whether `terminal_rows` are added, for the last state.
     """
-    if kind.leads or not dof.is_pair:
-        rows = leading_rows(dof, limits, braking, lag=lag, period=period)
-    else:
-        rows = state_rows(dof, limits) + acceleration_rows(dof, limits)
+    leads = kind.leads_on(dof)
+    rows = leading_rows(dof, sets) if leads else state_rows(dof, limits) + acceleration_rows(dof, limits)
     rows += [_a_hair_less(row) for row in braking_rows(dof, limits, braking, kind)]
-    return rows + (terminal_rows(dof, limits) if terminal else [])
+    return rows + (terminal_rows(dof, sets) if terminal and not leads else [])
 
 
 def _form(dof: Dof, **weights: float) -> Vec:
@@ -125,67 +128,42 @@ def acceleration_rows(dof: Dof, limits: Limits) -> list[Row]:
     return rows
 
 
-def leading_rows(dof: Dof, limits: Limits, braking: Braking, *, lag: float, period: float) -> list[Row]:
-    """Limits on the leading motion, from which the platform can always stop (`otolith.safety.stopping`).
+def leading_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
+    """Limits on the leading motion: from whatever state keeps them, and the braking law's rows where they are
+    imposed, a command leads to another one that does (`otolith.safety.invariant`).
 
-    With q = p + T v and w = v + T a, T the lag: |v + 2 T a| ≤ v_max and q + τ w within the reach. While both
-    hold, v follows v + 2 T a, q follows q + τ w, and p follows q, each through a low-pass; so the limits on
-    v and p hold as well, between the nodes too. With T instead of 2 T the speed would run into its limit
-    within one period, and a servo that follows not quite would overshoot it. τ is such that full braking
-    needs no more than τ |w| (`look_ahead`). The commands' bounds, not above those on the accelerations,
-    keep the accelerations.
+    The commands' bounds, not above those on the accelerations, keep the accelerations.
     """
     rows = []
     for chain in chains(dof):
-        place, speed, acceleration = _names(dof, chain)
-        of_axis, ahead = limits[chain.of], look_ahead(dof, chain, limits, braking, period)
-        of_speed = _form(dof, **{speed: 1.0, acceleration: 2.0 * lag})
-        of_place = _form(dof, **{place: 1.0, speed: lag + ahead, acceleration: ahead * lag})
-        rows.append(_either_way(speed, of_speed, of_axis.velocity))
-        rows.append(Row(place, of_place, *of_axis.position))
+        place, speed, _ = _names(dof, chain)
+        axis, ahead = sets[chain.of]
+        rows += [
+            _of_axis(dof, chain, row, name)
+            for row, name in zip(axis.leading_rows(ahead), (speed, place), strict=True)
+        ]
     return rows
 
 
-def look_ahead(dof: Dof, chain: Chain, limits: Limits, braking: Braking, period: float) -> float:
-    """Time τ [s] of an axis in `leading_rows`.
+def _of_axis(dof: Dof, chain: Chain, row: AxisRow, name: str) -> Row:
+    """A row of one axis as a row of its degree of freedom."""
+    place, speed, acceleration = _names(dof, chain)
+    form = {place: row.place, speed: row.speed, acceleration: row.acceleration}
+    return Row(name, _form(dof, **form), row.lower, row.upper)
 
-    Full braking by periods Δ from the leading speed w takes at most w (Δ/2 + w/(2U)), and w is at most
-    v_max, or L/τ when the reach of length L is shorter. Where a braking law slows the axis, τ is at least a
-    tenth of that law's own time, far below where it acts in normal motion, so that measurement errors cost
-    little command.
+
+def circle_weights(surge: AxisSet) -> Vec:
+    """Weights (3,) of velocity, position and acceleration in q + τ w, which the limit circle holds.
+
+    Surge and sway share τ.
     """
-    needed = time_to_stop(limits[chain.of], period)
-    if not dof.is_pair:
-        return needed
-    eased = braking.c_v * braking.position_s if chain.of == 0 else braking.c_w * braking.tilt_s
-    return max(needed, 0.1 * eased)
-
-
-def time_to_stop(limits: AxisLimits, period: float) -> float:
-    """Smallest τ with τ ≥ Δ/2 + min(v_max, L/τ)/(2U)."""
-    half, bound = 0.5 * period, min(limits.command, limits.acceleration)
-    room = (limits.position[1] - limits.position[0]) / (2.0 * bound)
-    return min(half + limits.velocity / (2.0 * bound), 0.5 * half + math.sqrt(0.25 * half**2 + room))
-
-
-def circle_weights(
-    pairs: Sequence[tuple[Dof, Limits]], braking: Braking, kind: BrakingRows, *, lag: float, period: float
-) -> Vec:
-    """Weights (3,) of velocity, position and acceleration in the place that the limit circle holds.
-
-    The position itself, or with `leading_rows` their q + τ w with one τ for all pairs: the way from q
-    there is straight, and stays in the circle.
-    """
-    if not kind.leads:
-        return np.array([0.0, 1.0, 0.0])
-    translations = [(dof, chain, of) for dof, of in pairs for chain in chains(dof) if chain.of == 0]
-    ahead = max(look_ahead(dof, chain, of, braking, period) for dof, chain, of in translations)
-    return np.array([lag + ahead, 1.0, ahead * lag])
+    _, row = surge.axis.leading_rows(surge.ahead)
+    return np.array([row.speed, row.place, row.acceleration])
 
 
 def command_bounds(dof: Dof, limits: Limits, kind: BrakingRows) -> Vec:
     """Bounds (nu,) on the commanded accelerations; next to `leading_rows` they keep the actual ones, too."""
-    leads = kind.leads or not dof.is_pair
+    leads = kind.leads_on(dof)
     ordered = [limits[chain.of] for chain in chains(dof)]
     return np.array([min(one.command, one.acceleration) if leads else one.command for one in ordered])
 
@@ -213,6 +191,22 @@ def braking_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) 
     ]
 
 
+def slowing_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) -> list[tuple[AxisRow, ...]]:
+    """The braking rows that the implicit model imposes, as rows of the axes in the order of `Dof.axes`."""
+    rows = [_a_hair_less(row) for row in braking_rows(dof, limits, braking, kind)]
+    found = []
+    for chain in sorted(chains(dof), key=lambda one: one.of):
+        forms = [(row, row.coefficients[[chain.place, chain.speed, chain.acceleration]]) for row in rows]
+        found.append(
+            tuple(
+                AxisRow(row.name, float(p), float(v), float(a), row.lower, row.upper)
+                for row, (p, v, a) in forms
+                if p or v or a
+            )
+        )
+    return found
+
+
 def _a_hair_less(row: Row) -> Row:
     """The braking row of the tilt within bounds tighter by `HAIR`, any other as it is.
 
@@ -224,22 +218,18 @@ def _a_hair_less(row: Row) -> Row:
     return replace(row, lower=row.lower + HAIR, upper=row.upper - HAIR)
 
 
-def terminal_rows(dof: Dof, limits: Limits) -> list[Row]:
-    """Rows on the last state from which a platform without lag can stop within its reach.
+def terminal_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
+    """Rows on the last state with which it lies in the set of each axis, next to those on every state.
 
-    On v = κ (s_max − s) braking asks for κ² (s_max − s) ≤ κ² (s_max − s_min), which the command bound u
-    affords for κ² = u / (s_max − s_min): without lag the wedge is invariant. With a lag it is not, nor are
-    the braking rows of eq. C.2, which let the acceleration pay for the speed; those on the leading motion
-    (`leading_rows`) are, whatever the lag.
+    From there a command leads to another state of the set, and so on for ever. The braking rows of eq. C.2
+    alone do not imply that: they let the acceleration pay for the speed.
     """
     rows = []
     for chain in sorted(chains(dof), key=lambda one: one.of):
-        of_axis, (place, speed, _) = limits[chain.of], _names(dof, chain)
-        bound, (low, high) = min(of_axis.command, of_axis.acceleration), of_axis.position
-        if math.isfinite(bound):
-            kappa = math.sqrt(bound / (high - low))
-            form = _form(dof, **{place: 1.0, speed: 1.0 / kappa})
-            rows.append(Row(f"terminal_{place}", form, low, high))
+        place = _names(dof, chain)[0]
+        rows += [
+            _of_axis(dof, chain, row, f"terminal_{place}_{row.name}") for row in sets[chain.of].beyond_limits
+        ]
     return rows
 
 

@@ -15,9 +15,9 @@ from otolith.cueing.prediction.named import Prediction
 from otolith.platforms import Platform
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
+from otolith.safety.invariant.axis import LEAST_LAG
 
 HORIZON: Final = 50  # the thesis's N
-LEAST_LAG: Final = 1e-4  # [s] of the model, for a platform that has none
 BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
 # 5 s in fourteen inputs, for a future that is foreseen
 FAR_BLOCKS: Final = (1, 1, 2, 6, 10, 20, 30, 40, 50, 60, 70, 70, 70, 70)
@@ -55,7 +55,7 @@ class MpcSettings:
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     braking: BrakingRows = BrakingRows.STOPPING
-    terminal: bool = False  # rows on the last state, from which a platform without lag can stop
+    terminal: bool = False  # whether the last hard node lies in the axes' sets; with leading rows all do
     soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
     blocks: Lengths = ()  # steps of each block of constant inputs, N in sum; none: every step its own
     firm: int = 2  # first blocks whose rows are hard, unless `soft` names them
@@ -86,8 +86,16 @@ class MpcSettings:
             raise InputError("blocks", given, f"of at least 1 step each, {self.horizon} in sum")
         if self.firm < 1:
             raise InputError("firm blocks", self.firm, "at least 1, for the next node")
+        if self.terminal and self.blocks and max(self.blocks[: self.firm]) > 1:
+            given = ",".join(map(str, self.blocks))
+            raise InputError("blocks", given, "of one step each where firm, next to terminal rows")
         if not self.later_penalty > 0.0:
             raise InputError("later penalty", self.later_penalty, "greater than 0")
+
+    @property
+    def hard_steps(self) -> int:
+        """Steps until the last node whose rows are hard: all, or with blocks those of the firm ones."""
+        return sum(self.blocks[: self.firm]) or self.horizon
 
     @property
     def lengths(self) -> Lengths:

@@ -1,0 +1,88 @@
+"""The sets that the axes of a platform need never leave, with the rows of an MPC's settings.
+
+The wedge of an axis (`otolith.safety.invariant.axis`) is as short as the proof allows: the first of a row of
+times ahead, each a tenth longer than the one before, with which every vertex of the set has a command that
+leads back into it. Where a braking law slows an axis, the row begins at a tenth of that law's own time, far
+below where it acts in normal motion, so that measurement errors cost little command.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+from otolith.core.errors import InputError
+from otolith.core.frames import DOFS, Dof
+from otolith.cueing.mpc.rows import BrakingRows, Limits, slowing_rows
+from otolith.platforms import Braking, Platform
+from otolith.safety.invariant.axis import LEAST_LAG, Axis, AxisSet
+from otolith.safety.invariant.contraction import certified_ahead
+
+_SHARE: Final = 0.1  # of the braking law's own time that a wedge has at least
+
+
+def axis_sets(
+    platform: Platform, dof: Dof, kind: BrakingRows, *, lag: float, period: float
+) -> tuple[AxisSet, ...]:
+    """The sets of the axes of a degree of freedom, in the order of `Dof.axes`.
+
+    Surge and sway of a platform with a limit circle get the same wedge, one in which neither ever needs to
+    lead its place q + τ w away from the centre; so both together can stay in the circle.
+
+    Parameters
+    ----------
+    kind : which rows slow the axes. lag : T [s]; period : Δ [s] between two decisions.
+
+    Raises
+    ------
+    InputError : the platform lacks an axis, or no motion of one keeps its limits and its braking law.
+    """
+    axes = axes_of(dof, platform.limits(dof), platform.braking, kind, lag=lag, period=period)
+    together = _in_circle(platform) if dof.is_pair else ()
+    if not together:
+        return sets_apart(dof, platform.braking, axes)
+    translations = tuple(
+        replace(
+            axes_of(one, platform.limits(one), platform.braking, kind, lag=lag, period=period)[0],
+            shares_circle=True,
+        )
+        for one in together
+    )
+    shared = _ahead(dof, platform.braking, translations, 0)
+    own = translations[together.index(dof)]
+    return (AxisSet(own, shared), *sets_apart(dof, platform.braking, axes)[1:])
+
+
+def _in_circle(platform: Platform) -> tuple[Dof, ...]:
+    """The pairs whose translations share the platform's circle; none where it has no circle, or only one."""
+    pairs = [dof for dof in DOFS.values() if dof.is_pair]
+    there = all(set(dof.name.split("-")) <= set(platform.axes) for dof in pairs)
+    return tuple(pairs) if platform.circle is not None and there else ()
+
+
+def axes_of(
+    dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows, *, lag: float, period: float
+) -> tuple[Axis, ...]:
+    """The axes of a degree of freedom as their sets see them, in the order of `Dof.axes`."""
+    slowing = slowing_rows(dof, limits, braking, kind)
+    return tuple(
+        Axis(limits=one, lag=max(lag, LEAST_LAG), period=period, slowing=rows)
+        for one, rows in zip(limits, slowing, strict=True)
+    )
+
+
+def sets_apart(dof: Dof, braking: Braking, axes: tuple[Axis, ...]) -> tuple[AxisSet, ...]:
+    """The sets of axes that share no circle; errors as `axis_sets`."""
+    return tuple(AxisSet(axis, _ahead(dof, braking, (axis,), i)) for i, axis in enumerate(axes))
+
+
+def _ahead(dof: Dof, braking: Braking, axes: tuple[Axis, ...], i: int) -> float:
+    """The wedge's time of axis i of a degree of freedom, and of all `axes` that share it."""
+    period = axes[0].period
+    own = (braking.c_v * braking.position_s, braking.c_w * braking.tilt_s)[i] if dof.is_pair else 0.0
+    found = certified_ahead(axes, max(_SHARE * own, period))
+    if found is None:
+        raise InputError(
+            f"the braking law of {dof.name}",
+            f"{own:g} s",
+            f"so slow that an axis with a lag of {axes[0].lag:g} s can follow it inside its limits",
+        )
+    return found
