@@ -17,7 +17,16 @@ from otolith.core.folders import PICTURES, check_file, check_folder, enlist, who
 from otolith.core.hdf5 import read_sealed, write_sealed
 from otolith.platforms import catalog, load
 from otolith.recordings.settings import PLAIN, LogSettings, settings_from_toml
-from otolith.sealed import read_hint, read_laws, read_run, write_hint, write_laws, write_run
+from otolith.sealed import (
+    read_hint,
+    read_laws,
+    read_run,
+    read_sets,
+    write_hint,
+    write_laws,
+    write_run,
+    write_sets,
+)
 
 if TYPE_CHECKING:  # what a file holds is imported on use: no command reads files of every kind
     from otolith.cueing.washout.tuning import Tuning
@@ -39,6 +48,7 @@ __all__ = [
     "read_platform",
     "read_road",
     "read_run",
+    "read_sets",
     "read_text",
     "read_tuning",
     "whole",
@@ -49,6 +59,7 @@ __all__ = [
     "write_lap",
     "write_laws",
     "write_run",
+    "write_sets",
     "write_text",
 ]
 

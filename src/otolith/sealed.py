@@ -1,4 +1,4 @@
-"""Runs, explicit laws and hints as sealed HDF5 files; `otolith.core.hdf5` describes the seal."""
+"""Runs, explicit laws, hints and terminal sets as sealed HDF5 files (`otolith.core.hdf5`)."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -17,13 +17,15 @@ from otolith.loop import Run
 from otolith.platforms import Platform
 from otolith.safety.supervisor import Intervention, Reason
 
-if TYPE_CHECKING:  # laws and hints are imported on use, because most commands read only runs
+if TYPE_CHECKING:  # laws, hints and sets are imported on use, because most commands read only runs
     from otolith.cueing.hints.stored import StoredHint
+    from otolith.cueing.mpc.terminal import TerminalSets
     from otolith.mpqp import Law
 
 RUN_KIND, RUN_VERSION = "otolith-run", 4
 LAW_KIND, LAW_VERSION = "otolith-law", 2
-HINT_KIND, HINT_VERSION = "otolith-hint", 4
+HINT_KIND, HINT_VERSION = "otolith-hint", 5
+SETS_KIND, SETS_VERSION = "otolith-terminal-sets", 1
 # Shapes of a run's series: n plant samples, m decisions.
 _SERIES: Final[dict[str, tuple[Any, ...]]] = {
     "time": ("n",),
@@ -189,3 +191,23 @@ def _hint(content: Content) -> "StoredHint":
     if not (isinstance(model, dict) and isinstance(training, dict)):
         raise ValueError("its model or training is not a table of names and values")
     return StoredHint.from_arrays(content.arrays, model, training)
+
+
+def write_sets(sets: "TerminalSets", path: Path) -> None:
+    """Store the certified sets of a platform, one group of arrays for each axis."""
+    write_sealed(path, sets.attributes(), sets.to_arrays(), kind=SETS_KIND, version=SETS_VERSION)
+
+
+def read_sets(path: Path) -> "TerminalSets":
+    """Read the certified sets of a platform; they prove nothing before `TerminalSets.check` has passed them.
+
+    Raises
+    ------
+    InputError : there is no such file.
+    CorruptFile : the file holds no sets of this version, is damaged, or its arrays do not belong together.
+    """
+    from otolith.cueing.mpc.terminal import TerminalSets
+
+    content = read_sealed(path, kind=SETS_KIND, version=SETS_VERSION)
+    with damage_reported(f"{path} is no sound {SETS_KIND} file"):
+        return TerminalSets.restored(content.attributes, content.arrays)

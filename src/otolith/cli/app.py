@@ -58,6 +58,7 @@ COMMANDS: Final = {
     ),
     "explicit": ("explicit:app", "Explicit laws: build, verify, show, export."),
     "hint": ("hint:app", "Hints for the implicit MPC: learn offline, verify."),
+    "terminal": ("terminal:app", "Sets of motions that a platform need never leave: build, verify."),
     "platform": ("platform:app", "Begin a platform file, look at a platform, and fit legs to a data sheet."),
     "omct": (
         "omct:omct_",

@@ -188,6 +188,14 @@ class Platform(_Table):
             for sign, table in zip(dof.signs, tables, strict=True)
         )
 
+    def can_cue(self, dof: Dof) -> bool:
+        """True when the platform has all axes of a degree of freedom, with the limits that it needs."""
+        try:
+            self.limits(dof)
+        except InputError:
+            return False
+        return True
+
     def boxed(self) -> "Platform":
         """Return the platform with a square inside its circle as limits of surge and sway.
 

@@ -16,6 +16,7 @@ from otolith.platforms import Braking, Platform
 from otolith.safety.invariant.axis import LEAST_LAG, Axis, AxisSet
 from otolith.safety.invariant.contraction import certified_ahead
 
+_PAIRS: Final = tuple(dof for dof in DOFS.values() if dof.is_pair)
 _SHARE: Final = 0.1  # of the braking law's own time that a wedge has at least
 
 
@@ -35,27 +36,21 @@ def axis_sets(
     ------
     InputError : the platform lacks an axis, or no motion of one keeps its limits and its braking law.
     """
-    axes = axes_of(dof, platform.limits(dof), platform.braking, kind, lag=lag, period=period)
-    together = _in_circle(platform) if dof.is_pair else ()
-    if not together:
+    axes = axes_on(platform, dof, kind, lag=lag, period=period)
+    if not axes[0].shares_circle:
         return sets_apart(dof, platform.braking, axes)
-    translations = tuple(
-        replace(
-            axes_of(one, platform.limits(one), platform.braking, kind, lag=lag, period=period)[0],
-            shares_circle=True,
-        )
-        for one in together
-    )
-    shared = _ahead(dof, platform.braking, translations, 0)
-    own = translations[together.index(dof)]
-    return (AxisSet(own, shared), *sets_apart(dof, platform.braking, axes)[1:])
+    together = tuple(axes_on(platform, pair, kind, lag=lag, period=period)[0] for pair in _PAIRS)
+    shared = _ahead(dof, platform.braking, together, 0)
+    return (AxisSet(axes[0], shared), *sets_apart(dof, platform.braking, axes)[1:])
 
 
-def _in_circle(platform: Platform) -> tuple[Dof, ...]:
-    """The pairs whose translations share the platform's circle; none where it has no circle, or only one."""
-    pairs = [dof for dof in DOFS.values() if dof.is_pair]
-    there = all(set(dof.name.split("-")) <= set(platform.axes) for dof in pairs)
-    return tuple(pairs) if platform.circle is not None and there else ()
+def axes_on(
+    platform: Platform, dof: Dof, kind: BrakingRows, *, lag: float, period: float
+) -> tuple[Axis, ...]:
+    """The axes of a platform's degree of freedom, in the order of `Dof.axes`; parameters as `axis_sets`."""
+    first, *others = axes_of(dof, platform.limits(dof), platform.braking, kind, lag=lag, period=period)
+    circle = platform.circle is not None and dof in _PAIRS and all(map(platform.can_cue, _PAIRS))
+    return (replace(first, shares_circle=circle), *others)
 
 
 def axes_of(

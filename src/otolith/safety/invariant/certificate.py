@@ -7,7 +7,7 @@ Huhdanpaa, 1996), the limits are the platform's, and every step is made by the l
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Final, Self
 
 import numpy as np

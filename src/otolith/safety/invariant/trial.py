@@ -1,9 +1,9 @@
 """Axes are driven through their sets by references that want out: an experiment beside the proof.
 
-Random states of the set are led by *adversaries*, one for each state: the greatest command, the least, either by
-turns, either for random times, any, or the one after which fewest are left. What an adversary asks for is
-granted as far as the set allows, as an MPC would. In every period the commands that lead back into the set are
-an interval; a state without any is counted, as is every node outside.
+Random states of the set are led by *adversaries*, one for each state: the greatest command, the least, either
+by turns, either for random times, any, or the one after which fewest are left. What an adversary asks for is
+granted as far as the set allows, as an MPC would. In every period the commands that lead back into the set
+are an interval; a period without any is counted, as is every node outside.
 
 Two axes that share a circle move together: the adversary's pair of commands is drawn back towards the pair
 that leads both nearest to the centre, until the next node lies in the circle.
@@ -21,6 +21,7 @@ from otolith.safety.invariant.axis import Axis
 from otolith.safety.invariant.certificate import AxisCertificate
 
 ADVERSARIES: Final = 6
+_LEHMER: Final = 2**31 - 1
 _INSIDE: Final = 1e-9  # scaled; beyond it a node is outside, an interval empty
 _WITHIN: Final = (0.25, 0.5, 0.75)  # parts of every period at which place and speed are looked at
 State = tuple[float, float, float]  # p, v, a
@@ -35,11 +36,11 @@ class _Model(NamedTuple):
     A: Mat  # (P, 3, 3)
     B: Mat  # (P, 3)
     z: Mat  # (P, 3) the wedge's form
-    z_A: Mat  # (P, 3) z after a period: by the state,
-    z_B: Vec  # (P,) and by the command
+    Z_A: Mat  # (P, 3) z after a period: by the state,
+    Z_B: Vec  # (P,) and by the command
     bound: Vec  # (P,) U
-    within_A: Mat  # (P, k, 3) place and speed within the period, over their limits: by the state,
-    within_B: Mat  # (P, k) and by the command
+    W_A: Mat  # (P, k, 3) place and speed within the period, over their limits: by the state,
+    W_B: Mat  # (P, k) and by the command
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,11 +80,11 @@ def drive(
     model = _model(axes)
     X = _states(axes, circle, states, rng)
     found = np.zeros(4)
-    seeds = rng.integers(1, 2**31, size=len(X))
+    chances = rng.integers(1, _LEHMER, size=len(X))
     if len(axes) == 1:
-        _drive_one(model, X, seeds, steps, found)
+        _drive_one(model, X, chances, steps, found)
     else:
-        _drive_two(model, X, circle, seeds, steps, found)
+        _drive_two(model, X, circle, chances, steps, found)
     infeasible, violations, outermost, between = found
     return Trial(
         states=len(X),
@@ -187,7 +188,7 @@ def _fewest(model: _Model, i: int, x: State, low: float, high: float) -> float:
 
 
 @jit_inner
-def _ask(adversary: int, step: int, hold: int, low: float, high: float) -> float:
+def _ask(adversary: int, step: int, chance: int, low: float, high: float) -> float:
     """What an adversary but the last asks for."""
     if adversary == 0:
         return high
@@ -196,8 +197,8 @@ def _ask(adversary: int, step: int, hold: int, low: float, high: float) -> float
     if adversary == 2:
         return high if step % 2 else low
     if adversary == 3:
-        return high if (step // hold) % 2 else low
-    return low + (high - low) * np.random.random()
+        return high if (step // (2 + chance % 38)) % 2 else low
+    return low + (high - low) * (chance / _LEHMER)
 
 
 @jit_inner
@@ -205,7 +206,7 @@ def _to_circle(model: _Model, x: tuple[State, State], ends: Mat, circle: float, 
     """Draw commands u (2,) back until the next node lies in the circle; false where that does not help."""
     a, b, c = 0.0, 0.0, -circle * circle
     for i in range(2):
-        then, by_u = _dot(model.z_A, i, x[i]), model.z_B[i]
+        then, by_u = _dot(model.Z_A, i, x[i]), model.Z_B[i]
         safe = min(ends[i, 1], max(ends[i, 0], -then / by_u))
         z, step = then + by_u * safe, by_u * (u[i] - safe)
         a, b, c = a + step * step, b + z * step, c + z * z
@@ -214,7 +215,7 @@ def _to_circle(model: _Model, x: tuple[State, State], ends: Mat, circle: float, 
     if a + 2.0 * b + c > 0.0:
         share = (-b + np.sqrt(max(0.0, b * b - a * c))) / a
         for i in range(2):
-            then, by_u = _dot(model.z_A, i, x[i]), model.z_B[i]
+            then, by_u = _dot(model.Z_A, i, x[i]), model.Z_B[i]
             safe = min(ends[i, 1], max(ends[i, 0], -then / by_u))
             u[i] = safe + share * (u[i] - safe)
     return True
@@ -223,8 +224,8 @@ def _to_circle(model: _Model, x: tuple[State, State], ends: Mat, circle: float, 
 @jit_inner
 def _led(model: _Model, i: int, x: State, u: float, found: Vec) -> State:
     """The next node of axis i; how far it and the way to it are out is noted."""
-    for k in range(model.within_A.shape[1]):
-        found[3] = max(found[3], _form(model.within_A, i, k, x) + model.within_B[i, k] * u)
+    for k in range(model.W_A.shape[1]):
+        found[3] = max(found[3], _form(model.W_A, i, k, x) + model.W_B[i, k] * u)
     after, outermost = _next(model, i, x, u), 0.0
     for k in range(model.F.shape[1]):
         outermost = max(outermost, _form(model.F, i, k, after))
@@ -238,39 +239,46 @@ def _choose(model: _Model, i: int, x: State, by: tuple[int, int, int], ends: Mat
     """Write an adversary's choice for axis i and the ends of what it may choose; whether there is none."""
     low, high = _interval(model, i, x)
     ends[i, 0], ends[i, 1] = min(low, high), max(low, high)
-    adversary, step, hold = by
+    adversary, step, chance = by
     if adversary == ADVERSARIES - 1:
         u[i] = _fewest(model, i, x, low, high)
     else:
-        u[i] = _ask(adversary, step + i * hold // 2, hold, low, high)
+        u[i] = _ask(adversary, step, chance, low, high)
     empty: bool = low > high + _INSIDE * max(1.0, abs(high))
     return empty
 
 
+@jit_inner
+def _chance(adversary: int, chance: int) -> int:
+    """The next random number of the adversary that draws one in each period (Park & Miller, 1988)."""
+    return chance * 48271 % _LEHMER if adversary == 4 else chance
+
+
 @kernel
-def _drive_one(model: _Model, X: Mat, seeds: Ints, steps: int, found: Vec) -> None:
+def _drive_one(model: _Model, X: Mat, chances: Ints, steps: int, found: Vec) -> None:
     """Drive every state of X (n, 1, 3) for so many periods; `found` (4,) as in `Trial`."""
     ends, u = np.empty((1, 2)), np.empty(1)
     for n in range(len(X)):
-        np.random.seed(seeds[n])
-        hold, x = np.random.randint(2, 40), (X[n, 0, 0], X[n, 0, 1], X[n, 0, 2])
+        adversary, chance = n // 2 % ADVERSARIES, chances[n]
+        x = (X[n, 0, 0], X[n, 0, 1], X[n, 0, 2])
         for step in range(steps):
-            found[0] += _choose(model, 0, x, (n // 2 % ADVERSARIES, step, hold), ends, u)
+            chance = _chance(adversary, chance)
+            found[0] += _choose(model, 0, x, (adversary, step, chance), ends, u)
             x = _led(model, 0, x, u[0], found)
 
 
 @kernel
-def _drive_two(model: _Model, X: Mat, circle: float, seeds: Ints, steps: int, found: Vec) -> None:
+def _drive_two(model: _Model, X: Mat, circle: float, chances: Ints, steps: int, found: Vec) -> None:
     """Drive every pair of states of X (n, 2, 3), which share a circle, likewise."""
     ends, u = np.empty((2, 2)), np.empty(2)
     for n in range(len(X)):
-        np.random.seed(seeds[n])
-        hold, x = np.random.randint(2, 40), (X[n, 0, 0], X[n, 0, 1], X[n, 0, 2])
-        y = (X[n, 1, 0], X[n, 1, 1], X[n, 1, 2])
+        adversary, chance = n // 2 % ADVERSARIES, chances[n]
+        x, y = (X[n, 0, 0], X[n, 0, 1], X[n, 0, 2]), (X[n, 1, 0], X[n, 1, 1], X[n, 1, 2])
         for step in range(steps):
-            by = (n // 2 % ADVERSARIES, step, hold)
-            empty = _choose(model, 0, x, by, ends, u)
-            empty = _choose(model, 1, y, by, ends, u) or empty
+            chance = _chance(adversary, chance)
+            empty = _choose(model, 0, x, (adversary, step, chance), ends, u)
+            late = step + chance % 38  # the second axis is asked for something else than the first
+            empty = _choose(model, 1, y, (adversary, late, chance * 7 % _LEHMER), ends, u) or empty
             found[0] += not _to_circle(model, (x, y), ends, circle, u) or empty
             x, y = _led(model, 0, x, u[0], found), _led(model, 1, y, u[1], found)
             z = _dot(model.z, 0, x) ** 2 + _dot(model.z, 1, y) ** 2

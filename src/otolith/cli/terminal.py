@@ -1,0 +1,153 @@
+"""`otolith terminal`: the sets that a platform's axes need never leave, found, proved and tried."""
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from otolith import files
+from otolith.cli.output import described_bar, group, print_json, screen
+from otolith.core.errors import InputError
+from otolith.cueing.mpc.rows import parse_braking_rows
+from otolith.cueing.mpc.terminal import TerminalSets
+from otolith.safety.invariant.certificate import Judgement
+from otolith.safety.invariant.trial import Trial
+
+app = group("Sets of motions that a platform need never leave: build, verify.")
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
+]
+Braking = Annotated[
+    str, typer.Option(help="Braking rows that the sets keep: stopping, leading, position, printed or none.")
+]
+Period = Annotated[float, typer.Option(help="Time between two decisions [s].")]
+
+
+@app.command()
+def build(
+    platform: Annotated[
+        str, typer.Argument(metavar="PLATFORM", help="A shipped platform's name or a platform file (.toml).")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="File to write to (default: NAME-terminal.h5)."),
+    ] = None,
+    braking: Braking = "stopping",
+    period: Period = 0.01,
+    json: Json = False,
+) -> None:
+    """Find the set of every axis, with a command for each of its vertices that leads back inside."""
+    path = out or Path(f"{Path(platform).stem}-terminal.h5")
+    files.check_file(path, ".h5")
+    sets = _found(platform, braking, period)
+    files.write_sets(sets, path)
+    judged = sets.check()
+    if json:
+        print_json(_account(sets, judged, {}))
+    _tell(sets, judged, {})
+    screen().print(f"written to {path}", soft_wrap=True)
+    if not _passed(judged, {}):
+        sys.exit(1)
+
+
+@app.command()
+def verify(
+    sets: Annotated[
+        str,
+        typer.Argument(metavar="FILE|PLATFORM", help="A file of 'otolith terminal build', or a platform."),
+    ],
+    states: Annotated[int, typer.Option(min=0, help="Random states of each axis to be driven.")] = 100_000,
+    steps: Annotated[int, typer.Option(min=1, help="Periods that each is driven for.")] = 100,
+    seed: Annotated[int, typer.Option(help="Seed of the random states.")] = 0,
+    braking: Braking = "stopping",
+    period: Period = 0.01,
+    json: Json = False,
+) -> None:
+    """Check every certificate anew, then let adversaries drive random states; exit code 1 if one fails.
+
+    The braking rows and the period of a file are those that it was built with.
+    """
+    read = sets.endswith(".h5")
+    found = files.read_sets(Path(sets)) if read else _found(sets, braking, period)
+    judged, tried = found.check(), {}
+    if states:
+        with described_bar(screen(), "compiling; the machine code is then cached") as tell:
+            tried = found.tried(states=states, steps=steps, seed=seed, tell=tell)
+    if json:
+        print_json(_account(found, judged, tried))
+    _tell(found, judged, tried)
+    if not _passed(judged, tried):
+        sys.exit(1)
+
+
+def _found(platform: str, braking: str, period: float) -> TerminalSets:
+    if not 1e-4 <= period <= 1.0:
+        raise InputError("--period", period, "from 0.0001 to 1 s")
+    return TerminalSets.of(files.read_platform(platform), parse_braking_rows(braking), period=period)
+
+
+def _passed(judged: dict[str, Judgement], tried: dict[str, Trial]) -> bool:
+    return all(one.passed for one in judged.values()) and all(one.passed for one in tried.values())
+
+
+def _account(sets: TerminalSets, judged: dict[str, Judgement], tried: dict[str, Trial]) -> dict[str, Any]:
+    proofs = {
+        name: {**asdict(one), "ahead": sets.ahead(name), "passed": one.passed} for name, one in judged.items()
+    }
+    trials = {name: {**asdict(one), "passed": one.passed} for name, one in tried.items()}
+    of = {"platform": sets.platform.name, "platform_sha256": sets.digest, "braking": sets.braking.value}
+    model = {"lag": sets.lag, "period": sets.period}
+    return {**of, **model, "passed": _passed(judged, tried), "proofs": proofs, "trials": trials}
+
+
+def _tell(sets: TerminalSets, judged: dict[str, Judgement], tried: dict[str, Trial]) -> None:
+    console = screen(wide=True)
+    proofs = Table(box=None, pad_edge=False)
+    for head in (
+        "axis",
+        "ahead [s]",
+        "facets",
+        "vertices",
+        "shrinks by",
+        "beyond",
+        "missing",
+        "strays",
+        "refused",
+        "",
+    ):
+        proofs.add_column(head, justify="left" if head in ("axis", "") else "right", no_wrap=True)
+    for name, one in judged.items():
+        counts = (
+            one.facets,
+            one.vertices,
+            f"{1.0 - one.shrink:.1e}",
+            one.beyond,
+            one.missing,
+            one.strays,
+            one.refused,
+        )
+        cells = [name, f"{sets.ahead(name):.3f}", *map(str, counts), "proved" if one.passed else "NOT PROVED"]
+        proofs.add_row(*cells)
+    console.print(proofs)
+    if not tried:
+        return
+    trials = Table(box=None, pad_edge=False)
+    for head in (
+        "driven",
+        "states",
+        "periods",
+        "without command",
+        "outside",
+        "farthest",
+        "between nodes",
+        "",
+    ):
+        trials.add_column(head, justify="left" if head in ("driven", "") else "right", no_wrap=True)
+    for name, trial in tried.items():
+        cells = [str(trial.states), str(trial.steps), str(trial.infeasible), str(trial.violations)]
+        cells += [f"{trial.outermost:.6f}", f"{trial.between:.6f}", "passed" if trial.passed else "FAILED"]
+        trials.add_row(name, *cells)
+    console.print(trials)

@@ -1,0 +1,162 @@
+"""The certified sets of a platform: built, checked, and tried, for all axes that it can cue.
+
+What is proved, with exact arithmetic but for rounding: from every state of an axis' set a command leads into
+the set at the next node, and so on for ever; surge and sway of a platform with a limit circle can do so
+together. What is not: anything about legs, and about a platform that does not follow as its file says.
+"""
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from otolith.core.frames import AXES, DOFS, Dof
+from otolith.cueing.mpc.axis_sets import axes_on, axis_sets
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.platforms import Platform
+from otolith.safety.invariant.axis import LEAST_LAG, Axis
+from otolith.safety.invariant.certificate import AxisCertificate, Judgement, check
+from otolith.safety.invariant.trial import Trial, drive
+
+CIRCLE: Final = "circle"  # the name of what surge and sway do together
+Tell = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TerminalSets:
+    """The sets of all axes that a platform can cue with their certificates, by the axes' names.
+
+    Raises
+    ------
+    ValueError : they are not those of the platform's axes.
+    """
+
+    platform: Platform
+    braking: BrakingRows  # whose rows the sets keep
+    lag: float  # T [s]
+    period: float  # Δ [s]
+    axes: Mapping[str, AxisCertificate]
+
+    def __post_init__(self) -> None:
+        if set(self.axes) != set(self.described()):
+            raise ValueError(f"it has sets of {', '.join(self.axes)}, not of the axes that its platform cues")
+
+    @classmethod
+    def of(cls, platform: Platform, braking: BrakingRows, *, period: float) -> Self:
+        """Find the sets of a platform's axes; errors as `axis_sets`."""
+        lag = max(platform.actuators.lag_s, LEAST_LAG)
+        found = {
+            AXES[i]: AxisCertificate.of(one)
+            for dof in _cued(platform)
+            for i, one in zip(
+                dof.axes, axis_sets(platform, dof, braking, lag=lag, period=period), strict=True
+            )
+        }
+        return cls(platform=platform, braking=braking, lag=lag, period=period, axes=found)
+
+    def attributes(self) -> dict[str, Any]:
+        """All but the arrays, for a file."""
+        of_platform = {"platform": self.platform.model_dump_json(), "platform_sha256": self.digest}
+        return of_platform | {"braking": self.braking.value, "lag": self.lag, "period": self.period}
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """The arrays of all certificates, each name with that of its axis in front."""
+        return {
+            f"{axis}/{name}": array
+            for axis, certificate in self.axes.items()
+            for name, array in certificate.to_arrays().items()
+        }
+
+    @classmethod
+    def restored(cls, attributes: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The sets of a file, from `attributes` and `to_arrays`.
+
+        Raises
+        ------
+        CorruptFile : an array of a certificate is missing or damaged.
+        KeyError, ValueError : the rest is.
+        """
+        groups: dict[str, dict[str, NDArray[Any]]] = {}
+        for name, array in arrays.items():
+            axis, _, own = name.partition("/")
+            groups.setdefault(axis, {})[own] = array
+        sets = cls(
+            platform=Platform.model_validate_json(attributes["platform"]),
+            braking=BrakingRows(attributes["braking"]),
+            lag=float(attributes["lag"]),
+            period=float(attributes["period"]),
+            axes={axis: AxisCertificate.from_arrays(group) for axis, group in groups.items()},
+        )
+        if sets.digest != attributes["platform_sha256"]:
+            raise ValueError("the platform does not have the SHA-256 that the file states")
+        if not (0.0 < sets.period < math.inf and LEAST_LAG <= sets.lag < math.inf):
+            raise ValueError(f"the file states a lag of {sets.lag:g} s and periods of {sets.period:g} s")
+        return sets
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the platform that they belong to."""
+        return digest(self.platform)
+
+    def ahead(self, axis: str) -> float:
+        """τ [s] of an axis' wedge."""
+        return float(self.axes[axis].forms[-1, 1]) - self.lag
+
+    def described(self) -> dict[str, Axis]:
+        """The axes as the platform's file describes them."""
+        return {
+            AXES[i]: axis
+            for dof in _cued(self.platform)
+            for i, axis in zip(
+                dof.axes,
+                axes_on(self.platform, dof, self.braking, lag=self.lag, period=self.period),
+                strict=True,
+            )
+        }
+
+    def check(self) -> dict[str, Judgement]:
+        """Judge every certificate by the platform's file alone.
+
+        Surge and sway are judged for both together. That needs one and the same wedge, so that the circle
+        holds their z: where they differ, all commands of both are refused.
+        """
+        described = self.described()
+        judged = {name: check(self.axes[name], axis) for name, axis in described.items()}
+        shared = self.in_circle()
+        if len({tuple(self.axes[name].forms[-1]) for name in shared}) > 1:
+            judged |= {name: replace(judged[name], refused=judged[name].vertices) for name in shared}
+        return judged
+
+    def in_circle(self) -> tuple[str, ...]:
+        """Names of the axes that share the platform's circle."""
+        return tuple(name for name, axis in self.described().items() if axis.shares_circle)
+
+    def tried(self, *, states: int, steps: int, seed: int, tell: Tell = lambda *_: None) -> dict[str, Trial]:
+        """Let adversaries drive every axis, and surge and sway together where they share a circle."""
+        described, rng = self.described(), np.random.default_rng(seed)
+        groups: dict[str, tuple[str, ...]] = {name: (name,) for name in described}
+        groups |= {CIRCLE: shared} if (shared := self.in_circle()) else {}
+        found: dict[str, Trial] = {}
+        for name, members in groups.items():
+            tell(f"{name}: {states} states, {steps} periods each", len(found) / len(groups))
+            found[name] = drive(
+                [(described[one], self.axes[one]) for one in members],
+                circle=(self.platform.circle or math.inf) if name == CIRCLE else math.inf,
+                states=states,
+                steps=steps,
+                rng=rng,
+            )
+        return found
+
+
+def digest(platform: Platform) -> str:
+    """SHA-256 of all that a platform's file says."""
+    return hashlib.sha256(platform.model_dump_json().encode()).hexdigest()
+
+
+def _cued(platform: Platform) -> list[Dof]:
+    return [dof for dof in DOFS.values() if platform.can_cue(dof)]
