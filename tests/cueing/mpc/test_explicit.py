@@ -12,6 +12,7 @@ from otolith import metrics
 from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY, SURGE_PITCH
 from otolith.cueing import design
+from otolith.cueing.mpc.axis_sets import axes_of, sets_apart
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
 from otolith.cueing.mpc.guess import FromExplicit
 from otolith.cueing.mpc.rows import BrakingRows
@@ -62,6 +63,8 @@ def test_cost_and_rows_are_those_of_the_rollout(seed: int, block_from: int | Non
     z, theta = rng.normal(size=len(problem.H)), 0.1 * rng.normal(size=5)
     U = (options.blocking(2) @ z).reshape(-1, 2)
 
+    axes = axes_of(SURGE_PITCH, LIMITS, THESIS.braking, kind, lag=0.0, period=0.1)
+    travel_ahead, tilt_ahead = (one.ahead for one in sets_apart(SURGE_PITCH, THESIS.braking, axes))
     w, tilt, v, s, wanted = theta
     cost, margins, stages = 0.0, [], 0.1
     for a_rot, a_tran in U:  # two double integrators under held accelerations, by hand
@@ -73,7 +76,7 @@ def test_cost_and_rows_are_those_of_the_rollout(seed: int, block_from: int | Non
             margins.append(np.deg2rad(30) - abs(own * tilt + 0.5 * w + 0.05625 * a_rot))
         s, v = s + stages * v + stages**2 / 2 * a_tran, v + stages * a_tran
         tilt, w = tilt + stages * w + stages**2 / 2 * a_rot, w + stages * a_rot
-        ahead = (0.05, 0.025 + np.sqrt(0.025**2 + 0.1)) if kind.leads else (0.0, 0.0)
+        ahead = (tilt_ahead, travel_ahead) if kind.leads else (0.0, 0.0)
         margins += [np.deg2rad(3) - abs(w), np.deg2rad(30) - abs(tilt + ahead[0] * w)]
         margins += [7.2 - abs(v), 0.5 - abs(s + ahead[1] * v)]
 

@@ -1,0 +1,110 @@
+"""The certified sets of platforms, and that they are what the MPCs keep."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from otolith.core.errors import InputError
+from otolith.core.frames import DOFS, SURGE_PITCH, SWAY_ROLL
+from otolith.cueing.mpc.axis_sets import axis_sets
+from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.rows import BrakingRows
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.mpc.terminal import CIRCLE, TerminalSets, digest
+from otolith.platforms import Platform, catalog, load, parse_platform
+from otolith.platforms.platform import Translation
+
+RIG = """
+name = "rig"
+surge = {{ position_m = 0.1, velocity_mps = 0.5, acceleration_mps2 = 4.0 }}
+pitch = {{ angle_deg = 10.0 }}
+yaw = {{ angle_deg = 10.0{yaw} }}
+{more}
+"""
+
+
+def rig(yaw: str = "", more: str = "") -> Platform:
+    return parse_platform(RIG.format(yaw=yaw, more=more), "rig.toml")
+
+
+@pytest.mark.parametrize("name", catalog())
+@pytest.mark.parametrize("braking", list(BrakingRows))
+def test_the_sets_of_shipped_platforms_are_proved_whatever_slows_the_axes(
+    name: str, braking: BrakingRows
+) -> None:
+    sets = TerminalSets.of(load(name), braking, period=0.01)
+    judged = sets.check()
+    assert set(judged) == {
+        axis for dof in DOFS.values() if load(name).can_cue(dof) for axis in dof.name.split("-")
+    }
+    assert all(one.passed for one in judged.values())
+
+
+def test_adversaries_get_nowhere_on_a_platform_with_a_circle() -> None:
+    tried = TerminalSets.of(load("davsi-4dof"), BrakingRows.STOPPING, period=0.01).tried(
+        states=200, steps=60, seed=2
+    )
+    assert set(tried) == {"surge", "pitch", "sway", "roll", CIRCLE}
+    assert all(one.passed and one.outermost > 1.0 - 1e-9 for one in tried.values())
+
+
+@pytest.mark.parametrize("name", ["thesis", "davsi"])
+def test_the_rows_of_the_default_mpc_are_those_of_the_sets(name: str) -> None:
+    """Every hard row of the stage problem is a row of a set: so whoever keeps them can do so for ever."""
+    pairs = (SURGE_PITCH, SWAY_ROLL)
+    platform = load(name)
+    of = Problem(platform, pairs, MpcSettings(horizon=4))
+    sets = TerminalSets.of(platform, BrakingRows.STOPPING, period=0.01)
+    for dof, own in zip(pairs, of._rows, strict=True):
+        columns = {dof.name.split("-")[0]: [3, 2, 4], dof.name.split("-")[1]: [1, 0, 5]}  # p, v, a
+        for row in own:
+            (axis,) = [axis for axis, at in columns.items() if row.coefficients[at].any()]
+            proved = sets.axes[axis]
+            here = np.abs(proved.forms - row.coefficients[columns[axis]]).max(axis=1) < 1e-12
+            assert (row.lower, row.upper) in [
+                (proved.lower[i], proved.upper[i]) for i in np.flatnonzero(here)
+            ]
+    assert of.circle is not None
+    assert of.circle.weights[[1, 0, 2]] == pytest.approx(sets.axes["surge"].forms[-1], abs=1e-12)
+    assert sets.axes["sway"].forms[-1] == pytest.approx(sets.axes["surge"].forms[-1], abs=1e-12)
+
+
+def test_surge_and_sway_with_different_wedges_are_not_proved_together() -> None:
+    """The circle holds one and the same z of both."""
+    sets = TerminalSets.of(load("thesis"), BrakingRows.STOPPING, period=0.01)
+    other = TerminalSets.of(load("thesis"), BrakingRows.LEADING, period=0.01)
+    mixed = replace(sets, axes={**sets.axes, "sway": other.axes["sway"]}, braking=BrakingRows.LEADING)
+    judged = mixed.check()
+    assert {name for name, one in judged.items() if not one.passed} == {"surge", "sway"}
+
+
+def test_only_axes_that_can_be_cued_have_sets() -> None:
+    assert set(TerminalSets.of(rig(), BrakingRows.STOPPING, period=0.01).axes) == {"surge", "pitch"}
+    whole = rig(", rate_degps = 20.0, acceleration_degps2 = 100.0")
+    sets = TerminalSets.of(whole, BrakingRows.STOPPING, period=0.01)
+    assert set(sets.axes) == {"surge", "pitch", "yaw"}
+    with pytest.raises(ValueError, match="not of the axes"):
+        replace(sets, platform=rig())
+
+
+def test_a_braking_law_that_no_motion_keeps_is_refused_in_a_sentence() -> None:
+    """It takes a weak axis with hardly any reach, a tenth of what a file may describe, to find one."""
+    more = "braking = { position_s = 0.05, c_v = 0.52, c_u = 0.08 }"
+    weak = Translation.model_construct(
+        position_m=(-0.012, 0.00085), velocity_mps=4.9, acceleration_mps2=0.108, command_mps2=None
+    )
+    hasty = rig(more=more).model_copy(update={"surge": weak})
+    expected = (
+        r"the braking law of surge-pitch is 0\.026 s, must be so slow that an axis with a lag of 0\.22 s"
+    )
+    with pytest.raises(InputError, match=expected):
+        axis_sets(hasty, SURGE_PITCH, BrakingRows.STOPPING, lag=0.22, period=0.01)
+
+
+def test_the_digest_is_that_of_all_a_platform_is() -> None:
+    platform = load("davsi")
+    assert digest(platform) == digest(load("davsi")) != digest(load("davsi-4dof"))
+    longer: dict[str, Any] = {"description": "another"}
+    assert digest(platform.model_copy(update=longer)) != digest(platform)
