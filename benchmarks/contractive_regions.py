@@ -2,10 +2,10 @@
 
     python benchmarks/contractive_regions.py [--horizon N] [--control M ...] [--platform NAME ...]
 
-Munir, Hovd, Fang, Olaru & Kemeny (2017) replace the constraints over the horizon by one on the next state: it must
-lie in a contractive set, from each of whose states some input leads back into it. They did not get to a
-control horizon of 2. Here the set is that of docs/terminal.md for the explicit model (no lag, the law's own period).
-The cost, the inputs' limits and the parameters are the same in both laws.
+Munir, Hovd, Fang, Olaru & Kemeny (2017) replace the constraints over the horizon by one on the next state: it
+must lie in a contractive set, from each of whose states some input leads back into it. They did not get to a
+control horizon of 2. Here the set is that of docs/terminal.md for the explicit model (hardly any lag, the
+law's own period). The cost, the inputs' limits and the parameters are the same in all laws.
 """
 
 import argparse
@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 import otolith
+from otolith import registry
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.mpc.explicit import Explicit, ExplicitLaw
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_platform, explicit_problem
@@ -49,7 +50,7 @@ def problem(platform: Platform, settings: ExplicitSettings) -> ParametricQp:
 
 
 def at_the_first_node(of: ParametricQp, horizon: int) -> ParametricQp:
-    """The same without the rows on all states but x_1; those on the inputs, which do not depend on ϑ, stay."""
+    """The same without the rows on all states but x_1; those on inputs, which do not depend on ϑ, stay."""
     of_states = of.S.any(axis=1)
     first = np.zeros(len(of.w), dtype=bool)
     for begin in range(0, int(of_states.sum()), 2 * horizon):  # row by row, node by node, side by side
@@ -78,7 +79,7 @@ def simulated(platform: Platform, law: Law, settings: ExplicitSettings, name: st
     design = otolith.Design(platform=platform, dofs=(SURGE_PITCH,))
     run = otolith.simulate(
         cueing,
-        otolith.registry.make_plant("ideal", platform),
+        registry.make_plant("ideal", platform),
         otolith.Wanted(scenario=name).along(design),
         platform=platform,
         dofs=(SURGE_PITCH.name,),
@@ -92,7 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--control", type=int, nargs="*", default=[1, 2, 3])
     parser.add_argument("--platform", nargs="*", default=["thesis", "davsi"])
     chosen = parser.parse_args(arguments)
-    print(f"| platform | control horizon | constraints | rows | regions | {' | '.join(SCENARIOS)} | violations |")
+    scenarios = " | ".join(SCENARIOS)
+    print(f"| platform | control horizon | constraints | rows | regions | {scenarios} | violations |")
     print("|---|---|---|---|---|" + "---|" * (len(SCENARIOS) + 1))
     for name in chosen.platform:
         for control in chosen.control:
