@@ -11,7 +11,7 @@ law's own period). The cost, the inputs' limits and the parameters are the same 
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -72,7 +72,7 @@ def judged(platform: Platform, of: ParametricQp, settings: ExplicitSettings) -> 
     )
 
 
-def simulated(platform: Platform, law: Law, settings: ExplicitSettings, name: str) -> dict[str, object]:
+def simulated(platform: Platform, law: Law, settings: ExplicitSettings, name: str) -> dict[str, Any]:
     """Summary of one closed loop."""
     seen = explicit_platform(platform, (SURGE_PITCH,))
     cueing = Explicit(seen, (SURGE_PITCH,), [ExplicitLaw(law, SURGE_PITCH, settings)])

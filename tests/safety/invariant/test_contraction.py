@@ -14,7 +14,7 @@ from otolith.platforms import AxisLimits
 from otolith.safety.invariant.axis import Axis, AxisRow, AxisSet
 from otolith.safety.invariant.contraction import CONTRACTION, _judged, cells, certified_ahead, cut, shrink
 from otolith.safety.invariant.polytope import halfspaces
-from otolith.safety.stopping import move
+from otolith.safety.law import move
 
 SURGE = Axis(
     limits=AxisLimits(position=(-0.51, 0.63), velocity=0.81, acceleration=7.1, command=7.1),

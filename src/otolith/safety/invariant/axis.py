@@ -1,7 +1,7 @@
 """One axis of a platform: how it moves from node to node, and the rows that its motion must keep.
 
 Notation: x = (p, v, a) place, speed and acceleration; u the command, held over a period Δ, that a lags by T;
-q = p + T v and w = v + T a the leading motion (`otolith.safety.stopping`). At the nodes
+q = p + T v and w = v + T a the leading motion (`otolith.safety.law`). At the nodes
 
     x⁺ = A x + B u,    q⁺ = q + Δ w + ½ Δ² u,    w⁺ = w + Δ u.
 

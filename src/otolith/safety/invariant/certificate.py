@@ -3,7 +3,7 @@
 A certificate says of every vertex of the set which command leads back inside. It is checked without trust in
 what found it: the vertices of its facets are enumerated anew by another algorithm (Qhull; Barber, Dobkin &
 Huhdanpaa, 1996), the limits are the platform's, and every step is made by the law that stops a platform
-(`otolith.safety.stopping.move`). One vertex left out, one facet moved, and it is refused.
+(`otolith.safety.law.move`). One vertex left out, one facet moved, and it is refused.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import CorruptFile
 from otolith.safety.invariant.axis import Axis, AxisSet
 from otolith.safety.invariant.contraction import Cell, cells, sides
-from otolith.safety.stopping import move
+from otolith.safety.law import move
 
 _SAME: Final = 1e-7  # scaled distance below which two enumerations mean the same vertex
 _ROUNDING: Final = 1e-12  # scaled; what two exact formulas of one step may differ by
