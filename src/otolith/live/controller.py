@@ -21,6 +21,7 @@ from otolith.live.core.reference import BLEND_BACK, FADE_IN, Fader, Observer, re
 from otolith.live.core.rollout import Rollout, ahead
 from otolith.live.core.session import CUED
 from otolith.live.messages import Plan, Report, Rung, Telemetry
+from otolith.live.wire.formats import OtherPacket
 
 LARGEST: Final = 12.0  # [m/s²] force that is cued at most; a crash is a crash, not a cue
 UNTRUSTED: Final = 1e-3  # residual of the optimality conditions from which an answer is none
@@ -121,10 +122,12 @@ class Controller:
     def _receive(self, arrival_ns: int, packet: bytes) -> None:
         try:
             telemetry = self._parse(packet)
+            wanted = self._wanted(telemetry)
+        except OtherPacket:  # sound, but without motion: it says nothing of the telemetry's health
+            return
         except OtolithError:
             self.health.unreadable()
             return
-        wanted = self._wanted(telemetry)
         if self.health.take(arrival_ns, telemetry, wanted):
             self._observer.sample(arrival_ns, wanted)
             self._telemetry_ns = arrival_ns

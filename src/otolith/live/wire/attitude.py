@@ -5,11 +5,11 @@ An attitude is the unit quaternion (w x y z) of the rotation that maps the car's
 up, to a world with z up. Sources whose world has y up are turned there first (`formats.turning`).
 """
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.rotation import place_of, rotation_of
@@ -28,8 +28,9 @@ def from_angles(roll: float, pitch: float, yaw: float) -> Vec:
 
 def matrix(attitude: Vec) -> Mat:
     """Return the rotation matrix (3, 3) of an attitude, from the car to the world."""
-    R = np.empty((3, 3))
-    rotation_of(np.r_[0.0, 0.0, 0.0, attitude], R)
+    R, place = np.empty((3, 3)), np.zeros(7)
+    place[3:] = attitude
+    rotation_of(place, R)
     return R
 
 
@@ -40,24 +41,41 @@ def axes_of(forward: Vec, left: Vec, source: str) -> Mat:
     ------
     WireError : a direction is not a unit vector, or the two are not perpendicular.
     """
-    for name, one in (("forward direction", forward), ("left direction", left)):
-        length = float(np.linalg.norm(one))
+    fx, fy, fz = forward.tolist()
+    lx, ly, lz = left.tolist()
+    size, side = math.sqrt(fx * fx + fy * fy + fz * fz), math.sqrt(lx * lx + ly * ly + lz * lz)
+    for name, length in (("forward direction", size), ("left direction", side)):
         if abs(length - 1.0) > UNIT_WITHIN:
             raise WireError(f"length of {name} of {source}", f"{length:.4g}", f"1 within {UNIT_WITHIN:g}")
-    cosine = float(forward @ left)
+    cosine = (fx * lx + fy * ly + fz * lz) / (size * side)
     if abs(cosine) > SQUARE_WITHIN:
         bound = f"0 within {SQUARE_WITHIN:g}"
         raise WireError(f"cosine between forward and left direction of {source}", f"{cosine:.4g}", bound)
-    x = forward / np.linalg.norm(forward)
-    y = left - (left @ x) * x
-    y /= np.linalg.norm(y)
-    return np.stack([x, y, np.cross(x, y)], axis=1)
+    fx, fy, fz = fx / size, fy / size, fz / size
+    across = cosine * side  # of `left` along `forward`, which is taken out
+    lx, ly, lz = lx - across * fx, ly - across * fy, lz - across * fz
+    side = math.sqrt(lx * lx + ly * ly + lz * lz)
+    lx, ly, lz = lx / side, ly / side, lz / side
+    return np.array([[fx, lx, fy * lz - fz * ly], [fy, ly, fz * lx - fx * lz], [fz, lz, fx * ly - fy * lx]])
 
 
 def quaternion(R: Mat) -> Vec:
-    """Return the attitude (4,) of a rotation matrix (3, 3), with w not negative."""
-    x, y, z, w = Rotation.from_matrix(R).as_quat(canonical=True)
-    return np.array([w, x, y, z])
+    """Return the attitude (4,) of a rotation matrix (3, 3), with w not negative.
+
+    The largest of w, x, y, z is found first and divides the others, so that nothing small divides (Shepperd,
+    Quaternion from rotation matrix, 1978).
+    """
+    (a, b, c), (d, e, f), (g, h, i) = R.tolist()
+    squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)  # 4 w², 4 x², 4 y², 4 z²
+    largest = squares.index(max(squares))
+    row = (
+        (squares[0], h - f, c - g, d - b),
+        (h - f, squares[1], b + d, c + g),
+        (c - g, b + d, squares[2], f + h),
+        (d - b, c + g, f + h, squares[3]),
+    )[largest]
+    scale = math.copysign(0.5 / math.sqrt(squares[largest]), row[0])
+    return np.array([scale * one for one in row])
 
 
 def unit_quaternion(stated: Sequence[float], source: str) -> Vec | None:

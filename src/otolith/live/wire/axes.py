@@ -5,6 +5,7 @@ and unit, whether gravity is in the force, and whether vectors are in world or c
 SHA-256, so that a map that was edited by hand is not taken for one that was measured.
 """
 
+import functools
 import hashlib
 import json
 import tomllib
@@ -14,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import InputError, one_of
 from otolith.interfaces import Reference
 from otolith.live.messages import Telemetry
@@ -110,12 +111,13 @@ class AxisMap:
         return "\n".join([*lines, f"evidence = {{ {inside} }}", f'sha256 = "{self.digest}"']) + "\n"
 
 
+@functools.cache
 def rows_matrix(rows: Rows) -> Mat:
-    """Return the signed permutation (3, 3) of three rows."""
+    """Return the signed permutation (3, 3) of three rows, read-only."""
     M = np.zeros((3, 3))
     for row, channel in enumerate(rows):
         M[row, int(channel.lstrip("-")) - 1] = -1.0 if channel.startswith("-") else 1.0
-    return M
+    return frozen_array(M)
 
 
 def axes_from_toml(text: str, source: str) -> AxisMap:

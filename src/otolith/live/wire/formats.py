@@ -7,10 +7,11 @@ Whatever the bytes, decoding ends in numbers that are finite and possible, or in
 
 import math
 import struct
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -32,6 +33,7 @@ class OtherPacket(WireError):
 Number = int | float
 Values = Mapping[str, tuple[Number, ...]]
 
+ANY: Final = sys.float_info.max  # bound of numbers that only have to be finite
 # type of a field -> code of the struct module
 TYPES: Final = {
     "u8": "B",
@@ -48,7 +50,7 @@ TYPES: Final = {
 # unit -> (factor to SI, largest size in SI units, SI unit). The bounds are those of what is possible,
 # far beyond driving. What is only implausible is judged where the past is known, in `live.core.health`.
 UNITS: Final = {
-    "": (1.0, math.inf, ""),
+    "": (1.0, ANY, ""),
     "m": (1.0, 1e8, "m"),
     "m/65536": (1.0 / 65536.0, 1e8, "m"),
     "m/s": (1.0, 1e4, "m/s"),
@@ -63,7 +65,7 @@ UNITS: Final = {
     "unit": (1.0, 1.01, ""),
     "s": (1.0, 1e9, "s"),
     "ms": (1e-3, 1e9, "s"),
-    "ns": (1.0, math.inf, "ns"),
+    "ns": (1.0, ANY, "ns"),
 }
 # direction -> unit vector in x forward, y left, z up
 DIRECTIONS: Final = {
@@ -106,6 +108,16 @@ class Field:
             raise ValueError(f"field {self.name} has type {self.type}, unit {self.unit}, count {self.count}")
 
 
+class Scaling(NamedTuple):
+    """How the numbers of a field are read: where they stand, what makes SI units of them, and their bound."""
+
+    name: str
+    where: slice
+    factor: float
+    bound: float
+    stated: Field
+
+
 @dataclass(frozen=True, kw_only=True)
 class Packet:
     """A packet's fields in the order of the wire; what they hold is checked before anyone sees it."""
@@ -115,15 +127,16 @@ class Packet:
     magic: bytes = b""  # with which the packet begins; not a field
     order: str = "<"  # little endian; ">" is big endian
     tail: int = 0  # bytes at the end that are not read
-    factors: Mapping[str, tuple[float, float, str]] = field(init=False)  # name -> factor, bound, SI unit
+    plan: tuple[Scaling, ...] = field(init=False, repr=False)  # how the numbers of each field are read
 
     def __post_init__(self) -> None:
-        factors = {
-            one.name: (UNITS[one.unit][0] / one.scale, *UNITS[one.unit][1:])
-            for one in self.fields
-            if one.type != "pad"
-        }
-        object.__setattr__(self, "factors", factors)
+        plan, at = [], 0
+        for one in self.fields:
+            if one.type != "pad":
+                factor, bound, _ = UNITS[one.unit]
+                plan.append(Scaling(one.name, slice(at, at + one.count), factor / one.scale, bound, one))
+                at += one.count
+        object.__setattr__(self, "plan", tuple(plan))
 
     @cached_property
     def layout(self) -> struct.Struct:
@@ -157,23 +170,22 @@ class Packet:
         if not packet.startswith(self.magic):
             found = packet[: len(self.magic)].hex(" ")
             raise WireError(f"start of {self.name}", found, f"{self.magic.hex(' ')} (hexadecimal bytes)")
-        numbers, values, at = self.layout.unpack(packet), {}, 0
-        for one in self.fields:
-            if one.type != "pad":
-                values[one.name] = self._scaled(one.name, numbers[at : at + one.count])
-                at += one.count
+        numbers: tuple[Number, ...] = self.layout.unpack(packet)
+        values: dict[str, tuple[Number, ...]] = {}
+        for name, where, factor, bound, stated in self.plan:
+            part = numbers[where]
+            if factor != 1.0:  # whole numbers of 64 bits would lose digits
+                part = tuple([number * factor for number in part])
+            for number in part:
+                if not -bound <= number <= bound:  # NaN is not within any bound
+                    raise self._impossible(stated, number, bound)
+            values[name] = part
         return values
 
-    def _scaled(self, name: str, numbers: tuple[Number, ...]) -> tuple[Number, ...]:
-        factor, bound, unit = self.factors[name]
-        if factor == 1.0 and bound == math.inf and not any(isinstance(one, float) for one in numbers):
-            return numbers
-        scaled = tuple(one * factor for one in numbers)
-        for one in scaled:
-            if not abs(one) <= bound or abs(one) == math.inf:  # NaN is not within any bound
-                allowed = f"within ±{bound:g} {unit}".rstrip() if bound < math.inf else "finite"
-                raise WireError(f"{name} of {self.name}", f"{one:.6g} {unit}".rstrip(), allowed)
-        return scaled
+    def _impossible(self, of: Field, number: Number, bound: float) -> WireError:
+        unit = UNITS[of.unit][2]
+        allowed = f"within ±{bound:g} {unit}".rstrip() if bound < ANY else "finite"
+        return WireError(f"{of.name} of {self.name}", f"{number:.6g} {unit}".rstrip(), allowed)
 
     def encode(self, values: Mapping[str, tuple[Number, ...]]) -> bytes:
         """Return the packet that holds these numbers, given in SI units; fields not given are zero."""
@@ -184,7 +196,7 @@ class Packet:
             given = values.get(one.name, (0,) * one.count)
             if len(given) != one.count:
                 raise ValueError(f"{one.name} has {len(given)} numbers, expected {one.count}")
-            factor = self.factors[one.name][0]
+            factor = UNITS[one.unit][0] / one.scale
             if factor != 1.0:  # whole numbers of 64 bits would lose digits in a division
                 given = tuple(number / factor for number in given)
             numbers += given if one.type in ("f32", "f64") else map(round, given)

@@ -9,6 +9,7 @@ from otolith.live.wire.codemasters import custom, legacy
 from otolith.live.wire.f1 import F1
 from otolith.live.wire.forza import Forza
 from otolith.live.wire.generic import Generic
+from otolith.live.wire.joined import Joined
 from otolith.live.wire.lfs import OutSim, OutSim2
 from otolith.live.wire.source import Source
 from otolith.live.wire.wrc import wrc
@@ -52,7 +53,7 @@ SOURCES: Final = {
         lambda text, read: wrc(read(text), text),
         needs="the game's JSON file of channels, telemetry/udp/NAME.json",
     ),
-    "f1": Entry(20777, "F1 23 to 26", _plain(F1)),
+    "f1": Entry(20777, "F1 23 to 26", _plain(lambda: Joined(F1()))),
     "lfs": Entry(
         4123,
         "Live for Speed: OutSim",
