@@ -96,3 +96,11 @@ def test_what_has_no_effect_is_refused(
     option: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert sentence in refused(["optimum", SHORT, *option], capsys)
+
+
+def test_warming_up_compiles_it_in_advance(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("otolith.cli.bench._USUAL", [])  # minutes of compiling, which other tests do
+    done(["warmup"])
+    assert "optimum: ready after" in capsys.readouterr().err

@@ -74,7 +74,7 @@ COMMANDS: Final = {
     ),
     "warmup": (
         "bench:warmup",
-        "Compile and cache now what the implicit MPC and the hybrids need in 2 and 4 DOF; --all: the rest.",
+        "Compile and cache what the implicit MPC, hybrids (2, 4 DOF) and optimum need; --all: the rest.",
     ),
 }
 

@@ -1,11 +1,14 @@
 """`otolith bench` and `otolith warmup`: measure step times on this machine, and compile in advance."""
 
+import functools
 import platform as machine
 import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 from rich.table import Table
 
 from otolith import __version__, files, registry
@@ -14,7 +17,9 @@ from otolith.cli.figures import write_figure
 from otolith.cli.output import Force, print_json, screen, working
 from otolith.core.frames import HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.cueing.design import Design
+from otolith.cueing.optimum import optimum
 from otolith.platforms import load
+from otolith.scenarios import scenario
 
 _SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
 _USUAL: list[tuple[tuple[str, ...], tuple[Dof, ...]]] = [(("hybrid-all",), pairs) for pairs in _SETS]
@@ -86,13 +91,24 @@ def warmup(
         ),
     ] = False,
 ) -> None:
-    """Compile and cache now what the implicit MPC and the hybrids need in 2 and 4 DOF; --all: the rest."""
+    """Compile and cache what the implicit MPC, hybrids (2, 4 DOF) and optimum need; --all: the rest."""
     console = screen()
     for names, dofs in [*_USUAL, *(_OTHERS if every else [])]:
         what = f"{', '.join(names)} in {sum(len(dof.axes) for dof in dofs)} DOF"
         design = Design(platform=load("davsi" if set(dofs) & set(_ALONE) else "thesis"), dofs=dofs)
-        started = time.perf_counter()
-        with working(console, f"{what}: compiling what is not cached, up to half a minute each"):
-            for name in names:
-                registry.make_cueing(name, design)
-        console.print(f"{what}: ready after {time.perf_counter() - started:.1f} s", highlight=False)
+        _prepare(what, functools.partial(_make, names, design), console)
+    still = scenario("step:amplitude=0,duration=2,end=2")
+    _prepare("optimum", lambda: optimum(load("thesis"), (SURGE_PITCH,), still), console)
+
+
+def _make(names: Iterable[str], design: Design) -> None:
+    for name in names:
+        registry.make_cueing(name, design)
+
+
+def _prepare(what: str, make: Callable[[], object], console: Console) -> None:
+    """Do what compiles, and print how long it took."""
+    started = time.perf_counter()
+    with working(console, f"{what}: compiling what is not cached, up to half a minute each"):
+        make()
+    console.print(f"{what}: ready after {time.perf_counter() - started:.1f} s", highlight=False)
