@@ -59,9 +59,7 @@ def test_what_the_lag_costs_is_within_reach() -> None:
     assert against_best(missing(ONE, 0.5), far)["times"] == pytest.approx(5.0)
     words = best_in_words(summarise(missing(ONE, 0.5), near))
     assert words.startswith("a perfect answer is within reach of this platform on this drive (")
-    reading = TIMES_THE_BEST.read(summarise(missing(ONE, 0.5), near))
-    assert reading is not None
-    assert reading.value == "within reach"
+    assert TIMES_THE_BEST.read(summarise(missing(ONE, 0.5), near)) is None  # a scale would mislead
 
 
 def test_where_nothing_is_wanted_nothing_is_divided() -> None:

@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import pytest
 
@@ -120,16 +121,18 @@ def test_the_reason_says_less_where_greater_is_better() -> None:
 
 def test_what_turns_is_ranked_in_radians_and_told_in_degrees() -> None:
     rate = criterion_named("rate", ["yaw"])
-    scenarios = {"x": {"a": {"rate_rmse": {"yaw": 0.1}}, "b": {"rate_rmse": {"yaw": 0.2}}}}
+    scenarios: Any = {"x": {"a": {"rate_rmse": {"yaw": 0.1}}, "b": {"rate_rmse": {"yaw": 0.2}}}}
     ranked = standings(scenarios, rate)
     assert ranked[0].as_json()["values"] == [pytest.approx(0.1)]
     assert why(scenarios, ranked, rate) == [
         "x: a is best, yaw rate error (RMSE) 5.73 deg/s; b has 100 % more."
     ]
-    assert "11.46" in ranking_table(ranked, ["x"], rate)
-    assert "Yaw rate error (RMSE) [deg/s] in each cell, smaller is better." in ranking_table(
-        ranked, ["x"], rate
-    )
+    page = ranking_table(ranked, scenarios, rate)
+    assert "11.46" in page
+    assert "Yaw rate error (RMSE) [deg/s] in each cell, smaller is better." in page
+    assert "the best" not in page
+    scenarios["x"]["a"]["optimum"] = {"times": 1.25}
+    assert "<small>rank 1, 1.25 × the best</small>" in ranking_table(ranked, scenarios, rate)
     panel = trade_panel(scenarios["x"], rate)
     assert panel.axes[0].label == "Yaw rate error (RMSE) [deg/s]"
     assert [float(curve.y[0]) for curve in panel.curves[:2]] == pytest.approx([5.729578, 11.459156])

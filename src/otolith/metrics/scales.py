@@ -32,18 +32,17 @@ def _error(summary: Summary) -> Reading | None:
 
 def _times(summary: Summary) -> Reading | None:
     told = summary.get("optimum", {})
-    if "times" not in told:
+    times = told.get("times")
+    if times is None:
         return None
+    room = told["standing_still"] - 1.0  # zero if the best motion is to stand still
     words = best_in_words(summary)
-    if told["times"] is None:
-        error = _error(summary)
-        value, share, still = "within reach", error.share if error else 0.0, ""
-    else:
-        value = f"{told['times']:.3g} times"
-        room = told["standing_still"] - 1.0  # zero if the best motion is to stand still
-        share = (told["times"] - 1.0) / room if room > 0.0 else float(told["times"] > 1.0)
-        still = f" A platform that stands still has {told['standing_still']:.3g} times the best."
-    return Reading(value=value, share=share, words=f"{words[0].upper()}{words[1:]}.{still}")
+    return Reading(
+        value=f"{times:.3g} times",
+        share=(times - 1.0) / room if room > 0.0 else float(times > 1.0),
+        words=f"{words[0].upper()}{words[1:]}. A platform that stands still has "
+        f"{told['standing_still']:.3g} times the best.",
+    )
 
 
 def _shape(summary: Summary) -> Reading | None:

@@ -67,7 +67,7 @@ def render_comparison(
             for k, (key, title, panels) in enumerate(groups)
         ),
         Part("The solver’s effort", diagrams("effort", [effort]), folded=True),
-        Part("The rule and the ranking", ranking_table(ranked, list(scenarios), by), folded=True),
+        Part("The rule and the ranking", ranking_table(ranked, scenarios, by), folded=True),
         Part("All key figures", tables.side_by_side(list(by_name), summaries), folded=True),
         Part("How it was made", facts(runs, date) + settings_text(_records(runs)), folded=True),
     ]
@@ -101,7 +101,7 @@ def render_contest(
     glance = "".join(diagrams(f"s{number}", [panel]) for number, panel in enumerate(trades))
     glance += diagrams("all", overview_panels(summaries))
     parts = [
-        Part("Who is best, and why", _why(summaries, ranked, by) + ranking_table(ranked, list(contest), by)),
+        Part("Who is best, and why", _why(summaries, ranked, by) + ranking_table(ranked, summaries, by)),
         Part("At a glance", f'<div class="small">{glance}</div>'),
     ]
     for number, (scenario, (runs, of_one)) in enumerate(contest.items()):
@@ -128,9 +128,9 @@ def _why(scenarios: Mapping[str, ByCueing], ranked: Sequence[Standing], by: Crit
     )
 
 
-def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Criterion) -> str:
+def ranking_table(ranked: Sequence[Standing], scenarios: Mapping[str, ByCueing], by: Criterion) -> str:
     """Return a table of the ranking, with rank and value per scenario, and the rule below it."""
-    several = len(scenarios) > 1
+    several, summaries = len(scenarios) > 1, list(scenarios.values())
     heads = ["Cueing", *(["Mean rank", "Wins"] if several else []), *scenarios]
     rows = []
     for one in ranked:
@@ -138,7 +138,7 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Crit
         for k, (rank, value, broken) in enumerate(zip(one.ranks, one.values, one.broken, strict=True)):
             shared = sum(other.ranks[k] == rank for other in ranked) > 1
             note = f"hard limits passed {tables.number(broken)}×, " if broken else ""
-            note += f"rank {rank}" + (", tied" if shared else "")
+            note += f"rank {rank}{', tied' if shared else ''}{_beside_the_best(summaries[k][one.cueing], by)}"
             kind = " class=out" if broken else (" class=best" if rank == 1 else "")
             cells.append(f"<td{kind}>{tables.number(by.shown(value))}<small>{note}</small></td>")
         rows.append((escape(one.cueing), cells))
@@ -147,6 +147,12 @@ def ranking_table(ranked: Sequence[Standing], scenarios: Sequence[str], by: Crit
         f"{texts.RULE}{texts.RULE_OVERALL if several else ''}</p>"
     )
     return f'<div class="wide">{table("models", heads, rows)}</div>{rule}'
+
+
+def _beside_the_best(summary: Summary, by: Criterion) -> str:
+    """Return how far a tracking error is from the best that is possible; empty if that is not known."""
+    times = summary.get("optimum", {}).get("times")
+    return f", {times:.2f} × the best" if times and by.measure.name in ("rmse", "rate_rmse") else ""
 
 
 def _diagrams_of(runs: Sequence[Run], best: Run | None) -> list[tuple[str, str, list[Panel]]]:
