@@ -1,19 +1,13 @@
-"""Packets damaged at random: every one must give a sound sample or a `WireError`, and cost no memory.
-
-`python -m tests.live.wire.fuzz 1000000` damages a million packets of every source.
-"""
+"""Packets damaged at random, and what a source makes of them; `benchmarks/fuzz_packets.py` does more."""
 
 import dataclasses
-import sys
-import time
-import tracemalloc
 from collections.abc import Iterator
 
 import numpy as np
 
 from otolith.live.messages import Telemetry
 from otolith.live.wire.formats import WireError
-from tests.live.wire.golden import GOLDEN, Golden
+from tests.live.wire.golden import Golden
 
 SEVERE = np.frombuffer(bytes.fromhex("0001 7f80 80ff ff7f c07f 7f7f"), dtype=np.uint8)  # NaN, infinity, edges
 
@@ -48,24 +42,3 @@ def sound(sample: Telemetry) -> bool:
     found = [getattr(sample, one.name) for one in dataclasses.fields(Telemetry)]
     finite = all(np.isfinite(one).all() for one in found if isinstance(one, np.ndarray | float))
     return finite and (sample.attitude is None or bool(abs(np.linalg.norm(sample.attitude) - 1.0) < 1e-6))
-
-
-def main(count: int) -> None:
-    """Print how many packets of every source were read and refused, the time of each, and the memory kept."""
-    for golden in GOLDEN:
-        read, refused, begin = 0, 0, time.perf_counter()
-        tracemalloc.start()
-        for outcome in outcomes(golden, count, seed=1):
-            read += isinstance(outcome, Telemetry)
-            refused += isinstance(outcome, WireError)
-            assert not isinstance(outcome, Telemetry) or sound(outcome)
-        kept, _ = tracemalloc.get_traced_memory()
-        tracemalloc.stop()
-        each = 1e6 * (time.perf_counter() - begin) / count
-        sys.stdout.write(
-            f"{golden.name:22} read {read:8} refused {refused:8} {each:6.1f} us  kept {kept:6} B\n"
-        )
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000)

@@ -61,7 +61,7 @@ def _parsed_or_refused(golden: Golden, data: bytes) -> None:
 
 
 def test_damaged_packets_give_a_sound_sample_or_a_wire_error():
-    """A hundred thousand packets; `python -m tests.live.wire.fuzz` does a million of each source."""
+    """A hundred thousand packets; `benchmarks/fuzz_packets.py` does a million of each format."""
     read = 0
     for golden in GOLDEN:
         for outcome in outcomes(golden, 100_000 // len(GOLDEN), seed=7):
