@@ -1,12 +1,12 @@
-"""The compiled side of the roles in `otolith.interfaces`: what one kernel asks of another one.
+"""The compiled side of the roles in `otolith.interfaces`: how one kernel calls another.
 
 An algorithm, a predictor or a plant that offers a method of its role (`otolith.core.methods`) can take part
-in a closed loop that is compiled as a whole. The Python side of the same object calls the same kernel, so
-that there is one description of what it does.
+in a closed loop that is compiled as a whole. Its Python methods call the same kernel, so that its behaviour
+is described only once.
 
-A kernel may need what only Python can do: a guess from a stored law, or an engine of somebody else's. It then
-returns a number that says what it asks for, and is called again when that is there. This is reverse
-communication as in `otolith.qp.structured`: nothing has to be called back from compiled code.
+A kernel may need something that only Python can do: a guess from a stored law, or an engine of another
+project. It then returns the number of a request, and is called again when the request has been met. This is
+reverse communication as in `otolith.qp.structured`: compiled code never calls back into Python.
 """
 
 from typing import Any, Final, Protocol
@@ -16,17 +16,17 @@ from otolith.core.methods import CUBE, INTEGER, MATRIX, NUMBER, VECTOR, Bound, R
 from otolith.interfaces import Cueing, Outcome, Reference, Status
 from otolith.qp.problem import Status as SolverStatus
 
-NOTHING: Final = 0  # what is asked for by a kernel that has done its work
+NOTHING: Final = 0  # the request of a kernel that has done its work
 
 # ahead(data, now (6,), preview (K, 3), coming (n, 6)): as `otolith.interfaces.Predictor.ahead`
 PREDICT: Final = Role(INTEGER, (VECTOR, MATRIX, MATRIX))
 
 # decide(data, motion (3, 6), now (6,), preview (K, 3), age, again, command (6,), told (5,)): as
-# `otolith.interfaces.Cueing.step`; `again` is 1 where what was asked for is there
+# `otolith.interfaces.Cueing.step`; `again` is 1 when the request has been met
 DECIDE: Final = Role(INTEGER, (MATRIX, VECTOR, MATRIX, NUMBER, INTEGER, VECTOR, VECTOR))
 
 # follow(data, command (6,), motion (n, 3, 6), force (n, 3)): as n calls of `otolith.interfaces.Plant.step`
-# with one new command, for the step that the method was made for; NaN as force where none is sensed
+# with one new command and the time step for which the method was made; a force that is not sensed is NaN
 FOLLOW: Final = Role(INTEGER, (VECTOR, CUBE, MATRIX))
 
 STATUS, SOLVER, CHANGES, RESIDUAL, MISSED = range(5)  # what `told` holds, numbers of an `Outcome`
@@ -43,7 +43,7 @@ class CompiledCueing(Cueing, Protocol):
         """Return the method; None if some part of the algorithm offers none."""
 
     def answer(self, wish: int, reference: Reference) -> None:
-        """Do what the kernel has asked for; `reference` is that of the decision."""
+        """Meet a request of the kernel; `reference` is that of the decision."""
 
 
 def offered(party: Any, *step: float) -> Bound | None:
@@ -53,7 +53,7 @@ def offered(party: Any, *step: float) -> Bound | None:
 
 
 def outcome_of(told: Vec) -> Outcome:
-    """The outcome that a decision's `told` (5,) describes."""
+    """Return the outcome that the result (5,) of a decision describes."""
     status, solver, changes, residual, missed = told.tolist()
     return Outcome(
         status=STATUSES[int(status)],

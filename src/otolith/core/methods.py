@@ -74,7 +74,7 @@ def _construct(values: Any):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def _address(_: Any, held: Any) -> Any:
-    """Address of a handle's data."""
+    """Return the address of a handle's data."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         struct = cgutils.create_struct_proxy(signature.args[0])(context, builder, value=arguments[0])
@@ -91,7 +91,7 @@ def hold(values: Any) -> Any:
 
 
 def address_of(dispatcher: Any, *arguments: Any) -> int:
-    """Address of the machine code of a kernel for arguments of these types; compiled if it is not yet."""
+    """Return the address of a kernel's machine code for arguments of these types; compile it if needed."""
     dispatcher.compile(arguments)
     result = dispatcher.overloads[arguments]
     address: int = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
@@ -100,7 +100,7 @@ def address_of(dispatcher: Any, *arguments: Any) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """What a caller knows of a method: the types of its result and of its arguments after the data."""
+    """The types of a method's result and of its arguments after the data."""
 
     returned: Any
     arguments: tuple[Any, ...]
@@ -113,7 +113,7 @@ class Role:
 
     @property
     def call(self) -> Any:
-        """Function for kernels: `call(method, (argument, …))`."""
+        """Return the function with which kernels call a method: `call(method, (argument, …))`."""
         return _caller(self.returned, self.arguments)
 
 
@@ -140,6 +140,8 @@ def call_at(returned: Any, *arguments: Any) -> Any:
 
 
 def _caller(returned: Any, arguments: tuple[Any, ...]) -> Any:
+    """Make the function of `Role.call`."""
+
     @intrinsic
     def call(_typing: Any, _method: Any, _given: Any) -> Any:
         def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:

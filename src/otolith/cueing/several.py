@@ -110,7 +110,7 @@ class Several:
         return DECIDE.bind(_decide, _Parts(methods, np.zeros((P, 6)), np.zeros((P, 5)), self._at))
 
     def answer(self, wish: int, reference: Reference) -> None:
-        """Let the part whose turn it is do what its kernel has asked for."""
+        """Meet the request of the part that is deciding."""
         cast(CompiledCueing, self.parts[self._at[0]]).answer(wish, reference)
 
 

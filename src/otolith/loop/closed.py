@@ -1,7 +1,7 @@
-"""Compiled: a closed loop of any algorithm and any plant that offer a method of their role.
+"""A closed loop of any algorithm and any plant that offer a method of their role, compiled as a whole.
 
 Period by period it does what `otolith.loop.simulate` otherwise does in Python, with the same kernels. So both
-give the same numbers, bit for bit. Checked by tests/loop/test_closed.py.
+give the same numbers, bit for bit. This is checked by tests/loop/test_closed.py.
 """
 
 import ctypes
@@ -22,39 +22,39 @@ follow = FOLLOW.call
 
 
 class Loop(NamedTuple):
-    """One loop and what it records; m periods with `every` plant steps each, n = m · every."""
+    """One loop and its record: m periods with `every` plant steps each, n = m · every."""
 
     decide: Method
     follow: Method
     every: int
-    known: int  # K, forces of the coming periods that the algorithm is told
+    known: int  # K, number of coming periods whose forces the algorithm receives
     now: Mat  # (m, 6) specific force and angular rate wanted at the decisions
     forces: Mat  # (m + K, 3) specific force wanted, for the preview
-    state: Mat  # (3, 6) where the platform is
+    state: Mat  # (3, 6) motion of the platform
     command: Mat  # (m, 6)
     told: Mat  # (m, 5) as `otolith.compiled.outcome_of` reads it
     seconds: Vec  # (m,) [s] of every decision
     motion: Mat  # (n, 3, 6) pose, twist, acceleration
-    force: Mat  # (n, 3) [m/s²] felt, where the plant senses it
-    clock: int  # address of C's clock_gettime; 0 where there is none
+    force: Mat  # (n, 3) [m/s²] felt force; NaN if the plant does not sense it
+    clock: int  # address of C's clock_gettime; 0 if there is none
     clock_of: int  # which clock it reads
-    read: Ints  # (2,) room for what it writes: seconds and nanoseconds
+    read: Ints  # (2,) memory for its result: seconds and nanoseconds
 
 
 @kernel
 def follow_once(method: Method, command: Vec, motion: Mat, force: Mat) -> int:
-    """Let a plant follow one command, from Python; see `otolith.compiled.FOLLOW`."""
+    """Let a plant follow one command; see `otolith.compiled.FOLLOW`. Python calls this kernel."""
     done: int = follow(method, (command, motion, force))
     return done
 
 
 @kernel
 def close(loop: Any, first: int, last: int, again: int) -> tuple[int, int]:
-    """Run periods `first` to `last` of a loop, or until the algorithm asks for something.
+    """Run the periods from `first` up to `last`, or until the algorithm makes a request.
 
     Returns
     -------
-    The next period, and what is asked for; the period is called again, with `again` 1, when that is there.
+    The next period, and the request. When the request has been met, the period is run again with `again` = 1.
     """
     for i in range(first, last):
         preview = loop.forces[i + 1 : i + 1 + loop.known]
@@ -77,7 +77,7 @@ def close(loop: Any, first: int, last: int, again: int) -> tuple[int, int]:
 
 @kernel
 def _seconds(loop: Any) -> float:
-    """CPU time of this thread [s]."""
+    """Return the CPU time of this thread [s]."""
     if loop.clock == 0:
         return 0.0
     _read_clock(loop.clock, loop.clock_of, loop.read)  # type: ignore[call-arg]
@@ -100,7 +100,7 @@ def _read_clock(_typing: Any, _address: Any, _clock: Any, room: Any) -> Any:
 
 
 def thread_clock() -> tuple[int, int]:
-    """Address of C's clock_gettime and the clock of `time.thread_time`; zeros where there is none."""
+    """Return the address of C's clock_gettime and the id of the thread's clock; zeros if there is none."""
     which = getattr(time, "CLOCK_THREAD_CPUTIME_ID", None)
     if which is None:
         return 0, 0

@@ -28,7 +28,7 @@ EDGE = 1e-9  # [s]
 
 
 class _Wanted:
-    """What is wanted at every decision, as it is known then."""
+    """What is wanted at every decision, as far as it is known then."""
 
     def __init__(self, scenario: Scenario, m: int, period: float, preview: int) -> None:
         known = np.arange(m + preview, dtype=np.float64) * period
@@ -39,11 +39,11 @@ class _Wanted:
 
     @property
     def comes_true(self) -> bool:
-        """Whether the preview is what comes, not what the scenario foresees."""
+        """Return whether the preview is the true future and not a forecast of the scenario."""
         return self._foreseen is None
 
     def at(self, i: int) -> Reference:
-        """Return what decision i is told."""
+        """Return the reference of decision i."""
         coming = self.force[i + 1 : i + 1 + self.preview]
         if self._foreseen is not None:
             coming = self._foreseen(i * self._period, self._period, self.preview)
@@ -55,15 +55,15 @@ class _Wanted:
 
 
 class _Record:
-    """Series of a run with m decisions and n plant samples, as they are made."""
+    """Series of a run with m decisions and n plant samples, filled while it runs."""
 
     def __init__(self, m: int, n: int) -> None:
         self.command, self.told, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
-        self.outcomes: list[Outcome] = []  # of a loop in Python; of a compiled one they are told
+        self.outcomes: list[Outcome] = []  # of a loop in Python; a compiled loop fills `result` instead
         self.motion, self.force = np.empty((n, 3, 6)), np.full((n, 3), np.nan)
 
     def note(self, k: int, state: PlatformState) -> None:
-        """Keep plant sample k."""
+        """Record plant sample k."""
         self.motion[k, 0], self.motion[k, 1], self.motion[k, 2] = state.pose, state.twist, state.acceleration
         if state.specific_force is not None:
             self.force[k] = state.specific_force
@@ -90,7 +90,7 @@ class _Record:
 
 @dataclass(frozen=True)
 class _Task:
-    """A loop to be closed: who decides, who moves, what is wanted, and where it is recorded."""
+    """A loop to run: the algorithm, the plant, what is wanted, and the record."""
 
     cueing: Cueing
     plant: Plant
@@ -102,16 +102,16 @@ class _Task:
 
     @property
     def decisions(self) -> int:
-        """Number of periods, m."""
+        """Return the number of periods, m."""
         return len(self.record.command)
 
     @property
     def every(self) -> int:
-        """Plant steps per period."""
+        """Return the number of plant steps per period."""
         return round(self.cueing.period / self.dt)
 
     def step(self, i: int, state: PlatformState) -> Command:
-        """Let the algorithm decide, and record that."""
+        """Let the algorithm decide, and record the decision."""
         reference, started = self.wanted.at(i), self.clock()
         command = self.cueing.step(state, reference)
         self.record.step_time[i] = self.clock() - started
@@ -132,7 +132,7 @@ class _Task:
         return state
 
     def run(self) -> None:
-        """Close the loop in Python."""
+        """Run the loop in Python."""
         state, m = PlatformState(), self.decisions
         method = offered(self.plant, self.dt)
         for i in range(m):
@@ -141,7 +141,7 @@ class _Task:
                 self.progress(i / m)
 
     def run_compiled(self, decide: Bound, follow: Bound) -> None:
-        """Close the loop in compiled calls of a hundredth each, or until the algorithm asks for something."""
+        """Run the loop in compiled calls of a hundredth each, interrupted by requests of the algorithm."""
         record, m, i = self.record, self.decisions, 0
         loop, _ = hold(
             Loop(
@@ -172,7 +172,7 @@ class _Task:
                     self._answer(i, asked)
 
     def _answer(self, i: int, asked: int) -> None:
-        """Let the algorithm do in Python what its kernel asks for at decision i."""
+        """Let the algorithm meet, in Python, the request of its kernel at decision i."""
         started = self.clock()
         cast(CompiledCueing, self.cueing).answer(asked, self.wanted.at(i))
         self.record.step_time[i] += self.clock() - started
@@ -197,16 +197,16 @@ def simulate(
     Parameters
     ----------
     dofs : names of what is cued, see `otolith.core.frames.DOFS`.
-    names : of the cueing algorithm and of the plant, for the record.
-    plant_period : [s]; the controller's own period must be a whole multiple of it.
-    preview : how many of the next periods' forces the controller is given; 0: only what is wanted now. They
-        are those that the scenario foresees, or where it foresees nothing, those that come.
-    clock : [s] measures the time of each decision; never part of the result's dynamics.
+    names : names of the cueing algorithm and of the plant, for the record.
+    plant_period : [s]; the controller's period must be a whole multiple of it.
+    preview : number of coming periods whose forces the controller receives; 0: only what is wanted now. The
+        forces are those that the scenario foresees, or the true ones if it foresees none.
+    clock : [s] measures the time of each decision; it has no influence on the motion.
     progress : is called with the fraction done, about a hundred times.
 
     Raises
     ------
-    InputError : the controller's period is no multiple of the plant's.
+    InputError : the controller's period is not a multiple of the plant's.
     """
     every = round(cueing.period / plant_period)
     if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:

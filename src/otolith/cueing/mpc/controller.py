@@ -1,12 +1,12 @@
-"""The MPC at work: one certified Gauss-Newton step of its problem per period (section 4.1.2).
+"""The MPC controller: one certified Gauss-Newton step of its problem per period (section 4.1.2).
 
-The problem is `otolith.cueing.mpc.problem`'s. The dynamics are linear and discretised exactly; only what is
-felt (and, in 4 DOF, the limit circle) is linearised, about the previous plan, not shifted. One such step per
-period is the real-time iteration (Diehl, Bock & Schlöder, 2005); more of them converge to the optimum of the
-nonlinear problem, which shows what one step costs.
+The problem is that of `otolith.cueing.mpc.problem`. The dynamics are linear and discretised exactly. Only
+what is felt (and, in 4 DOF, the limit circle) is linearised, about the previous plan, without a shift. One
+such step per period is the real-time iteration (Diehl, Bock & Schlöder, 2005). More steps converge to the
+optimum of the nonlinear problem, which shows what the single step costs.
 
-With `blocks` the inputs are held over several steps, and a horizon three times as long costs no more.
-Plans are in steps of one period all the same.
+With `blocks` the inputs are held over several steps, and a horizon three times as long costs no more. Plans
+are still given in steps of one period.
 """
 
 import math
@@ -44,8 +44,9 @@ class Mpc:
 
     Parameters
     ----------
-    guess : of the controls, from offline knowledge or the previous plan; `entry` says how it enters.
-    hint : of the working set, asked only where the remembered one does not settle.
+    guess : guesses the controls, from offline knowledge or from the previous plan; `entry` states how the
+        guess enters.
+    hint : proposes working sets; it is used only if the remembered one is not optimal.
 
     Raises
     ------
@@ -87,7 +88,7 @@ class Mpc:
         self._compile()
 
     def _assemble(self) -> Program:
-        """All that the kernel reads and remembers."""
+        """Return everything that the kernel reads and remembers."""
         settings, problem = self.settings, self.problem
         N, M, nu = settings.horizon, len(settings.lengths), len(problem.axes.axis)
         predicts = getattr(self._predictor, "compiled", None)
@@ -113,7 +114,7 @@ class Mpc:
         )
 
     def _compile(self) -> None:
-        """Solve one harmless problem, so that no decision ever waits for a compiler."""
+        """Solve one harmless problem, so that no decision ever waits for the compiler."""
         self.step(PlatformState(), _NOTHING)
         p = self.program
         if self._hint is not None:
@@ -127,11 +128,11 @@ class Mpc:
 
     @property
     def soft(self) -> frozenset[str]:
-        """Limits that may be passed at a price."""
+        """Return the limits that the plan may pass with a penalty."""
         return self.problem.soft
 
     def reset(self, state: PlatformState) -> None:
-        """Forget plan, working set, guess, hint and what the drivers felt."""
+        """Forget the plan, the working set, the guess, the hint and what the drivers felt."""
         self.program.plan[:] = 0.0
         self._stopping.reset(state)
         self._predictor.reset()
@@ -142,7 +143,7 @@ class Mpc:
             self._hint.reset()
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        """Decide by one certified QP; where there is no such decision, stop, and say why."""
+        """Decide by one certified QP. Without such a decision, brake, and name the reason in the outcome."""
         motion, told = self._motion, self._told
         motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
         wanted, preview, again = now(reference), previewed(reference), 0
@@ -154,7 +155,7 @@ class Mpc:
         return self._planned(told)
 
     def _planned(self, told: Vec) -> Command:
-        """The command of the last decision, with the plan that follows it and comes to rest."""
+        """Return the command of the last decision, with the plan that follows it and ends at rest."""
         plan, belief, stopping = self.program.plan, self._stopping.belief, self._stopping
         given = len(plan) if told[STATUS] == DECIDED else 0
         room = stopping.room(given)
@@ -167,7 +168,7 @@ class Mpc:
         return self._method
 
     def answer(self, wish: int, reference: Reference) -> None:
-        """Do what the kernel has asked for."""
+        """Meet a request of the kernel."""
         match wish:
             case asked.AHEAD:
                 self._look_ahead(reference)
@@ -182,14 +183,14 @@ class Mpc:
                 self._tell(self.engine.run(hint=self._best_set if first else None))
 
     def _look_ahead(self, reference: Reference) -> None:
-        """Ask a predictor that kernels cannot call."""
+        """Predict with a predictor that kernels cannot call."""
         dt, N = self.settings.period, self.settings.horizon
         late = reference.age / dt
         coming = self._predictor.ahead(reference, dt, N + math.ceil(late))
         self.problem.wanted(coming, late)
 
     def _take_guess(self) -> None:
-        """Guess the controls; `entry` says how that enters."""
+        """Guess the controls and enter the guess as `entry` states."""
         p = self.program
         guessed = self._guess.controls(p.x, p.wanted[0], p.plan)
         if guessed is None:
@@ -200,14 +201,14 @@ class Mpc:
             p.guess[:], p.at[asked.GUESSED] = guessed, 1
 
     def _best_set(self) -> Ints | None:
-        """What the hint proposes for the problem in memory."""
+        """Return the best working set that the hint proposes for the problem in memory."""
         p = self.program
         sets = None if self._hint is None else self._hint.sets(p.x, p.wanted[0], p.plan)
         p.at[asked.GUESS_MISSED] |= sets is None
         return None if sets is None else self._chooser.best(self.engine.memory, sets)
 
     def _tell(self, solution: StageSolution) -> None:
-        """Hand an answer that was found in Python to the kernel."""
+        """Pass a solution that was found in Python to the kernel."""
         p = self.program
         p.answer[:] = SOLVERS.index(solution.status), solution.changes, solution.residual
         p.U[:] = solution.U

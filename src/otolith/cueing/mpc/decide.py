@@ -1,11 +1,11 @@
-"""Compiled: one decision of the MPC, from a measured motion and what is wanted to a command.
+"""One decision of the MPC, compiled: from a measured motion and what is wanted to a command.
 
-It predicts, writes the problem, solves it, takes the certified plan and has its first command checked; where
-there is no certified plan, or the check fails, the stopping law (`otolith.safety.law`) commands. Both the
+The kernel predicts, writes the problem, solves it, takes the certified plan and checks its first command.
+Without a certified plan, or if the check fails, the stopping law (`otolith.safety.law`) commands. Both the
 controller's `step` and a closed loop that is compiled as a whole call this kernel.
 
-What only Python can do is asked for (`otolith.compiled`), in the order of the numbers below: the kernel
-returns one of them, and goes on from there when it is called again.
+What only Python can do is requested (`otolith.compiled`), in the order of the numbers below. The kernel
+returns the number of the request, and continues from there when it is called again.
 """
 
 from typing import Any, Final, NamedTuple
@@ -37,13 +37,13 @@ from otolith.qp.structured.generate import CODES, INFO, OFFERS, PENDING
 from otolith.safety.law import HUGE, allowed
 from otolith.safety.stopping import Belief, follow, observe, rest
 
-AHEAD: Final = 1  # asked for: what is wanted, in `wanted`
-GUESS: Final = 2  # a guess of the controls, in `about` and `guess`
-HINT: Final = 3  # a hint for the structured engine
-EXACT: Final = 4  # the answer to a problem that the structured engine has given up
-ENGINE: Final = 5  # the answer of an engine that kernels cannot call
+AHEAD: Final = 1  # request for what is wanted, in `wanted`
+GUESS: Final = 2  # request for a guess of the controls, in `about` and `guess`
+HINT: Final = 3  # request for a hint to the structured engine
+EXACT: Final = 4  # request for the answer to a problem that the structured engine has given up
+ENGINE: Final = 5  # request for the answer of an engine that kernels cannot call
 
-CONVERGED: Final = 1e-9  # largest change of a control between Gauss-Newton steps that ends them
+CONVERGED: Final = 1e-9  # Gauss-Newton steps end when no control changes by more
 _ASKED, ROUND, _CHANGES, GUESS_MISSED, GUESSED = range(5)  # what `Program.at` holds
 
 _ahead = PREDICT.call
@@ -55,33 +55,33 @@ _CODE, _RESIDUAL, _COUNT = (INFO.index(name) for name in ("STATUS", "RESIDUAL", 
 
 
 class Program(NamedTuple):
-    """Everything that a decision reads and remembers; N steps, M blocks of them, C channels, nu commands."""
+    """Everything that a decision reads and remembers: N steps, M blocks, C channels, nu commands."""
 
     given: Given
     memory: StageMemory
     engine: Entrance
-    words: Ints  # what `told` says of each code of the structured engine
+    words: Ints  # solver status in `result` for each code of the structured engine
     predict: Method
     period: float  # [s]
     lengths: Ints  # (M,) steps of every block
     belief: Belief
     checked: bool  # whether the first command must leave the platform able to stop
-    guessing: bool  # whether there is a guess to ask for
-    hinting: bool  # whether there is a hint to ask for
-    rounds: int  # Gauss-Newton steps at most
+    guessing: bool  # whether there is a guess
+    hinting: bool  # whether there is a hint
+    rounds: int  # largest number of Gauss-Newton steps
     x: Vec  # (nx,) the measured motion
     wanted: Mat  # (N, C)
-    plan: Mat  # (N, nu) of the last decision
-    about: Mat  # (N, nu) what is linearised about
-    guess: Mat  # (N, nu) controls that the cost refers to, where at[GUESSED]
-    U: Mat  # (M, nu) the answer of another engine than the structured one
-    answer: Vec  # (3,) what that engine tells: solver, changes, residual as in `told`
-    at: Ints  # (5,) how far the decision is
+    plan: Mat  # (N, nu) controls of the last decision
+    about: Mat  # (N, nu) controls about which the problem is linearised
+    guess: Mat  # (N, nu) reference of the controls in the cost, if at[GUESSED]
+    U: Mat  # (M, nu) the solution of an engine other than the structured one
+    answer: Vec  # (3,) solver status, changes and residual of that engine, as in `result`
+    at: Ints  # (5,) progress of the decision
 
 
 @jit_inlined
 def _predict(p: Any, now: Vec, preview: Mat, age: float) -> None:
-    """Ask the predictor what will be wanted after the time of the state, which is `age` [s] later."""
+    """Predict what will be wanted from the time of the state on, which is `age` [s] after `now`."""
     late = age / p.period
     coming = np.empty((len(p.wanted) + int(np.ceil(late)), 6))
     _ahead(p.predict, (now, preview, coming))
@@ -90,7 +90,7 @@ def _predict(p: Any, now: Vec, preview: Mat, age: float) -> None:
 
 @jit_inlined
 def _copy(of: Mat, into: Mat) -> None:
-    """Copy entry by entry: numba compiles an assignment of whole arrays for a second."""
+    """Copy entry by entry, since numba needs a second to compile an assignment of whole arrays."""
     for k in range(of.shape[0]):
         for j in range(of.shape[1]):
             into[k, j] = of[k, j]
@@ -98,7 +98,7 @@ def _copy(of: Mat, into: Mat) -> None:
 
 @jit_inlined
 def _plausible(values: Mat) -> bool:
-    """True when all values are finite numbers of at most `HUGE` in SI units; False for a NaN."""
+    """Return whether all values are finite numbers of at most `HUGE` in SI units; False for a NaN."""
     for k in range(values.shape[0]):
         for c in range(values.shape[1]):
             if not abs(values[k, c]) <= HUGE:
@@ -108,14 +108,14 @@ def _plausible(values: Mat) -> bool:
 
 @jit_inlined
 def _write(p: Any) -> None:
-    """Write the problem about `about`, with a guess as the cost's reference where there is one."""
+    """Write the problem about `about`; if there is a guess, it becomes the cost's reference."""
     referred = p.guess if p.at[GUESSED] == 1 else p.guess[:0]
     kernels.write(p.given, p.memory, p.x, p.about, p.wanted, referred)
 
 
 @jit_inlined
 def _run(p: Any, told: Vec) -> int:
-    """Solve what lies in the memory, or go on with it; what has to be asked for, if anything."""
+    """Solve the problem in memory, or continue; return the request, or NOTHING if it is solved."""
     if p.engine.solve == 0:
         return ENGINE
     code = _solve(p.engine.solve, (p.engine.workspace,))
@@ -131,14 +131,14 @@ def _run(p: Any, told: Vec) -> int:
 
 @jit_inlined
 def _take(p: Any, told: Vec) -> None:
-    """Take an answer that Python has found."""
+    """Take a solution that Python has found."""
     told[SOLVER], told[RESIDUAL] = p.answer[0], p.answer[2]
     p.at[_CHANGES] += int(p.answer[1])
 
 
 @jit_inlined
 def _spread(p: Any) -> float:
-    """Write the answer's inputs of every step to `about`; how far the farthest was from there."""
+    """Write the solution's inputs of every step to `about`; return the largest change."""
     U = p.U if p.engine.solve == 0 else p.engine.U
     step, farthest = 0, 0.0
     for block in range(len(p.lengths)):
@@ -152,7 +152,7 @@ def _spread(p: Any) -> float:
 
 @jit_inlined
 def _solve_all(p: Any, asked: int, told: Vec) -> int:
-    """Gauss-Newton steps until the plan stands still or they are used up, or something is asked for."""
+    """Take Gauss-Newton steps until the plan converges, their number is reached, or a request arises."""
     while True:
         if asked <= GUESS:
             _write(p)
@@ -174,7 +174,7 @@ def _solve_all(p: Any, asked: int, told: Vec) -> int:
 
 @jit_inlined
 def _conclude(p: Any, command: Vec, told: Vec) -> None:
-    """Follow the plan where it is certified and its first command can be stopped from; else stop."""
+    """Follow the plan if it is certified and the platform can stop after its first command; else brake."""
     told[CHANGES], told[MISSED] = p.at[_CHANGES], p.at[GUESS_MISSED]
     told[STATUS] = DECIDED if told[SOLVER] == OPTIMAL else FALLBACK
     if told[STATUS] == DECIDED:
@@ -194,7 +194,7 @@ def _conclude(p: Any, command: Vec, told: Vec) -> None:
 
 @jit_inlined
 def _observe(p: Any, motion: Mat) -> bool:
-    """Take over the state and let the drivers feel it; False where it or what is wanted is no number."""
+    """Adopt the state and let the drivers feel it; return False if it or what is wanted is not plausible."""
     if not (observe(p.belief, motion) and _plausible(p.wanted)):
         return False
     read(p.given.axes, motion[0], motion[1], motion[2], p.x)
@@ -208,7 +208,7 @@ def _observe(p: Any, motion: Mat) -> bool:
 def decide(
     p: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
 ) -> int:
-    """Decide one command (6,), or return what has to be asked for; see `otolith.compiled.DECIDE`."""
+    """Decide one command (6,), or return a request; see `otolith.compiled.DECIDE`."""
     asked = p.at[_ASKED] if again == 1 else NOTHING
     if asked == NOTHING:
         p.at[:] = 0

@@ -1,15 +1,16 @@
-"""Compiled: everything of the MPC's problem that changes from step to step, written in one call.
+"""Everything in the MPC's problem that changes from step to step, written in one compiled call.
 
-Notation: x (nx,) the motion of all degrees of freedom, `otolith.cueing.mpc.motion`; N steps, M blocks of
-them; C channels, `otolith.cueing.mpc.objective`. The force felt through a tilt θ, under an outer tilt φ,
+Notation: x (nx,) is the motion of all degrees of freedom (`otolith.cueing.mpc.motion`); there are N steps, M
+blocks of steps, and C channels (`otolith.cueing.mpc.objective`). The force felt through a tilt θ, under an
+outer tilt φ, is
 
     f = a + g cos φ sin θ,
 
-where φ is the pitch if sway-roll is cued with surge-pitch and zero otherwise, is linearised about the
-motion (x̄, θ̄, φ̄) that the previous plan leads to. A physical channel takes value and slope, f ≈ D x +
-const. A sensed one keeps the slope of small tilts, g θ, so that the organs stay linear; what that lacks, Δ
-= g (cos φ sin θ − θ), is evaluated along the plan, and what the organ senses of it is added: a Gauss-Newton
-step with the exact value and a fixed slope.
+where φ is the pitch if sway-roll is cued with surge-pitch, and zero otherwise. It is linearised about the
+motion (x̄, θ̄, φ̄) to which the previous plan leads. A physical channel takes value and slope, f ≈ D x +
+const. A sensed channel keeps the slope of small tilts, g θ, so that the organs stay linear. The remainder Δ =
+g (cos φ sin θ − θ) is evaluated along the plan, and what the organ senses of it is added. This is a
+Gauss-Newton step with the exact value and a fixed slope.
 """
 
 from typing import Final, NamedTuple
@@ -22,61 +23,61 @@ from otolith.core.jit import kernel
 from otolith.cueing.mpc.motion import Axes, predict
 from otolith.qp.engines import StageMemory
 
-_NO_DIRECTION: Final = 1e-9  # [m] closer than this to the centre, the circle has no direction
+_NO_DIRECTION: Final = 1e-9  # [m] nearer to the centre than this, the circle has no direction
 
 
 class Felt(NamedTuple):
-    """What the kernels need of the channels; all arrays but `row` have one entry per channel."""
+    """What the kernels need to know of the channels; all arrays but `row` have one entry per channel."""
 
-    row: Mat  # (C, nx) linear: g θ for the gravity of a tilt
-    root: Vec  # of the weight of the squared error
+    row: Mat  # (C, nx) what is felt, linear: g θ for the gravity of a tilt
+    root: Vec  # square root of the weight of the squared error
     sensed: Bools  # whether an organ is part of the prediction
-    tilt: Ints  # state of x that gives gravity, -1 where there is none
-    outer: Ints  # state of x under whose cosine that tilt lies, -1 where there is none
-    of_tilt: Ints  # where the slope by the tilt stands among the values of D, for physical channels
-    of_outer: Ints  # and that by the outer tilt
-    linear: bool  # whether sin θ counts as θ throughout the prediction
-    column: Ints  # which of a predictor's six columns says what is wanted …
+    tilt: Ints  # state of x that gives gravity, -1 if there is none
+    outer: Ints  # state of x whose cosine reduces that gravity, -1 if there is none
+    of_tilt: Ints  # index of the slope by the tilt among the values of D, for physical channels
+    of_outer: Ints  # index of the slope by the outer tilt
+    linear: bool  # whether sin θ is replaced by θ throughout the prediction
+    column: Ints  # which of a predictor's six columns holds what is wanted …
     sign: Vec  # … and its sign
 
 
 class Organs(NamedTuple):
     """The organs of all sensed channels, one after the other (no,), in the simulator and in the car."""
 
-    first: Ints  # (C + 1,) where each channel's states begin; a physical channel has none
+    first: Ints  # (C + 1,) first state of each channel; a physical channel has none
     A: Mat  # (no, no)
-    B: Vec  # (no,) by what is held over a period
-    B0: Vec  # (no,) by what is straight over it, at its beginning …
-    B1: Vec  # (no,) … and at its end
+    B: Vec  # (no,) coefficients of an input that is held over a period
+    B0: Vec  # (no,) coefficients of an input that is linear over it: of its first value …
+    B1: Vec  # (no,) … and of its last
     C: Vec  # (no,)
     D: Vec  # (C,)
     here: Vec  # (no,) states in the simulator
     there: Vec  # (no,) in the car
-    felt_here: Vec  # (C,) what they felt last
-    felt_there: Vec  # (C,)
+    felt_here: Vec  # (C,) what was felt last in the simulator
+    felt_there: Vec  # (C,) and in the car
 
 
 class Given(NamedTuple):
-    """What the kernels need of a problem, the same at every step but for `X` and the organs' states."""
+    """What the kernels need to know of a problem; only `X` and the organs' states change."""
 
     axes: Axes
     hold: Mat  # (nu, 6) as `otolith.cueing.mpc.motion.held`
     felt: Felt
     organs: Organs
     ends: Ints  # (M,) last step of every block
-    of: Ints  # (w,) state whose size the washout weight depends on
+    of: Ints  # (w,) state on whose size the washout weight depends
     washout: Mat  # (w, 5) its coefficients w₁ … w₄ and scale
     control_weight: Vec  # (nu,) R
-    circle: Vec  # (3,) weights of velocity, position and acceleration in the place that the circle limits
+    circle: Vec  # (3,) weights of velocity, position and acceleration in the quantity that the circle limits
     in_circle: Ints  # (2, 3) those states of surge and sway
-    X: Mat  # (N, nx) room for the prediction
+    X: Mat  # (N, nx) memory for the prediction
 
 
 @kernel
 def want(felt: Felt, coming: Mat, late: float, wanted: Mat) -> None:
     """Write what every channel should feel (N, C), from the predictor's rows `coming` (N + ⌈late⌉, 6).
 
-    They are taken from `late` periods on, straight in between.
+    The rows are interpolated linearly, and start `late` periods after the first.
     """
     first = int(late)
     share = late - first
@@ -91,7 +92,7 @@ def want(felt: Felt, coming: Mat, late: float, wanted: Mat) -> None:
 
 @kernel
 def linearise_force(given: Given, c: int, wanted: Mat, D: Mat, error: Mat) -> None:
-    """Slopes D (N, values) and errors (N, C) of what physical channel `c` feels, less `wanted` (N, C)."""
+    """Write slopes D (N, values) and errors (N, C) of a physical channel's force, less `wanted` (N, C)."""
     felt, X = given.felt, given.X
     root, tilt, outer = felt.root[c], felt.tilt[c], felt.outer[c]
     for k in range(X.shape[0]):
@@ -113,7 +114,7 @@ def linearise_force(given: Given, c: int, wanted: Mat, D: Mat, error: Mat) -> No
 
 @kernel
 def _missing(x: Vec, tilt: int, outer: int) -> float:
-    """Δ of one tilt in the motion x; 0 without a tilt."""
+    """Return Δ of one tilt in the motion x; 0 without a tilt."""
     if tilt < 0:
         return 0.0
     cosine = np.cos(x[outer]) if outer >= 0 else 1.0
@@ -123,9 +124,10 @@ def _missing(x: Vec, tilt: int, outer: int) -> float:
 
 @kernel
 def predict_sensed(given: Given, c: int, wanted: Mat, error: Mat) -> None:
-    """Errors (N, C) of sensed channel `c`: what its organ senses of Δ, less what it will sense in the car.
+    """Write the errors (N, C) of sensed channel `c`.
 
-    Both are the response of one linear system, so one pass from the difference of the states gives it.
+    The error is what the organ senses of Δ in the simulator, less what it will sense in the car. Both are
+    responses of one linear system, so a single pass from the difference of the states gives it.
     """
     felt, organs, X = given.felt, given.organs, given.X
     low, high = organs.first[c], organs.first[c + 1]
@@ -146,7 +148,7 @@ def predict_sensed(given: Given, c: int, wanted: Mat, error: Mat) -> None:
 
 @kernel
 def _move_on(organs: Organs, c: int, o: Vec, before: float, now: float) -> None:
-    """Move one organ on by a period over which what is felt goes straight from `before` to `now`."""
+    """Advance one organ by a period over which the felt value changes linearly from `before` to `now`."""
     low, high = organs.first[c], organs.first[c + 1]
     after = organs.B0[low:high] * before + organs.B1[low:high] * now
     for i in range(high - low):
@@ -157,7 +159,10 @@ def _move_on(organs: Organs, c: int, o: Vec, before: float, now: float) -> None:
 
 @kernel
 def sense(given: Given, x: Vec, wanted: Mat) -> None:
-    """Move all organs on by the period that ends now, in the motion x, with the first of `wanted` (N, C)."""
+    """Advance all organs by the period that ends now.
+
+    The simulator's organs feel the motion x, those in the car the first row of `wanted` (N, C).
+    """
     felt, organs = given.felt, given.organs
     for c in range(len(felt.root)):
         if felt.sensed[c]:
@@ -171,6 +176,7 @@ def sense(given: Given, x: Vec, wanted: Mat) -> None:
 
 @kernel
 def _limited(given: Given, k: int, p: int) -> float:
+    """Return the quantity that the circle limits, at step k, for surge (p = 0) or sway (p = 1)."""
     place = 0.0
     for i in range(3):
         place += given.circle[i] * given.X[k, given.in_circle[p, i]]
@@ -179,15 +185,14 @@ def _limited(given: Given, k: int, p: int) -> float:
 
 @kernel
 def linearise_circle(given: Given, rows: Mat) -> None:
-    """Rows (M, values) of the limit circle about the places predicted for the blocks' ends.
+    """Write rows (M, values) of the limit circle about the motion predicted for the blocks' ends.
 
     The circle limits c = (c_long, c_lat), each the position alone or a combination with velocity and
-    acceleration. With n the unit vector towards the predicted c, n·c ≤ radius touches the circle. The
-    non-zeros of a row stand in the order of the states, surge before sway.
+    acceleration. With n the unit vector towards the predicted c, the line n·c = radius touches the circle.
+    The non-zeros of a row are in the order of the states, surge before sway.
 
-    The half-plane through the circle's point nearest to the prediction contains the whole circle, and
-    cuts off what lies beyond it in that direction; a place that turns by φ from its prediction may
-    leave the circle by radius·φ²/2 at most.
+    The half-plane n·c ≤ radius contains the whole circle. It also contains points outside the circle: a point
+    whose direction differs by φ from the predicted one may leave the circle by at most about radius·φ²/2.
     """
     for k in range(len(given.ends)):
         x, y = _limited(given, given.ends[k], 0), _limited(given, given.ends[k], 1)
@@ -204,9 +209,9 @@ def linearise_circle(given: Given, rows: Mat) -> None:
 
 @kernel
 def weigh_washout(given: Given, x: Vec, weights: Mat) -> None:
-    """Washout weights (N, w), the same at all steps: w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |x_of| / scale.
+    """Write the washout weights (N, w) for the present state x, the same at all steps (eq. 4.12).
 
-    Of the present state x (eq. 4.12).
+    The weight is w₁ + w₂ r + w₃ r² + w₄ r⁴ with r = |x_of| / scale.
     """
     for i in range(len(given.of)):
         c = given.washout[i]
@@ -216,7 +221,7 @@ def weigh_washout(given: Given, x: Vec, weights: Mat) -> None:
 
 @kernel
 def pull_to(u_ref: Mat, R: Vec, ends: Ints, linear: Mat) -> None:
-    """Linear terms −R Σ u_ref (M, nu), the sum over each block's steps; zero where u_ref has no steps."""
+    """Write the linear terms −R Σ u_ref (M, nu), summed over each block; zero if u_ref has no steps."""
     linear[:] = 0.0
     block = 0
     for k in range(u_ref.shape[0]):

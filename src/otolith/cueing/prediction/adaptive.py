@@ -63,7 +63,7 @@ class Adaptive:
 
     @property
     def foresees(self) -> float:
-        """Nothing ahead is needed: 0 s."""
+        """Return 0 s, since no future forces are needed."""
         return 0.0
 
     def begin(self) -> "AdaptivePredictor":

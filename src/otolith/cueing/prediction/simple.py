@@ -63,7 +63,7 @@ class _Memoryless:
 
     @property
     def foresees(self) -> float:
-        """Nothing ahead is needed: 0 s."""
+        """Return 0 s, since no future forces are needed."""
         return 0.0
 
     def begin(self) -> Self:
@@ -136,7 +136,7 @@ class Oracle(_Memoryless):
 
     @property
     def foresees(self) -> float:
-        """How much of the future the loop has to hand over [s]."""
+        """Return how far ahead the loop must give forces [s]."""
         return self.time
 
     def compiled(self, dt: float) -> Bound:

@@ -99,7 +99,7 @@ class Washout:
         return self._method
 
     def answer(self, wish: int, reference: Reference) -> None:
-        """Do nothing, since a washout asks for nothing."""
+        """Do nothing, since a washout has no requests."""
 
     def _stopped(self, outcome: Outcome) -> Command:
         """Return the stopping law's command, with its plan."""

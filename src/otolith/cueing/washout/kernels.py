@@ -20,9 +20,9 @@ from otolith.safety.law import HUGE
 from otolith.safety.stopping import Belief, observe, rest
 
 ASTRAY: Final = 0.05  # share of the reach beyond which a platform is not where it was sent
-OFF: Final = 0.5  # share of the largest speed by which a platform does not move as commanded …
-OFTEN: Final = 10  # … in this number of successive periods
-STEEPEST: Final = 0.9  # largest force that is asked of a tilt, as a share of g
+OFF: Final = 0.5  # share of the largest speed; with a larger error a platform does not follow …
+OFTEN: Final = 10  # … if this lasts for so many successive periods
+STEEPEST: Final = 0.9  # largest force that a tilt should give, as a share of g
 FRESH, STOPPED, MISLED = range(3)  # what `Memory.at` holds
 
 FORCE, ACCELERATION, RATE = 0, 3, 6  # where a demand (9,) holds force (driver), acceleration, rates (world)
@@ -74,7 +74,7 @@ class Memory(NamedTuple):
     home_rate: Vec  # (6,)
     demand: Vec  # (9,)
     motion: Vec  # (12,)
-    at: Ints  # (3,) channels start afresh; the platform was stopped; times in a row that it was misled
+    at: Ints  # (3,) channels start afresh; platform was stopped; successive periods without following
 
 
 @kernel
@@ -205,7 +205,7 @@ def _move(of: Any, command: Vec) -> None:
 
 @kernel
 def _stop(of: Any, command: Vec) -> None:
-    """Come to rest by the stopping law, from where the commands have led."""
+    """Brake by the stopping law, from the pose and twist to which the commands have led."""
     motion = np.zeros((3, 6))
     for i in range(6):
         motion[0, i], motion[1, i] = of.pose[i], of.twist[i]
