@@ -21,7 +21,7 @@ NOTHING: Final = 0  # the request of a kernel that has done its work
 # ahead(data, now (6,), preview (K, 3), coming (n, 6)): as `otolith.interfaces.Predictor.ahead`
 PREDICT: Final = Role(INTEGER, (VECTOR, MATRIX, MATRIX))
 
-# decide(data, motion (3, 6), now (6,), preview (K, 3), age, again, command (6,), told (5,)): as
+# decide(data, motion (3, 6), now (6,), preview (K, 3), age, again, command (6,), result (5,)): as
 # `otolith.interfaces.Cueing.step`; `again` is 1 when the request has been met
 DECIDE: Final = Role(INTEGER, (MATRIX, VECTOR, MATRIX, NUMBER, INTEGER, VECTOR, VECTOR))
 
@@ -29,7 +29,7 @@ DECIDE: Final = Role(INTEGER, (MATRIX, VECTOR, MATRIX, NUMBER, INTEGER, VECTOR, 
 # with one new command and the time step for which the method was made; a force that is not sensed is NaN
 FOLLOW: Final = Role(INTEGER, (VECTOR, CUBE, MATRIX))
 
-STATUS, SOLVER, CHANGES, RESIDUAL, MISSED = range(5)  # what `told` holds, numbers of an `Outcome`
+STATUS, SOLVER, CHANGES, RESIDUAL, MISSED = range(5)  # what `result` holds, numbers of an `Outcome`
 STATUSES: Final = tuple(Status)
 SOLVERS: Final = ("", *SolverStatus)
 DECIDED, FALLBACK, REFUSED, INVALID = map(STATUSES.index, Status)
@@ -42,7 +42,7 @@ class CompiledCueing(Cueing, Protocol):
     def compiled(self) -> Bound | None:
         """Return the method; None if some part of the algorithm offers none."""
 
-    def answer(self, wish: int, reference: Reference) -> None:
+    def answer(self, request: int, reference: Reference) -> None:
         """Meet a request of the kernel; `reference` is that of the decision."""
 
 
@@ -52,9 +52,9 @@ def offered(party: Any, *step: float) -> Bound | None:
     return None if compiled is None else compiled(*step)
 
 
-def outcome_of(told: Vec) -> Outcome:
+def outcome_of(result: Vec) -> Outcome:
     """Return the outcome that the result (5,) of a decision describes."""
-    status, solver, changes, residual, missed = told.tolist()
+    status, solver, changes, residual, missed = result.tolist()
     return Outcome(
         status=STATUSES[int(status)],
         solver=str(SOLVERS[int(solver)]),

@@ -124,15 +124,15 @@ _inner = DECIDE.call
 
 @kernel
 def _decide(
-    of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
+    of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, result: Vec
 ) -> int:
     """Decide for a dead time from now; see `otolith.compiled.DECIDE`."""
     if again == 0:
         _estimate(of, motion)
-    asked = _inner(of.inner, (of.ahead, now, preview, age + of.dead_time, again, command, told))
-    if asked == NOTHING:
+    request = _inner(of.inner, (of.ahead, now, preview, age + of.dead_time, again, command, result))
+    if request == NOTHING:
         _remember(of, command)
-    done: int = asked
+    done: int = request
     return done
 
 
@@ -211,9 +211,9 @@ class Ahead:
         self._inner = inner  # keeps its data alive
         return DECIDE.bind(_decide, self._estimate._replace(inner=inner.method))
 
-    def answer(self, wish: int, reference: Reference) -> None:
-        """Let the algorithm at work do what its kernel has asked for."""
-        cast(CompiledCueing, self._cueing).answer(wish, self._later(reference))
+    def answer(self, request: int, reference: Reference) -> None:
+        """Pass the request of the algorithm's kernel on to the algorithm."""
+        cast(CompiledCueing, self._cueing).answer(request, self._later(reference))
 
     def _later(self, reference: Reference) -> Reference:
         """Return the reference, older by the dead time: it is for a state that much later."""

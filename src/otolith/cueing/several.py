@@ -29,42 +29,42 @@ _WORST_FIRST: Final = (Status.INVALID, Status.REFUSED, Status.FALLBACK, Status.D
 class _Parts(NamedTuple):
     methods: Ints  # (P, 2) code and data of every part
     command: Mat  # (P, 6)
-    told: Mat  # (P, 5)
+    result: Mat  # (P, 5)
     at: Ints  # (1,) the part that decides
 
 
 @kernel
 def _decide(
-    of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
+    of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, result: Vec
 ) -> int:
     """Let all parts decide, and add their commands; see `otolith.compiled.DECIDE`."""
     first = of.at[0] if again == 1 else 0
     for k in range(first, len(of.methods)):
         resumed = again if k == first else 0
         method = Method(of.methods[k, 0], of.methods[k, 1])
-        asked = _inner(method, (motion, now, preview, age, resumed, of.command[k], of.told[k]))
-        if asked != NOTHING:
+        request = _inner(method, (motion, now, preview, age, resumed, of.command[k], of.result[k]))
+        if request != NOTHING:
             of.at[0] = k
-            waiting: int = asked
+            waiting: int = request
             return waiting
-    _add(of.command, of.told, command, told)
+    _add(of.command, of.result, command, result)
     return NOTHING
 
 
 @kernel
-def _add(commands: Mat, outcomes: Mat, command: Vec, told: Vec) -> None:
+def _add(commands: Mat, outcomes: Mat, command: Vec, result: Vec) -> None:
     """Write the sum of commands (P, 6), and one outcome for them as `worst_of` does."""
     worst = 0
-    command[:], told[:] = 0.0, 0.0
+    command[:], result[:] = 0.0, 0.0
     for k in range(len(commands)):
         if outcomes[k, STATUS] > outcomes[worst, STATUS]:
             worst = k
         for axis in range(6):
             command[axis] += commands[k, axis]
-        told[CHANGES] += outcomes[k, CHANGES]
-        told[RESIDUAL] = max(told[RESIDUAL], outcomes[k, RESIDUAL])
-        told[MISSED] = max(told[MISSED], outcomes[k, MISSED])
-    told[STATUS], told[SOLVER] = outcomes[worst, STATUS], outcomes[worst, SOLVER]
+        result[CHANGES] += outcomes[k, CHANGES]
+        result[RESIDUAL] = max(result[RESIDUAL], outcomes[k, RESIDUAL])
+        result[MISSED] = max(result[MISSED], outcomes[k, MISSED])
+    result[STATUS], result[SOLVER] = outcomes[worst, STATUS], outcomes[worst, SOLVER]
 
 
 class Several:
@@ -109,9 +109,9 @@ class Several:
         methods = np.array([one.method for one in self._bound])
         return DECIDE.bind(_decide, _Parts(methods, np.zeros((P, 6)), np.zeros((P, 5)), self._at))
 
-    def answer(self, wish: int, reference: Reference) -> None:
+    def answer(self, request: int, reference: Reference) -> None:
         """Meet the request of the part that is deciding."""
-        cast(CompiledCueing, self.parts[self._at[0]]).answer(wish, reference)
+        cast(CompiledCueing, self.parts[self._at[0]]).answer(request, reference)
 
 
 def added(commands: Sequence[Command]) -> Command:

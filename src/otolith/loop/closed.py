@@ -32,7 +32,7 @@ class Loop(NamedTuple):
     forces: Mat  # (m + K, 3) specific force wanted, for the preview
     state: Mat  # (3, 6) motion of the platform
     command: Mat  # (m, 6)
-    told: Mat  # (m, 5) as `otolith.compiled.outcome_of` reads it
+    result: Mat  # (m, 5) as `otolith.compiled.outcome_of` reads it
     seconds: Vec  # (m,) [s] of every decision
     motion: Mat  # (n, 3, 6) pose, twist, acceleration
     force: Mat  # (n, 3) [m/s²] felt force; NaN if the plant does not sense it
@@ -59,13 +59,13 @@ def close(loop: Any, first: int, last: int, again: int) -> tuple[int, int]:
     for i in range(first, last):
         preview = loop.forces[i + 1 : i + 1 + loop.known]
         began = _seconds(loop)
-        asked = decide(
+        request = decide(
             loop.decide,
-            (loop.state, loop.now[i], preview, 0.0, again, loop.command[i], loop.told[i]),
+            (loop.state, loop.now[i], preview, 0.0, again, loop.command[i], loop.result[i]),
         )
         loop.seconds[i] += _seconds(loop) - began
-        if asked != NOTHING:
-            return i, asked
+        if request != NOTHING:
+            return i, request
         again = 0
         moved = loop.motion[i * loop.every : (i + 1) * loop.every]
         follow(loop.follow, (loop.command[i], moved, loop.force[i * loop.every : (i + 1) * loop.every]))

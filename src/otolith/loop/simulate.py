@@ -58,7 +58,7 @@ class _Record:
     """Series of a run with m decisions and n plant samples, filled while it runs."""
 
     def __init__(self, m: int, n: int) -> None:
-        self.command, self.told, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
+        self.command, self.result, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
         self.outcomes: list[Outcome] = []  # of a loop in Python; a compiled loop fills `result` instead
         self.motion, self.force = np.empty((n, 3, 6)), np.full((n, 3), np.nan)
 
@@ -72,7 +72,7 @@ class _Record:
         """Return fields of `Run` by name; if the plant senses no force, it is that of the planar models."""
         pose, twist, acceleration = (np.ascontiguousarray(self.motion[:, row]) for row in range(3))
         sensed = bool(np.isfinite(self.force).any())
-        outcomes = self.outcomes or [outcome_of(told) for told in self.told]
+        outcomes = self.outcomes or [outcome_of(result) for result in self.result]
         return {
             "felt_force": self.force if sensed else specific_force(acceleration[:, :3], pose[:, 3:]),
             "pose": pose,
@@ -153,7 +153,7 @@ class _Task:
                 forces=self.wanted.force,
                 state=np.zeros((3, 6)),
                 command=record.command,
-                told=record.told,
+                result=record.result,
                 seconds=record.step_time,
                 motion=record.motion,
                 force=record.force,
@@ -165,16 +165,16 @@ class _Task:
         while i < m:
             self.progress(i / m)
             last = min(m, i + max(1, m // 100))
-            asked = NOTHING
+            request = NOTHING
             while i < last:
-                i, asked = close(loop, i, last, int(asked != NOTHING))
-                if asked != NOTHING:
-                    self._answer(i, asked)
+                i, request = close(loop, i, last, int(request != NOTHING))
+                if request != NOTHING:
+                    self._answer(i, request)
 
-    def _answer(self, i: int, asked: int) -> None:
+    def _answer(self, i: int, request: int) -> None:
         """Let the algorithm meet, in Python, the request of its kernel at decision i."""
         started = self.clock()
-        cast(CompiledCueing, self.cueing).answer(asked, self.wanted.at(i))
+        cast(CompiledCueing, self.cueing).answer(request, self.wanted.at(i))
         self.record.step_time[i] += self.clock() - started
 
 

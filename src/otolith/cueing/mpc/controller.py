@@ -19,7 +19,7 @@ from otolith.compiled import DECIDE, DECIDED, SOLVERS, STATUS, outcome_of
 from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import Dof
 from otolith.core.methods import NO_METHOD, Bound
-from otolith.cueing.mpc import decide as asked
+from otolith.cueing.mpc import decide as requests
 from otolith.cueing.mpc.choose import Chooser
 from otolith.cueing.mpc.decide import Program, decide
 from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
@@ -84,7 +84,7 @@ class Mpc:
         )
         self.program = self._assemble()
         self._method: Bound = DECIDE.bind(decide, self.program)
-        self._motion, self._command, self._told = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
+        self._motion, self._command, self._result = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
         self._compile()
 
     def _assemble(self) -> Program:
@@ -144,43 +144,43 @@ class Mpc:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide by one certified QP. Without such a decision, brake, and name the reason in the outcome."""
-        motion, told = self._motion, self._told
+        motion, result = self._motion, self._result
         motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
         wanted, preview, again = now(reference), previewed(reference), 0
-        while wish := decide(
-            self._method.held, motion, wanted, preview, reference.age, again, self._command, told
+        while request := decide(
+            self._method.held, motion, wanted, preview, reference.age, again, self._command, result
         ):
-            self.answer(wish, reference)
+            self.answer(request, reference)
             again = 1
-        return self._planned(told)
+        return self._planned(result)
 
-    def _planned(self, told: Vec) -> Command:
+    def _planned(self, result: Vec) -> Command:
         """Return the command of the last decision, with the plan that follows it and ends at rest."""
         plan, belief, stopping = self.program.plan, self._stopping.belief, self._stopping
-        given = len(plan) if told[STATUS] == DECIDED else 0
+        given = len(plan) if result[STATUS] == DECIDED else 0
         room = stopping.room(given)
         room[:given] = in_six_axes(self.problem.axes, plan[:given])
         count = to_rest(belief.before, belief.reach, given, room)
-        return stopping.command(belief.believed, count, outcome_of(told))
+        return stopping.command(belief.believed, count, outcome_of(result))
 
     def compiled(self) -> Bound:
         """Return the method of this controller."""
         return self._method
 
-    def answer(self, wish: int, reference: Reference) -> None:
+    def answer(self, request: int, reference: Reference) -> None:
         """Meet a request of the kernel."""
-        match wish:
-            case asked.AHEAD:
+        match request:
+            case requests.AHEAD:
                 self._look_ahead(reference)
-            case asked.GUESS:
+            case requests.GUESS:
                 self._take_guess()
-            case asked.HINT if isinstance(self.engine, StructuredEngine):
+            case requests.HINT if isinstance(self.engine, StructuredEngine):
                 self.engine.offer(self._best_set())
-            case asked.EXACT if isinstance(self.engine, StructuredEngine):
-                self._tell(self.engine.exact())
-            case asked.ENGINE:
-                first = self._hint is not None and self.program.at[asked.ROUND] == 0
-                self._tell(self.engine.run(hint=self._best_set if first else None))
+            case requests.EXACT if isinstance(self.engine, StructuredEngine):
+                self._pass_on(self.engine.exact())
+            case requests.ENGINE:
+                first = self._hint is not None and self.program.at[requests.ROUND] == 0
+                self._pass_on(self.engine.run(hint=self._best_set if first else None))
 
     def _look_ahead(self, reference: Reference) -> None:
         """Predict with a predictor that kernels cannot call."""
@@ -194,20 +194,20 @@ class Mpc:
         p = self.program
         guessed = self._guess.controls(p.x, p.wanted[0], p.plan)
         if guessed is None:
-            p.at[asked.GUESS_MISSED] = 1
+            p.at[requests.GUESS_MISSED] = 1
         elif self._entry is Entry.PRIMAL:
             p.about[:] = guessed
         elif self._entry is Entry.REFERENCE:
-            p.guess[:], p.at[asked.GUESSED] = guessed, 1
+            p.guess[:], p.at[requests.GUESSED] = guessed, 1
 
     def _best_set(self) -> Ints | None:
         """Return the best working set that the hint proposes for the problem in memory."""
         p = self.program
         sets = None if self._hint is None else self._hint.sets(p.x, p.wanted[0], p.plan)
-        p.at[asked.GUESS_MISSED] |= sets is None
+        p.at[requests.GUESS_MISSED] |= sets is None
         return None if sets is None else self._chooser.best(self.engine.memory, sets)
 
-    def _tell(self, solution: StageSolution) -> None:
+    def _pass_on(self, solution: StageSolution) -> None:
         """Pass a solution that was found in Python to the kernel."""
         p = self.program
         p.answer[:] = SOLVERS.index(solution.status), solution.changes, solution.residual

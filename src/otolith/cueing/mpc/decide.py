@@ -44,7 +44,7 @@ EXACT: Final = 4  # request for the answer to a problem that the structured engi
 ENGINE: Final = 5  # request for the answer of an engine that kernels cannot call
 
 CONVERGED: Final = 1e-9  # Gauss-Newton steps end when no control changes by more
-_ASKED, ROUND, _CHANGES, GUESS_MISSED, GUESSED = range(5)  # what `Program.at` holds
+_REQUEST, ROUND, _CHANGES, GUESS_MISSED, GUESSED = range(5)  # what `Program.at` holds
 
 _ahead = PREDICT.call
 _solve = call_at(INTEGER, VECTOR)
@@ -114,7 +114,7 @@ def _write(p: Any) -> None:
 
 
 @jit_inlined
-def _run(p: Any, told: Vec) -> int:
+def _run(p: Any, result: Vec) -> int:
     """Solve the problem in memory, or continue; return the request, or NOTHING if it is solved."""
     if p.engine.solve == 0:
         return ENGINE
@@ -123,16 +123,16 @@ def _run(p: Any, told: Vec) -> int:
         return HINT
     if code == _LIMIT:
         return EXACT
-    told[SOLVER] = p.words[code]
-    told[RESIDUAL] = p.engine.info[_RESIDUAL] if told[SOLVER] == OPTIMAL else np.inf
+    result[SOLVER] = p.words[code]
+    result[RESIDUAL] = p.engine.info[_RESIDUAL] if result[SOLVER] == OPTIMAL else np.inf
     p.at[_CHANGES] += int(p.engine.info[_COUNT])
     return NOTHING
 
 
 @jit_inlined
-def _take(p: Any, told: Vec) -> None:
+def _take(p: Any, result: Vec) -> None:
     """Take a solution that Python has found."""
-    told[SOLVER], told[RESIDUAL] = p.answer[0], p.answer[2]
+    result[SOLVER], result[RESIDUAL] = p.answer[0], p.answer[2]
     p.at[_CHANGES] += int(p.answer[1])
 
 
@@ -151,40 +151,40 @@ def _spread(p: Any) -> float:
 
 
 @jit_inlined
-def _solve_all(p: Any, asked: int, told: Vec) -> int:
+def _solve_all(p: Any, request: int, result: Vec) -> int:
     """Take Gauss-Newton steps until the plan converges, their number is reached, or a request arises."""
     while True:
-        if asked <= GUESS:
+        if request <= GUESS:
             _write(p)
             if p.hinting and p.at[ROUND] == 0 and p.engine.solve != 0:
                 p.engine.offered[0] = _ON_REQUEST
-        if asked in (EXACT, ENGINE):
-            _take(p, told)
+        if request in (EXACT, ENGINE):
+            _take(p, result)
         else:
-            asked = _run(p, told)
-            if asked != NOTHING:
-                return asked
-        asked = NOTHING
+            request = _run(p, result)
+            if request != NOTHING:
+                return request
+        request = NOTHING
         p.at[ROUND] += 1
-        if told[SOLVER] != OPTIMAL:
+        if result[SOLVER] != OPTIMAL:
             return NOTHING
         if _spread(p) < CONVERGED or p.at[ROUND] >= p.rounds:
             return NOTHING
 
 
 @jit_inlined
-def _conclude(p: Any, command: Vec, told: Vec) -> None:
+def _conclude(p: Any, command: Vec, result: Vec) -> None:
     """Follow the plan if it is certified and the platform can stop after its first command; else brake."""
-    told[CHANGES], told[MISSED] = p.at[_CHANGES], p.at[GUESS_MISSED]
-    told[STATUS] = DECIDED if told[SOLVER] == OPTIMAL else FALLBACK
-    if told[STATUS] == DECIDED:
+    result[CHANGES], result[MISSED] = p.at[_CHANGES], p.at[GUESS_MISSED]
+    result[STATUS] = DECIDED if result[SOLVER] == OPTIMAL else FALLBACK
+    if result[STATUS] == DECIDED:
         command[:] = 0.0
         axes = p.given.axes
         for i in range(len(axes.axis)):
             command[axes.axis[i]] = axes.sign[i] * p.about[0, i]
         if p.checked and not allowed(p.belief.believed, command, p.belief.reach):
-            told[STATUS] = REFUSED
-    if told[STATUS] == DECIDED:
+            result[STATUS] = REFUSED
+    if result[STATUS] == DECIDED:
         _copy(p.about, p.plan)
         follow(p.belief, command)
     else:
@@ -206,28 +206,28 @@ def _observe(p: Any, motion: Mat) -> bool:
 
 @kernel
 def decide(
-    p: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, told: Vec
+    p: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, result: Vec
 ) -> int:
     """Decide one command (6,), or return a request; see `otolith.compiled.DECIDE`."""
-    asked = p.at[_ASKED] if again == 1 else NOTHING
-    if asked == NOTHING:
+    request = p.at[_REQUEST] if again == 1 else NOTHING
+    if request == NOTHING:
         p.at[:] = 0
-        told[:] = 0.0
+        result[:] = 0.0
         if p.predict[0] == 0:
-            p.at[_ASKED] = AHEAD
+            p.at[_REQUEST] = AHEAD
             return AHEAD
         _predict(p, now, preview, age)
-    if asked <= AHEAD:
+    if request <= AHEAD:
         if not _observe(p, motion):
-            told[STATUS], told[RESIDUAL] = INVALID, np.inf
+            result[STATUS], result[RESIDUAL] = INVALID, np.inf
             p.plan[:] = 0.0
             rest(p.belief, command)
             return NOTHING
         if p.guessing:
-            p.at[_ASKED] = GUESS
+            p.at[_REQUEST] = GUESS
             return GUESS
-    asked = _solve_all(p, asked, told)
-    p.at[_ASKED] = asked
-    if asked == NOTHING:
-        _conclude(p, command, told)
-    return asked
+    request = _solve_all(p, request, result)
+    p.at[_REQUEST] = request
+    if request == NOTHING:
+        _conclude(p, command, result)
+    return request

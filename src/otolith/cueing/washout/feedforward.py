@@ -63,7 +63,7 @@ class Washout:
         self._stopping = Stopping(task.platform, task.dofs, lag=0.0, period=period)
         self.memory = _memory(task, channels, period, self._stopping)
         self._method = DECIDE.bind(decide, self.memory)
-        self._motion, self._command, self._told = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
+        self._motion, self._command, self._result = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
         self.reset(PlatformState())
 
     @property
@@ -80,11 +80,11 @@ class Washout:
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide one command. Without a reference, come to rest, then start again from there."""
-        motion, command, told = self._motion, self._command, self._told
+        motion, command, result = self._motion, self._command, self._result
         motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
-        decide(self._method.held, motion, now(reference), NO_PREVIEW, reference.age, 0, command, told)
-        if told[STATUS] != DECIDED:
-            return self._stopped(outcome_of(told))
+        decide(self._method.held, motion, now(reference), NO_PREVIEW, reference.age, 0, command, result)
+        if result[STATUS] != DECIDED:
+            return self._stopped(outcome_of(result))
         twist = self.memory.twist.copy()
         return Command(
             acceleration=command.copy(),
@@ -98,7 +98,7 @@ class Washout:
         """Return the method of this washout."""
         return self._method
 
-    def answer(self, wish: int, reference: Reference) -> None:
+    def answer(self, request: int, reference: Reference) -> None:
         """Do nothing, since a washout has no requests."""
 
     def _stopped(self, outcome: Outcome) -> Command:

@@ -225,22 +225,22 @@ def decide(
     age: float,  # noqa: ARG001
     again: int,  # noqa: ARG001
     command: Vec,
-    told: Vec,
+    result: Vec,
 ) -> int:
     """Decide one command; see `otolith.compiled.DECIDE`. Washouts use neither preview nor age."""
-    told[:] = 0.0
+    result[:] = 0.0
     if _astray(of, motion):
         start(of, motion[0], motion[1])
     known = True
     for i in range(6):
         known = known and abs(now[i]) <= HUGE  # a NaN fails every comparison
     if not known:
-        told[STATUS] = INVALID
+        result[STATUS] = INVALID
         _stop(of, command)
         return NOTHING
     if of.at[STOPPED] == 1:
         start(of, of.pose.copy(), of.twist.copy())
-    told[STATUS] = DECIDED
+    result[STATUS] = DECIDED
     demand(of, now)
     _channels(of.channels, (of.at[FRESH], of.demand, of.motion))
     of.at[FRESH] = 0
