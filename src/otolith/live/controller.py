@@ -187,7 +187,7 @@ class Controller:
         return self._gate.rest(motion)
 
     def _judge(self, motion: Mat, stages: Mat) -> Verdict:
-        return self._gate.plan(motion, np.ascontiguousarray(stages), self.cueing.period)
+        return self._gate.plan(motion, stages, self.cueing.period)
 
     def _publish(
         self,

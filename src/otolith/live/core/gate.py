@@ -258,6 +258,9 @@ class Gate:
         )
         if park is not None:
             self.bounds, self.reach = _widened(self.bounds, park), _widened_reach(self.reach, park)
+        self._u = np.empty(
+            6
+        )  # a command to work with: one that can be written to, so that kernels have one form
         rest = np.zeros((3, 6))
         self.judge(rest)  # compiled now, so that no set-point waits for the compiler
         self.plan(rest, np.zeros((1, 6)), period)
@@ -279,11 +282,12 @@ class Gate:
         """Judge the commands (K, 6) of a plan from `motion`, each held for a period [s], and the way to rest
         after them.
         """
-        return _verdict(judge_plan(motion, stages, period, self.bounds, self.reach))
+        return _verdict(judge_plan(motion, np.array(stages), period, self.bounds, self.reach))
 
     def advance(self, motion: Mat, u: Vec, dt: float) -> Verdict:
         """Advance `motion` in place by dt [s] under the commands u (6,) if this passes; else leave it."""
-        return _verdict(advance(motion, u, dt, self.bounds, self.reach))
+        self._u[:] = u
+        return _verdict(advance(motion, self._u, dt, self.bounds, self.reach))
 
     def rest(self, motion: Mat) -> Mat:
         """Return the commands (K, 6) of the law from `motion` to rest, one for each of its periods."""
@@ -296,7 +300,8 @@ class Gate:
 
     def move(self, motion: Mat, u: Vec, dt: float) -> None:
         """Advance `motion` (3, 6) in place by dt [s] under the commands u (6,), unjudged."""
-        move(motion, u, self.reach.lag, dt)
+        self._u[:] = u
+        move(motion, self._u, self.reach.lag, dt)
 
 
 def dofs_of(platform: Platform) -> tuple[Dof, ...]:
