@@ -1,4 +1,4 @@
-"""The best that a platform can do for a drive: `otolith optimum`, and what runs are measured by."""
+"""The best that a platform can do for a drive: `otolith optimum`, and the comparison of runs with it."""
 
 import functools
 from pathlib import Path
@@ -16,7 +16,7 @@ from otolith.cueing.optimum import NAME, Optimum, check, measure_of
 from otolith.loop import Run
 from otolith.metrics.against_best import NOT_COMPUTED
 
-LONGEST: Final = 60.0  # [s] of a drive whose best is sought without being asked: some seconds at most
+LONGEST: Final = 60.0  # [s] longest drive whose optimum is computed without --optimum, in a few seconds
 _ON_FIRST_USE: Final = "the solver is compiled on first use (some 5 s), then cached"
 
 
@@ -51,15 +51,15 @@ def _refuse_what_it_ignores(choices: RunOptions) -> None:
 
 
 class Yardstick:
-    """The best that is possible on every scenario, sought once for each ideal plant.
+    """The optimum of every scenario, computed once for each ideal plant.
 
     Parameters
     ----------
-    asked : --optimum, --no-optimum, or neither: then it is sought for drives of at most `LONGEST`.
+    asked : True for --optimum, False for --no-optimum; None: it is computed for drives of at most `LONGEST`.
 
     Raises
     ------
-    InputError : it is asked for, and cannot be had; no time was spent yet.
+    InputError : --optimum is given for a drive without an optimum; no time has been spent yet.
     """
 
     def __init__(self, prepared: Prepared, asked: bool | None, console: Console) -> None:
@@ -70,14 +70,14 @@ class Yardstick:
                 check(scenario)
 
     def best(self, k: int, cueing: str) -> Optimum | str:
-        """The best for scenario k on the plant of an algorithm, or why it is not known, in words."""
+        """Return the optimum of scenario k on the plant of an algorithm, or in words why it is unknown."""
         key = k, measure_of(self._prepared.plants[cueing])
         if key not in self._found:
             self._found[key] = self._seek(k, cueing)
         return self._found[key]
 
     def drawn(self, k: int) -> Run | None:
-        """The one that pages of scenario k show: that of the first algorithm."""
+        """Return the optimum's run that pages of scenario k show, which is that of the first algorithm."""
         best = self.best(k, next(iter(self._prepared.plants)))
         return None if isinstance(best, str) else best.run
 

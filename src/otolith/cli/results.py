@@ -1,4 +1,4 @@
-"""What commands write of their runs: run.h5, summary.json, report.html and figures, in one folder."""
+"""The files that commands write of their runs: run.h5, summary.json, report.html and figures."""
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -12,7 +12,7 @@ from otolith.cli.figures import write_figure
 from otolith.cueing.optimum import Optimum
 from otolith.loop import Run
 
-if TYPE_CHECKING:  # drawing is imported when there is something to draw: bad input is refused sooner
+if TYPE_CHECKING:  # imported on use, so that bad input is refused sooner
     from matplotlib.figure import Figure
 
 Out = Annotated[Path | None, typer.Option(help="Folder for the results (default: out/SCENARIO-CUEING).")]
@@ -28,7 +28,7 @@ def write_results(
 
     Parameters
     ----------
-    best : the best that is possible on the run's drive, or why it is not known, in words.
+    best : the optimum of the run's drive, or in words why it is unknown.
     """
     from otolith import metrics, report
 

@@ -1,7 +1,7 @@
 """How far a run is from the best that is possible on its drive.
 
-Of several degrees of freedom the errors count together, by the weights with which the best was sought: of
-that sum no motion within the limits has less, while one force may be followed better at another's expense.
+The errors of several degrees of freedom count together, with the weights of the optimum's cost. No motion
+within the limits has a smaller sum, while one force may be followed better at the expense of another.
 """
 
 import math
@@ -16,34 +16,37 @@ from otolith.metrics.axes import by_force, by_rate
 from otolith.metrics.measure import Summary
 from otolith.metrics.tracking import rate_rmse, tracking_rmse
 
-WITHIN_REACH: Final = 0.02  # of what is wanted: the best misses less than this beside what its lag costs
+WITHIN_REACH: Final = 0.02  # of what is wanted; an optimum whose error is less, its lag aside, is perfect
 NOT_COMPUTED: Final = "add --optimum"
 
 
 class Best(Protocol):
-    """The best run, as `otolith.cueing.optimum` finds it; by degree of freedom, [m/s²] or [rad/s]."""
+    """The best run, as `otolith.cueing.optimum` finds it; figures by degree of freedom [m/s² or rad/s]."""
 
     @property
     def run(self) -> Run:
-        """The run."""
+        """Return the run."""
 
     @property
     def through_lag(self) -> Mapping[str, float]:
-        """RMS errors that no platform with this lag can avoid, as jumps are followed through it."""
+        """Return the RMS errors that no platform with this lag can avoid, since it cannot follow jumps."""
 
     @property
     def weights(self) -> Mapping[str, float]:
-        """Weights of the squared errors."""
+        """Return the weights of the squared errors."""
 
 
 def against_best(run: Run, best: Best) -> dict[str, Any]:
-    """How many times the least possible error a run has, in all and by degree of freedom, as JSON values.
+    """Compare a run's errors with the least possible ones, in total and by degree of freedom.
 
-    `times` is None where the best misses nothing but what its lag costs: there is nothing to divide by.
+    Returns
+    -------
+    JSON values. `times` is the ratio of the run's error to the least. It is None if the best has no error but
+    that of its lag, since there is nothing to divide by.
 
     Raises
     ------
-    InputError : the two are not of one drive.
+    InputError : the runs differ in drive, platform or degrees of freedom.
     """
     _check_alike(run, best.run)
     error, least, still = _errors(run), _errors(best.run), _wanted(run)
@@ -69,7 +72,7 @@ def against_best(run: Run, best: Best) -> dict[str, Any]:
 
 
 def not_computed(reason: str = NOT_COMPUTED) -> dict[str, Any]:
-    """What a summary keeps where the best was not sought, or not found."""
+    """Return the entry of a summary if the best was not computed or not found."""
     return {"not_computed": reason}
 
 
@@ -80,12 +83,12 @@ def _check_alike(run: Run, best: Run) -> None:
 
 
 def _errors(run: Run) -> dict[str, float]:
-    """RMS of felt minus wanted, by degree of freedom [m/s² or rad/s]."""
+    """Return the RMS of felt minus wanted, by degree of freedom [m/s² or rad/s]."""
     return by_force(run, tracking_rmse(run)) | by_rate(run, rate_rmse(run))
 
 
 def _wanted(run: Run) -> dict[str, float]:
-    """RMS of what is wanted, by degree of freedom [m/s² or rad/s]."""
+    """Return the RMS of what is wanted, by degree of freedom [m/s² or rad/s]."""
     force, rate = (
         np.sqrt(np.mean(wanted**2, axis=0)) for wanted in (run.reference_force, run.reference_rate)
     )
@@ -93,14 +96,14 @@ def _wanted(run: Run) -> dict[str, float]:
 
 
 def _times(error: float, least: float, lag: float, still: float) -> tuple[float | None, float | None]:
-    """Error, and what standing still has, in times of the least; None where that is within reach."""
+    """Return the ratios of a run's error and of standing still's to the least; None if within reach."""
     if math.sqrt(max(least**2 - lag**2, 0.0)) <= WITHIN_REACH * still:
         return None, None
     return error / least, still / least
 
 
 def times_or_words(told: Mapping[str, Any]) -> float | str:
-    """What a column of a table shows of `against_best`."""
+    """Return what a column of a table shows for the result of `against_best`."""
     if "not_computed" in told:
         return "not computed"
     times: float | None = told["times"]
@@ -108,7 +111,7 @@ def times_or_words(told: Mapping[str, Any]) -> float | str:
 
 
 def best_in_words(summary: Summary) -> str:
-    """How far a run is from the best that is possible, or why it is not known, in words."""
+    """Describe how far a run is from the best that is possible, or why that is unknown."""
     told = summary.get("optimum")
     if told is None:
         return ""
@@ -128,7 +131,7 @@ def best_in_words(summary: Summary) -> str:
 
 
 def _least(dof: str, one: Mapping[str, Any], summary: Summary) -> str:
-    """The least error of one degree of freedom, with its unit, and where several are named, its own ratio."""
+    """Describe the least error of one degree of freedom; with a name, the run's ratio to it, too."""
     turns = dof == "yaw" or summary["dofs"] == "yaw"
     size = f"{math.degrees(one['error']):.3f} deg/s" if turns else f"{one['error']:.4f} m/s²"
     if not dof:

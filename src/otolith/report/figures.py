@@ -118,9 +118,9 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 @contextmanager
 def arranged(figure: Figure) -> Iterator[None]:
-    """Arrange the figure's parts once; within the context every `save_figure` writes them as they stand.
+    """Arrange the figure's parts once, for every `save_figure` within the context.
 
-    Matplotlib arranges anew for every file, for which it draws everything twice over.
+    Without this, matplotlib arranges them anew for every file, and for that it draws everything twice.
     """
     engine, dpi = figure.get_layout_engine(), figure.dpi
     if engine is None:

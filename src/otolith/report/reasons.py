@@ -101,7 +101,7 @@ def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standi
 
 
 def _beside_the_best(of_one: ByCueing, order: Sequence[Standing]) -> str:
-    """How far each is from the best that is possible, where that is known."""
+    """State how far each is from the best that is possible, where that is known."""
     told = {one.cueing: of_one[one.cueing].get("optimum", {"not_computed": ""}) for one in order}
     if all("not_computed" in one for one in told.values()):
         return ""

@@ -1,12 +1,12 @@
-"""Katliar's offline problem: of all motions within the limits, the one that feels most like the drive.
+"""Katliar's offline problem: the motion within the limits that feels most like the drive.
 
-The whole reference is known, there is no washout and nothing is held back for what may come, so no causal
-algorithm can do better: its error is the measure of theirs. What is minimised is the mean square of the error
-of the felt force that `metrics` reports, at every sample of the plant and at the driver's head where the
-platform's file says where that is; yaw adds that of its rate, with the weight of the MPCs. A trace of effort
-makes the answer unique. The limits are the platform's own at the nodes of control (place, speed,
-acceleration, command, the circle), without braking rows, and the motion model is that of the MPCs, with the
-exact gravity of every tilt.
+The whole reference is known, there is no washout, and no travel is reserved for later. So no causal algorithm
+can do better, and its error is the measure for theirs. The cost is the mean square of the error of the felt
+force that `metrics` reports, at every sample of the plant, and at the driver's head if the platform's file
+gives its place. Yaw adds the mean square of the error of its rate, with the weight of the MPCs. Heave is a
+problem of its own. A small weight on the commands makes the answer unique. The limits are those of the
+platform at the nodes of control (place, speed, acceleration, command, the circle), without braking rows. The
+motion model is that of the MPCs, with the exact gravity of every tilt.
 
 Source: M. Katliar, Optimal control of motion simulators (University of Freiburg, 2020).
 """
@@ -36,18 +36,18 @@ NAME: Final = "optimum"  # of the run
 PERIOD: Final = 0.01  # [s]
 EFFORT: Final = 1e-5  # weight of u² next to the squared errors of all samples of a period
 ACCEPTED: Final = 1e-4  # largest certificate of an answer
-NOTICED: Final = 1e-4  # [m/s², rad/s] an error whose cost counts as none, in every sample
+NOTICED: Final = 1e-4  # [m/s², rad/s] an error of this size in every sample has a cost that counts as zero
 _LEAST_LAG: Final = 1e-4  # [s]
-_LONGEST: Final = 3600.0  # [s] that fit in memory
+_LONGEST: Final = 3600.0  # [s] longest scenario that fits in memory
 
 
 class NoOptimum(OtolithError):
-    """The solver gave an answer whose certificate is not accepted."""
+    """The certificate of the solver's answer is not accepted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Optimum:
-    """The best motion, as a run like any other, and the proof that it is."""
+    """The best motion, recorded as a run, and the proof that it is the best."""
 
     run: Run
     certificate: Certificate
@@ -69,14 +69,14 @@ def optimum(
 
     Parameters
     ----------
-    plant : "ideal", whose accelerations lag their commands as the platform's file says, or "ideal-no-lag".
+    plant : "ideal", whose accelerations lag their commands as the platform's file states, or "ideal-no-lag".
     plant_period : [s] between two samples, a whole fraction of 10 ms.
     settings : what the user chose, for the record of the run.
 
     Raises
     ------
-    InputError : the platform lacks an axis, the plant is not ideal, or the scenario lasts over an hour or
-        wants what is no number.
+    InputError : the platform lacks an axis, heave is cued with others, the plant is not ideal, the scenario
+        lasts over an hour, or its reference is not finite.
     NoOptimum : the certificate of the answer is not accepted.
     """
     check(scenario)
@@ -109,19 +109,19 @@ def optimum(
 
 
 def measure_of(plant: str) -> str:
-    """The ideal plant on which the best is sought for runs on `plant`: the lag-free one for itself alone."""
+    """Return the ideal plant whose optimum measures runs on `plant`; "ideal-no-lag" measures only itself."""
     return "ideal-no-lag" if plant == "ideal-no-lag" else "ideal"
 
 
 def check(scenario: Scenario) -> None:
-    """Refuse a scenario that has no optimum here, before any time is spent; errors are those of `optimum`."""
+    """Refuse what has no optimum here before any time is spent; errors are those of `optimum`."""
     if scenario.duration > _LONGEST:
         raise InputError("duration of the scenario", f"{scenario.duration:g} s", f"at most {_LONGEST:g} s")
 
 
 @dataclass(frozen=True)
 class _Felt:
-    """The error of what is felt: the cost of `otolith.ocp`, and again by definition, for the certificate."""
+    """The error of what is felt: the cost of `otolith.ocp`, and its definition for the certificate."""
 
     tracked: kernels.Tracked
 
@@ -135,7 +135,7 @@ class _Felt:
         head: tuple[float, float, float] | None,
         plant_period: float,
     ) -> "_Felt":
-        """The cost of a scenario along degrees of freedom; the head as `Platform.head`."""
+        """Return the cost of a scenario along degrees of freedom; `head` is that of `Platform.head`."""
         samples, N = round(PERIOD / plant_period), round(scenario.duration / PERIOD)
         time = np.arange(1, N * samples + 1, dtype=np.float64) * plant_period - EDGE
         both = np.hstack([scenario.specific_force(time), scenario.angular_rate(time)[:, 2:]])
@@ -158,7 +158,7 @@ class _Felt:
 
     @property
     def nothing(self) -> float:
-        """The cost of an error of `NOTICED` in every sample."""
+        """Return the cost of an error of `NOTICED` in every sample."""
         N, samples, _ = self.tracked.wanted.shape
         return float(0.5 * N * samples * NOTICED**2)
 
@@ -169,13 +169,13 @@ class _Felt:
         return Expansion(kernels.expand(self.tracked, X, U, gradient, hessian, exact), gradient, hessian)
 
     def costs(self, X: Numbers, U: Numbers) -> Numbers:
-        """The cost of every step (N,), by the definitions of the frames: for the certificate alone."""
+        """Return the cost of every step (N,) by the definitions of the frames, for the certificate alone."""
         squares = np.sum(self.tracked.weight * self.errors(X, U) ** 2, axis=(1, 2))
         total: Numbers = 0.5 * (squares + EFFORT * np.sum(U**2, axis=1))
         return total
 
     def errors(self, X: Numbers, U: Numbers) -> Numbers:
-        """Felt minus wanted (N, S, C) of the states X (N, nx) before and the inputs of every step."""
+        """Return felt minus wanted (N, S, C) for the states X (N, nx) before every step and its inputs."""
         t = self.tracked
         motion = np.zeros((3, len(U), len(t.within), 6), X.dtype)
         for i, axis in enumerate(t.axes):
@@ -187,10 +187,11 @@ class _Felt:
 
 
 def _through_lag(cost: _Felt, c: int, dof: Dof, lag: float) -> float:
-    """RMS error that no platform with this lag and these periods can avoid along one degree of freedom.
+    """Return the RMS error along one degree of freedom that no platform with this lag and period can avoid.
 
-    That of an axis without limits, straight along what is felt: what remains are jumps, which commands that
-    last a period and reach the accelerations through the lag cannot follow.
+    It is the error of an axis without limits that moves straight along what is felt. Only jumps of the
+    reference remain in it. Commands that last a period and reach the acceleration through a lag cannot follow
+    them.
     """
     t = cost.tracked
     alone = _Felt(
@@ -211,6 +212,7 @@ def _through_lag(cost: _Felt, c: int, dof: Dof, lag: float) -> float:
 
 
 def _dynamics(platform: Platform, dofs: tuple[Dof, ...], lag: float) -> Dynamics:
+    """Return the dynamics and limits of all axes that are cued."""
     axes = [axis for dof in dofs for axis in dof.axes]
     A, B = zero_order_hold(*_axis(lag), PERIOD)
     lower, upper, of_u = np.empty((len(axes), 3)), np.empty((len(axes), 3)), np.empty(len(axes))
@@ -234,7 +236,7 @@ def _dynamics(platform: Platform, dofs: tuple[Dof, ...], lag: float) -> Dynamics
 
 
 def _axis(lag: float) -> tuple[Mat, Mat]:
-    """Place, speed and acceleration of one axis that lags its command (eq. 4.9)."""
+    """Return (A, B) of place, speed and acceleration of one axis that lags its command (eq. 4.9)."""
     return (
         np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / lag]]),
         np.array([[0.0], [0.0], [1.0 / lag]]),
@@ -242,14 +244,16 @@ def _axis(lag: float) -> tuple[Mat, Mat]:
 
 
 def _within(lag: float, samples: int) -> Mat:
-    """(S, 3, 4) motion of one axis at the samples of a period, by place, speed, acceleration, command."""
+    """Return (S, 3, 4): motion of one axis at the samples of a period, by place, speed, acceleration,
+    command.
+    """
     A, B = _axis(lag)
     step = PERIOD / samples
     return np.stack([np.hstack(zero_order_hold(A, B, step * j)) for j in range(1, samples + 1)])
 
 
 class _Replay:
-    """Commands that were found beforehand, as a cueing algorithm."""
+    """A cueing algorithm that replays commands found beforehand."""
 
     period = PERIOD
 
