@@ -78,11 +78,11 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
     """Return one run per scenario and algorithm, grouped by scenario."""
     runs: list[list[Run]] = [[] for _ in prepared.scenarios]
     design = replace(
-        prepared.design, progress=lambda now: tell(f"explicit law: {progress_line(now)}")
+        prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
     )  # all algorithms share one design, and with it the laws that are enumerated on first use
     for name, plant in prepared.plants.items():
         text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
-        with working(console, text) as tell:
+        with working(console, text) as report:
             move = registry.PLANTS[plant].load()
             cueing = registry.make_cueing(name, design, dead_time=move(design.platform).dead_time)
         for done, scenario, settings in zip(runs, prepared.scenarios, prepared.settings, strict=True):

@@ -24,7 +24,7 @@ Replace = Annotated[bool, typer.Option("--replace", help=_REPLACE)]  # for a com
 EVERY: Final = 10.0  # [s] between progress lines if there is no terminal
 
 
-class Tell(Protocol):
+class OnProgress(Protocol):
     """Receives the current text and, if it is known, the fraction done."""
 
     def __call__(self, text: str, fraction: float | None = None) -> None:
@@ -72,8 +72,8 @@ def progress_bar(console: Console, text: str) -> Iterator[Callable[[float], None
     done.
     """
     if not console.is_terminal:
-        with lines(console, text) as tell:
-            yield lambda fraction: tell(text, fraction)
+        with lines(console, text) as progress:
+            yield lambda fraction: progress(text, fraction)
         return
     with _bars(console) as bar:
         task = bar.add_task(text, total=1.0)
@@ -88,8 +88,8 @@ def working(console: Console, text: str) -> Iterator[Callable[[str], None]]:
     call with the current text.
     """
     if not console.is_terminal:
-        with lines(console, text) as tell:
-            yield tell
+        with lines(console, text) as progress:
+            yield progress
         return
     with console.status(Text(text)) as status:
         yield lambda now: status.update(Text(now))
@@ -102,8 +102,8 @@ def described_bar(console: Console, text: str) -> Iterator[Callable[[str, float]
     Yields a function to call with the current text and the fraction done.
     """
     if not console.is_terminal:
-        with lines(console, text) as tell:
-            yield tell
+        with lines(console, text) as progress:
+            yield progress
         return
     with _bars(console) as bar:
         task = bar.add_task(text, total=1.0)
@@ -120,7 +120,7 @@ def _bars(console: Console) -> Bars:
 @contextmanager
 def lines(
     console: Console, text: str, *, every: float = EVERY, now: Callable[[], float] = time.monotonic
-) -> Iterator[Tell]:
+) -> Iterator[OnProgress]:
     """Print a line of progress at regular intervals, from a separate thread, with the latest report.
 
     Parameters
@@ -131,7 +131,7 @@ def lines(
     latest: tuple[str, float | None] = (text, None)
     began, done = now(), threading.Event()
 
-    def tell(text: str, fraction: float | None = None) -> None:
+    def progress(text: str, fraction: float | None = None) -> None:
         nonlocal latest
         latest = (text, fraction)
 
@@ -142,7 +142,7 @@ def lines(
     printer = threading.Thread(target=print_lines, daemon=True)
     printer.start()
     try:
-        yield tell
+        yield progress
     finally:
         done.set()
         printer.join()

@@ -74,8 +74,8 @@ def verify(
     found = files.read_sets(Path(sets)) if read else _found(sets, braking, period)
     judged, tried = found.check(), {}
     if states:
-        with described_bar(screen(), "compiling; the machine code is then cached") as tell:
-            tried = found.tried(states=states, steps=steps, seed=seed, tell=tell)
+        with described_bar(screen(), "compiling; the machine code is then cached") as progress:
+            tried = found.tried(states=states, steps=steps, seed=seed, progress=progress)
     if json:
         print_json(_account(found, judged, tried))
     _tell(found, judged, tried)

@@ -102,30 +102,30 @@ def _times(error: float, least: float, lag: float, still: float) -> tuple[float 
     return error / least, still / least
 
 
-def times_or_words(told: Mapping[str, Any]) -> float | str:
+def times_or_words(entry: Mapping[str, Any]) -> float | str:
     """Return what a column of a table shows for the result of `against_best`."""
-    if "not_computed" in told:
+    if "not_computed" in entry:
         return "not computed"
-    times: float | None = told["times"]
+    times: float | None = entry["times"]
     return "within reach" if times is None else times
 
 
 def best_in_words(summary: Summary) -> str:
     """Describe how far a run is from the best that is possible, or why that is unknown."""
-    told = summary.get("optimum")
-    if told is None:
+    entry = summary.get("optimum")
+    if entry is None:
         return ""
-    if "not_computed" in told:
-        return f"the best that is possible is not computed; {told['not_computed']}"
-    several = len(told["by_dof"]) > 1
-    each = ", ".join(_least(dof if several else "", one, summary) for dof, one in told["by_dof"].items())
-    if told["times"] is None:
+    if "not_computed" in entry:
+        return f"the best that is possible is not computed; {entry['not_computed']}"
+    several = len(entry["by_dof"]) > 1
+    each = ", ".join(_least(dof if several else "", one, summary) for dof, one in entry["by_dof"].items())
+    if entry["times"] is None:
         text = f"a perfect answer is within reach of this platform on this drive ({each})"
     else:
-        text = f"its error is {told['times']:.2f} times the best that is possible on this drive ({each})"
-    if told["plant"] != summary["plant"]:
-        text += f", measured on the plant {told['plant']}"
-    if told["times"] is not None and (summary.get("violations") or summary.get("soft_exceeded")):
+        text = f"its error is {entry['times']:.2f} times the best that is possible on this drive ({each})"
+    if entry["plant"] != summary["plant"]:
+        text += f", measured on the plant {entry['plant']}"
+    if entry["times"] is not None and (summary.get("violations") or summary.get("soft_exceeded")):
         text += ", which keeps the limits that this run passed"
     return text
 

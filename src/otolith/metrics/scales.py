@@ -31,17 +31,17 @@ def _error(summary: Summary) -> Reading | None:
 
 
 def _times(summary: Summary) -> Reading | None:
-    told = summary.get("optimum", {})
-    times = told.get("times")
+    entry = summary.get("optimum", {})
+    times = entry.get("times")
     if times is None:
         return None
-    room = told["standing_still"] - 1.0  # zero if the best motion is to stand still
+    room = entry["standing_still"] - 1.0  # zero if the best motion is to stand still
     words = best_in_words(summary)
     return Reading(
         value=f"{times:.3g} times",
         share=(times - 1.0) / room if room > 0.0 else float(times > 1.0),
         words=f"{words[0].upper()}{words[1:]}. A platform that stands still has "
-        f"{told['standing_still']:.3g} times the best.",
+        f"{entry['standing_still']:.3g} times the best.",
     )
 
 

@@ -102,10 +102,10 @@ def _ruled_out(k: int, of_one: ByCueing, order: Sequence[Standing], best: Standi
 
 def _beside_the_best(of_one: ByCueing, order: Sequence[Standing]) -> str:
     """State how far each is from the best that is possible, where that is known."""
-    told = {one.cueing: of_one[one.cueing].get("optimum", {"not_computed": ""}) for one in order}
-    if all("not_computed" in one for one in told.values()):
+    entries = {one.cueing: of_one[one.cueing].get("optimum", {"not_computed": ""}) for one in order}
+    if all("not_computed" in one for one in entries.values()):
         return ""
-    times = {name: one.get("times") for name, one in told.items()}
+    times = {name: one.get("times") for name, one in entries.items()}
     if not any(times.values()):
         return " A perfect answer is within reach of the platform on this drive."
     known = [f"{name} {value:.2f}" for name, value in times.items() if value is not None]

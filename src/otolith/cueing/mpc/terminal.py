@@ -23,7 +23,7 @@ from otolith.safety.invariant.certificate import AxisCertificate, Judgement, che
 from otolith.safety.invariant.trial import Trial, drive
 
 CIRCLE: Final = "circle"  # the name of what surge and sway do together
-Tell = Callable[[str, float], None]
+OnProgress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,14 +135,16 @@ class TerminalSets:
         """Names of the axes that share the platform's circle."""
         return tuple(name for name, axis in self.described().items() if axis.shares_circle)
 
-    def tried(self, *, states: int, steps: int, seed: int, tell: Tell = lambda *_: None) -> dict[str, Trial]:
+    def tried(
+        self, *, states: int, steps: int, seed: int, progress: OnProgress = lambda *_: None
+    ) -> dict[str, Trial]:
         """Let adversaries drive every axis, and surge and sway together where they share a circle."""
         described, rng = self.described(), np.random.default_rng(seed)
         groups: dict[str, tuple[str, ...]] = {name: (name,) for name in described}
         groups |= {CIRCLE: shared} if (shared := self.in_circle()) else {}
         found: dict[str, Trial] = {}
         for name, members in groups.items():
-            tell(f"{name}: {states} states, {steps} periods each", len(found) / len(groups))
+            progress(f"{name}: {states} states, {steps} periods each", len(found) / len(groups))
             found[name] = drive(
                 [(described[one], self.axes[one]) for one in members],
                 circle=(self.platform.circle or math.inf) if name == CIRCLE else math.inf,

@@ -244,9 +244,7 @@ def _axis(lag: float) -> tuple[Mat, Mat]:
 
 
 def _within(lag: float, samples: int) -> Mat:
-    """Return (S, 3, 4): motion of one axis at the samples of a period, by place, speed, acceleration,
-    command.
-    """
+    """Return the motion of one axis at a period's samples (S, 3, 4), from its state and command."""
     A, B = _axis(lag)
     step = PERIOD / samples
     return np.stack([np.hstack(zero_order_hold(A, B, step * j)) for j in range(1, samples + 1)])
