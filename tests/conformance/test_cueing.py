@@ -27,6 +27,10 @@ NAMES = [*registry.CUEING, OWN_FILE]
 EVERY = pytest.mark.parametrize("name", NAMES, ids=lambda name: name.rpartition(":")[2])
 LIMITED = [name for name in NAMES if registry.cueing_named(name).limited]
 UNLIMITED = [name for name, entry in registry.CUEING.own.items() if not entry.limited]
+PUBLISHED = [name for name, entry in SCENARIOS.items() if entry.source.startswith("thesis")]
+OWN = [
+    name for name in SCENARIOS if name not in PUBLISHED
+]  # long: only the default and the washouts take them
 
 
 @cache
@@ -149,8 +153,10 @@ def test_a_washout_keeps_the_tilt_threshold_and_comes_home_after_every_scenario(
     assert np.abs(result.pose[-1]).max() < 0.05 * max(0.1, np.abs(result.pose).max())
 
 
-@pytest.mark.parametrize("name", LIMITED)
-@pytest.mark.parametrize("scenario_name", SCENARIOS)
+@pytest.mark.parametrize(
+    ("name", "scenario_name"),
+    [(name, one) for name in LIMITED for one in PUBLISHED] + [("predictive", one) for one in OWN],
+)
 def test_every_limit_holds_at_every_node_of_every_scenario(name: str, scenario_name: str) -> None:
     result = close_the_loop(name, scenario(scenario_name))
     assert set(result.status) == {Status.DECIDED}
