@@ -9,11 +9,16 @@ import pytest
 from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, SURGE_PITCH, SWAY_ROLL
 from otolith.cueing.mpc.axis_sets import axis_sets
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.predictive import predictive_settings
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.terminal import CIRCLE, TerminalSets, digest
+from otolith.interfaces import PlatformState, Reference, Status
 from otolith.platforms import Platform, catalog, load, parse_platform
+from otolith.safety.invariant.contraction import cells, certified_ahead
+from otolith.safety.law import move
 
 RIG = """
 name = "rig"
@@ -101,3 +106,50 @@ def test_the_digest_is_that_of_all_a_platform_is() -> None:
     assert digest(platform) == digest(load("davsi")) != digest(load("davsi-4dof"))
     longer: dict[str, Any] = {"description": "another"}
     assert digest(platform.model_copy(update=longer)) != digest(platform)
+
+
+def settings_of(kind: str, platform: Platform) -> MpcSettings:
+    """The thesis's horizon without blocks, or that of `predictive` with them."""
+    plain = MpcSettings()
+    return plain if kind == "full" else predictive_settings(plain, platform, (SURGE_PITCH,), 0.5)
+
+
+def fallbacks(kind: str, monkeypatch: pytest.MonkeyPatch, *, factor: float = 1.0) -> int:
+    """Decisions without a solution, from vertices of the sets and under forces that want out.
+
+    Parameters
+    ----------
+    factor : by which the wedges are shorter than proved, in the rows and in the states alike.
+    """
+    if factor < 1.0:
+        monkeypatch.setattr(
+            "otolith.cueing.mpc.axis_sets.certified_ahead",
+            lambda axes, least: factor * (certified_ahead(axes, least) or 0.0),
+        )
+    platform, rng, count = load("thesis"), np.random.default_rng(4), 0
+    mpc = Mpc(platform, (SURGE_PITCH,), settings_of(kind, platform))
+    sets = axis_sets(platform, SURGE_PITCH, BrakingRows.STOPPING, lag=0.01, period=0.01)
+    corners = [np.vstack([cell.vertices for cell in cells(one)]) for one in sets]
+    for start in range(12):
+        motion = np.zeros((3, 6))
+        for axis, sign, of_axis in zip(SURGE_PITCH.axes, SURGE_PITCH.signs, corners, strict=True):
+            motion[:, axis] = sign * (1.0 - 1e-9) * of_axis[start % len(of_axis)]
+        mpc.reset(PlatformState(pose=motion[0], twist=motion[1], acceleration=motion[2]))
+        for _ in range(8):
+            state = PlatformState(
+                pose=motion[0].copy(), twist=motion[1].copy(), acceleration=motion[2].copy()
+            )
+            wanted = np.array([rng.choice([-8.0, 8.0]), 0.0, 0.0])
+            command = mpc.step(state, Reference(specific_force=wanted))
+            count += command.outcome.status is not Status.DECIDED
+            move(motion, command.acceleration, 0.01, 0.01)
+    return count
+
+
+@pytest.mark.parametrize("kind", ["full", "blocked"])
+def test_from_every_state_of_the_sets_each_decision_has_a_solution(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With wedges of half the length, by which a platform can still stop, many have none."""
+    assert fallbacks(kind, monkeypatch) == 0
+    assert fallbacks(kind, monkeypatch, factor=0.5) > 10
