@@ -1,4 +1,4 @@
-"""Five figures, each between two facts."""
+"""Six figures, each between two facts."""
 
 from pathlib import Path
 from typing import Any

@@ -105,7 +105,7 @@ def _percent(share: float) -> str:
 
 
 TIMES_THE_BEST: Final = Scale(title="Against the best", ends=("the best", "nothing felt"), read=_times)
-TRACKING_ERROR: Final = Scale(title="Tracking error", ends=("felt as wanted", "nothing felt"), read=_error)
+TRACKING_ERROR: Final = Scale(title="Tracking error", ends=("as wanted", "nothing felt"), read=_error)
 SAME_SHAPE: Final = Scale(title="Same shape", ends=("same shape", "unrelated"), read=_shape)
 MISLED: Final = Scale(title="Misled", ends=("never", "all the time"), read=_misled)
 REACH_USED: Final = Scale(title="Reach used", ends=("at rest", "at its end"), read=_reach)
