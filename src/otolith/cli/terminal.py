@@ -1,4 +1,4 @@
-"""`otolith terminal`: the sets that a platform's axes need never leave, found, proved and tried."""
+"""`otolith terminal`: sets in which a platform's axes can always stay are found, proved and tried."""
 
 import sys
 from dataclasses import asdict

@@ -1,9 +1,10 @@
-"""The sets that the axes of a platform need never leave, with the rows of an MPC's settings.
+"""The sets that the axes of a platform can always stay in, with the rows of an MPC's settings.
 
-The wedge of an axis (`otolith.safety.invariant.axis`) is as short as the proof allows: the first of a row of
-times ahead, each a tenth longer than the one before, with which every vertex of the set has a command that
-leads back into it. Where a braking law slows an axis, the row begins at a tenth of that law's own time, far
-below where it acts in normal motion, so that measurement errors cost little command.
+The wedge of an axis (`otolith.safety.invariant.axis`) is as short as the proof allows. A sequence of times
+ahead is tried, each a tenth longer than the one before, and the first is taken with which every vertex of the
+set has a command that leads back into it. If a braking law slows an axis, the sequence begins at a tenth of
+that law's own time. This is far below the times at which the law acts in normal motion, so that measurement
+errors cost little command.
 """
 
 from dataclasses import replace
@@ -17,20 +18,22 @@ from otolith.safety.invariant.axis import LEAST_LAG, Axis, AxisSet
 from otolith.safety.invariant.contraction import certified_ahead
 
 _PAIRS: Final = tuple(dof for dof in DOFS.values() if dof.is_pair)
-_SHARE: Final = 0.1  # of the braking law's own time that a wedge has at least
+_SHARE: Final = 0.1  # share of the braking law's own time that a wedge has at least
 
 
 def axis_sets(
     platform: Platform, dof: Dof, kind: BrakingRows, *, lag: float, period: float
 ) -> tuple[AxisSet, ...]:
-    """The sets of the axes of a degree of freedom, in the order of `Dof.axes`.
+    """Return the sets of the axes of a degree of freedom, in the order of `Dof.axes`.
 
-    Surge and sway of a platform with a limit circle get the same wedge, one in which neither ever needs to
-    lead its place q + τ w away from the centre; so both together can stay in the circle.
+    Surge and sway of a platform with a limit circle get the same wedge, in which neither ever needs to move
+    its z = q + τ w away from the centre. So both together can stay in the circle.
 
     Parameters
     ----------
-    kind : which rows slow the axes. lag : T [s]; period : Δ [s] between two decisions.
+    kind : the rows that slow the axes.
+    lag : T [s].
+    period : Δ [s] between two decisions.
 
     Raises
     ------
@@ -47,7 +50,10 @@ def axis_sets(
 def axes_on(
     platform: Platform, dof: Dof, kind: BrakingRows, *, lag: float, period: float
 ) -> tuple[Axis, ...]:
-    """The axes of a platform's degree of freedom, in the order of `Dof.axes`; parameters as `axis_sets`."""
+    """Return the axes of a platform's degree of freedom, in the order of `Dof.axes`.
+
+    Parameters are those of `axis_sets`.
+    """
     first, *others = axes_of(dof, platform.limits(dof), platform.braking, kind, lag=lag, period=period)
     circle = platform.circle is not None and dof in _PAIRS and all(map(platform.can_cue, _PAIRS))
     return (replace(first, shares_circle=circle), *others)
@@ -56,7 +62,7 @@ def axes_on(
 def axes_of(
     dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows, *, lag: float, period: float
 ) -> tuple[Axis, ...]:
-    """The axes of a degree of freedom as their sets see them, in the order of `Dof.axes`."""
+    """Return the axes of a degree of freedom as their sets need them, in the order of `Dof.axes`."""
     slowing = slowing_rows(dof, limits, braking, kind)
     return tuple(
         Axis(limits=one, lag=max(lag, LEAST_LAG), period=period, slowing=rows)
@@ -65,12 +71,12 @@ def axes_of(
 
 
 def sets_apart(dof: Dof, braking: Braking, axes: tuple[Axis, ...]) -> tuple[AxisSet, ...]:
-    """The sets of axes that share no circle; errors as `axis_sets`."""
+    """Return the sets of axes that share no circle; errors are those of `axis_sets`."""
     return tuple(AxisSet(axis, _ahead(dof, braking, (axis,), i)) for i, axis in enumerate(axes))
 
 
 def _ahead(dof: Dof, braking: Braking, axes: tuple[Axis, ...], i: int) -> float:
-    """The wedge's time of axis i of a degree of freedom, and of all `axes` that share it."""
+    """Return the wedge's time [s] of axis i of a degree of freedom and of all `axes` that share it."""
     period = axes[0].period
     own = (braking.c_v * braking.position_s, braking.c_w * braking.tilt_s)[i] if dof.is_pair else 0.0
     found = certified_ahead(axes, max(_SHARE * own, period))

@@ -1,18 +1,18 @@
-"""The MPC of any set of degrees of freedom as a stage problem: one problem for 2, 4, 6 and more axes.
+"""The MPC of any set of degrees of freedom as a stage problem, for 2, 4, 6 and more axes alike.
 
-Notation: x (nx,) the motion of all degrees of freedom (`otolith.cueing.mpc.motion`), o the states of the
-organs of the channels that are sensed (`otolith.cueing.mpc.objective`), z = (x, o); u (nu,) the commands.
-Per step k = 1 … N:
+Notation: x (nx,) is the motion of all degrees of freedom (`otolith.cueing.mpc.motion`), o the states of the
+organs of the sensed channels (`otolith.cueing.mpc.objective`), z = (x, o), and u (nu,) the commands. The
+problem over the steps k = 1 … N is
 
     min Σ_k Σ_c ½ w_c (h_c(z_k) − r_c,k)² + ½ Σ_i W_i x_{k,i}² + ½ R ‖u_{k−1} − u_ref,k−1‖²
 
 subject to the rows of every degree of freedom (eq. 4.10), the limit circle of section 4.2 and bounds on the
-commands; h_c what is felt or sensed through channel c, r_c what should be. The vector z follows one linear
-system, discretised exactly for held commands; only h and the circle are linearised, about the previous plan
-(`kernels`).
+commands. Here h_c is what is felt or sensed through channel c, and r_c what should be. The vector z follows
+one linear system, discretised exactly for held commands. Only h and the circle are linearised, about the
+previous plan (`kernels`).
 
-Inputs may be held over M blocks of steps; the cost is still that of every step, the rows are those of the
-blocks' ends (`otolith.qp.blocked`). Without blocks every step is one, M = N.
+Inputs may be held over M blocks of steps. The cost is still that of every step, but the rows hold at the
+blocks' ends only (`otolith.qp.blocked`). Without blocks every step is a block, M = N.
 """
 
 from collections.abc import Sequence
@@ -54,20 +54,20 @@ CIRCLE_BACK_OFF: Final = 1e-6  # [m] per stage, above radius·φ²/2 for the tur
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """What surge and sway keep within together (section 4.2)."""
+    """The circle within which surge and sway stay together (section 4.2)."""
 
     radius: float  # [m]
-    weights: Vec  # (3,) of velocity, position and acceleration in the place that is limited
-    states: Ints  # (2, 3) those states of surge and of sway in x
+    weights: Vec  # (3,) of velocity, position and acceleration in the quantity that is limited
+    states: Ints  # (2, 3) indices in x of these states of surge and of sway
 
     def distance(self, X: Mat) -> Mat:
-        """Distance (n, 1) [m] from the centre in motions X (n, nx)."""
+        """Return the distances (n, 1) [m] from the centre in motions X (n, nx)."""
         distance: Mat = np.linalg.norm(X[:, self.states] @ self.weights, axis=1, keepdims=True)
         return distance
 
 
 class Problem:
-    """Constant data of the problem, the organs' states, and how the rest is written into an engine's memory.
+    """The constant data of the problem and the organs' states; it writes the rest into an engine's memory.
 
     Raises
     ------
@@ -108,7 +108,10 @@ class Problem:
 
     @property
     def soft(self) -> frozenset[str]:
-        """Rows that the very next node may violate at a price; those of later nodes are plans, not motion."""
+        """Return the rows that the next node may violate with a penalty.
+
+        Rows of later nodes do not count, since these nodes are planned and never moved to.
+        """
         names = [
             f"{dof.name} {row.name}" for dof, own in zip(self.dofs, self._rows, strict=True) for row in own
         ]
@@ -118,29 +121,29 @@ class Problem:
 
     @property
     def can_stop(self) -> bool:
-        """True when the rows are such that whoever keeps them can always stop inside the limits."""
+        """Return whether a platform that keeps the rows can always stop inside its limits."""
         return all(self.settings.braking.leads_on(dof) for dof in self.dofs)
 
     def reset(self) -> None:
-        """Both drivers, in the simulator and in the car, have been at rest for long."""
+        """Set the organs of both drivers, in the simulator and in the car, to a long rest."""
         of = self._organs
         for series in (of.here, of.there, of.felt_here, of.felt_there):
             series[:] = 0.0
 
     def begin(self, memory: StageMemory) -> None:
-        """Write what never changes."""
+        """Write the data that never change."""
         lower, upper = self._bounds()
         memory.lower[:], memory.upper[:] = lower[self._ends], upper[self._ends]
         memory.state_linear[:] = 0.0
         memory.output[:] = self._outputs()[self.structure.output]
 
     def wanted(self, coming: Mat, late: float = 0.0) -> Mat:
-        """(N, C) what to feel through every channel in the next N periods; valid until the next call.
+        """Return what to feel through every channel in the next N periods (N, C), valid until the next call.
 
         Parameters
         ----------
-        coming : (N + ⌈late⌉, 6) what a `otolith.interfaces.Predictor` says.
-        late : periods by which the time of the state is later than that of the reference.
+        coming : (N + ⌈late⌉, 6) prediction of a `otolith.interfaces.Predictor`.
+        late : number of periods by which the time of the state is later than that of the reference.
         """
         kernels.want(self.given.felt, np.ascontiguousarray(coming), late, self._wanted)
         return self._wanted
@@ -152,17 +155,17 @@ class Problem:
         kernels.write(self.given, memory, x, contiguous(plan), contiguous(wanted), u_ref)
 
     def predicted(self, x: Vec, plan: Mat) -> Mat:
-        """Motion x_1 … x_N (N, nx) under a plan (N, nu) from x (nx,)."""
+        """Return the motion x_1 … x_N (N, nx) from x (nx,) under a plan (N, nu)."""
         X = np.empty((len(plan), len(x)))
         predict(self.axes, self.given.hold, x, np.ascontiguousarray(plan), X)
         return X
 
     def of_steps(self, U: Mat) -> Mat:
-        """Inputs (N, nu) of every step from those of the blocks (M, nu)."""
+        """Return the inputs of every step (N, nu) from those of the blocks (M, nu)."""
         return np.repeat(U, self.settings.lengths, axis=0)
 
     def _rows_of(self, dof: Dof, limits: Limits, braking: Braking, sets: Sequence[AxisSet]) -> list[Row]:
-        """Rows of one degree of freedom; the position's are left out where the limit circle implies them."""
+        """Return the rows of a degree of freedom, without the position's if the limit circle implies them."""
         settings = self.settings
         rows = rows_of(dof, limits, braking, kind=settings.braking, sets=sets, terminal=settings.terminal)
         low, high = limits[0].position
@@ -171,7 +174,7 @@ class Problem:
         return rows
 
     def _stage_problem(self, lag: float) -> StageProblem:
-        """The structure that the engines are built for."""
+        """Return the structure for which the engines are built."""
         nx, A, B = self._first[-1], *self._dynamics(lag)
         C = np.zeros((sum(map(len, self._rows)), len(A)))
         C[:, :nx] = block_diag(*[np.array([row.coefficients for row in own]) for own in self._rows])
@@ -191,7 +194,7 @@ class Problem:
         )
 
     def _dynamics(self, lag: float) -> tuple[Mat, Mat]:
-        """Discrete (A, B) of z = (x, o): the organs are driven by what is felt through their channels."""
+        """Return the discrete (A, B) of z = (x, o); what is felt through the channels drives the organs."""
         of_x, of_u = dynamics(self.axes, lag)
         organs = [channel.organ for channel in self.channels if channel.organ is not None]
         A = block_diag(of_x, *(organ.A for organ in organs))
@@ -203,14 +206,14 @@ class Problem:
         return zero_order_hold(A, B, self.settings.period)
 
     def _felt_rows(self) -> Mat:
-        """(C, nx) what every channel feels, linear in the motion."""
+        """Return what every channel feels, linear in the motion (C, nx)."""
         rows = np.zeros((len(self.channels), self._first[-1]))
         for row, channel in zip(rows, self.channels, strict=True):
             row[self._first[channel.of] : self._first[channel.of + 1]] = channel.row
         return rows
 
     def _outputs(self) -> Mat:
-        """(C, nz) weighted rows of what is felt or sensed, tilts as if they were small."""
+        """Return the weighted rows (C, nz) of what is felt or sensed, for small tilts."""
         D = np.zeros((len(self.channels), self._first[-1] + self._organs.first[-1]))
         for c, channel in enumerate(self.channels):
             D[c, : self._first[-1]] = self._rows_felt[c] * (
@@ -222,7 +225,7 @@ class Problem:
         return D
 
     def _output_structure(self) -> Bools:
-        """(C, nz) where the output rows may be non-zero: also at the outer tilt, whose cosine varies."""
+        """Return where the output rows may be non-zero (C, nz); the cosine of an outer tilt counts, too."""
         structure: Bools = self._outputs() != 0.0
         for c, channel in enumerate(self.channels):
             if channel.organ is None and (outer := self._outer(channel)) >= 0:
@@ -230,19 +233,19 @@ class Problem:
         return structure
 
     def _tilt(self, channel: Channel) -> int:
-        """State of x that gives a channel gravity, -1 where there is none."""
+        """Return the state of x whose tilt gives a channel gravity, or −1."""
         return -1 if channel.tilt < 0 else int(self._first[channel.of]) + channel.tilt
 
     def _outer(self, channel: Channel) -> int:
-        """State of x under whose cosine that tilt lies, -1 where there is none: roll turns within pitch."""
+        """Return the state of x whose cosine reduces that gravity, or −1; roll turns within pitch."""
         within = channel.tilt >= 0 and self.dofs[channel.of] is SWAY_ROLL and SURGE_PITCH in self.dofs
         return int(self._first[self.dofs.index(SURGE_PITCH)]) + TILT if within else -1
 
     def _penalty(self, circles: int) -> Mat:
-        """(N, rows) penalties, as `soft` says; after the firm blocks all rows on states are soft.
+        """Return the penalties (N, rows) of `soft`; behind the firm blocks all rows on states are soft.
 
-        A plan of blocks, one step on, is no plan of blocks any more, and between their ends nothing limits
-        the states: rows that are hard all over the horizon may contradict each other.
+        A plan of blocks, shifted by one step, is no longer a plan of blocks, and between the ends of blocks
+        nothing limits the states. So rows that are hard over the whole horizon may contradict each other.
         """
         settings = self.settings
         names = [row.name for own in self._rows for row in own] + ["circle"] * circles
@@ -253,12 +256,12 @@ class Problem:
         return penalty
 
     def _bounds(self) -> tuple[Mat, Mat]:
-        """(N, rows) lower and upper bounds; terminal rows hold at the last hard stage only.
+        """Return the lower and upper bounds (N, rows); terminal rows hold at the last hard stage only.
 
-        Bounds on states tighten by a hair from stage to stage, so that the plan of one step, shifted,
-        satisfies the rows of the next with room to spare: what a solver leaves of a row, and what
-        relinearising the circle moves, then never makes the next problem infeasible (constraint
-        tightening; Chisci, Rossiter & Zappa, 2001).
+        Bounds on states tighten slightly from stage to stage, so that the plan of one step, shifted,
+        satisfies the rows of the next step with a margin. Then neither the solver's tolerance nor a new
+        linearisation of the circle makes the next problem infeasible (constraint tightening; Chisci, Rossiter
+        & Zappa, 2001).
         """
         N, rows = self.settings.horizon, [row for own in self._rows for row in own]
         radius = [] if self.circle is None else [self.circle.radius]
@@ -274,7 +277,7 @@ class Problem:
         return np.hstack([lower, -commands]), np.hstack([upper, commands])
 
     def _kernel_data(self, lag: float) -> kernels.Given:
-        """Everything that the kernels read."""
+        """Return everything that the kernels read."""
         nu, N, settings = len(self.axes.axis), self.settings.horizon, self.settings
         circle = self.circle or Circle(0.0, np.zeros(3), np.zeros((2, 3), dtype=np.int64))
         washout = [(*weight.coefficients, weight.scale) for _, _, weight in self._weights]
@@ -295,7 +298,7 @@ class Problem:
         )
 
     def _felt(self) -> kernels.Felt:
-        """The channels, as the kernels read them; slopes stand among all non-zeros of D, row by row."""
+        """Return the channels as the kernels read them; slopes are indexed among all non-zeros of D."""
         place = np.cumsum(self.structure.output.ravel()).reshape(self.structure.output.shape) - 1
         tilt, outer = ([of(channel) for channel in self.channels] for of in (self._tilt, self._outer))
         every = range(len(self.channels))
@@ -314,7 +317,7 @@ class Problem:
 
 
 def _sets(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet, ...]:
-    """The sets of the axes of a degree of freedom; none where no row comes from them."""
+    """Return the sets of the axes of a degree of freedom; empty if no row comes from them."""
     if not (settings.terminal or settings.braking.leads_on(dof)):
         return ()
     return axis_sets(platform, dof, settings.braking, lag=settings.lag_on(platform), period=settings.period)
@@ -323,7 +326,7 @@ def _sets(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet,
 def _circle(
     platform: Platform, dofs: Sequence[Dof], sets: Sequence[tuple[AxisSet, ...]], settings: MpcSettings
 ) -> Circle | None:
-    """The limit circle of surge and sway, where the platform has one and both are cued."""
+    """Return the limit circle of surge and sway if the platform has one and both are cued."""
     pairs = (SURGE_PITCH, SWAY_ROLL)
     if platform.circle is None or not set(pairs) <= set(dofs):
         return None
@@ -335,7 +338,7 @@ def _circle(
 
 
 def _organs(felt: Sequence[Channel], period: float) -> kernels.Organs:
-    """The organs of all channels one after the other; a physical channel has an empty one that passes on."""
+    """Return the organs of all channels in a row; that of a physical channel passes its input on."""
     nothing = StateSpace.gain(np.eye(1))
     organs = [Organ.of(nothing if channel.organ is None else channel.organ, period) for channel in felt]
     first = np.cumsum([0, *(len(organ.A) for organ in organs)])

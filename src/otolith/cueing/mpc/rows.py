@@ -1,9 +1,10 @@
 """The rows that keep a degree of freedom within its platform's limits.
 
-Notation as in `otolith.cueing.mpc.motion`: per axis place p, speed v, acceleration a, lag T; θ, ω of a tilt.
+Notation is that of `otolith.cueing.mpc.motion`: per axis place p, speed v, acceleration a and lag T; a tilt
+is θ and its rate ω.
 
 A *row* is a linear form of the states of one degree of freedom that must stay between two bounds at every
-stage. All functions take its limits as `Platform.limits` gives them, one for each of its axes, or its
+stage. All functions take the limits as `Platform.limits` returns them, one for each axis, or the axes'
 `AxisSet`s in the same order.
 """
 
@@ -28,26 +29,27 @@ HAIR: Final = 1e-4  # [rad], 0.006 deg, far above all tolerances; see `braking_r
 
 
 class BrakingRows(StrEnum):
-    """Which rows slow the platform down as it nears its reach."""
+    """Which rows slow the platform down as it approaches the end of its reach."""
 
-    STOPPING = "stopping"  # eq. C.2, and limits on the leading motion: whoever keeps them can stop
-    LEADING = "leading"  # limits on the leading motion alone: nothing slows the platform until it must stop
+    # Eq. C.2, and limits on the leading motion, from which the platform can always stop
+    STOPPING = "stopping"
+    LEADING = "leading"  # limits on the leading motion alone; nothing slows the platform until it must stop
     POSITION = "position"  # eq. C.2: s + c_v v T + ½ c_u a T² within the reach, limits at the nodes
-    PRINTED = "printed"  # eqs. 4.7 and 4.8 as printed, without the position: for reproduction only
+    PRINTED = "printed"  # eqs. 4.7 and 4.8 as printed, without the position; for reproduction only
     NONE = "none"
 
     @property
     def leads(self) -> bool:
-        """True when limits are imposed on the leading motion, so that the platform can always stop."""
+        """Return whether limits are imposed on the leading motion, so that the platform can always stop."""
         return self in (BrakingRows.STOPPING, BrakingRows.LEADING)
 
     def leads_on(self, dof: Dof) -> bool:
-        """True when they are on a degree of freedom: on an axis of its own they always are."""
+        """Return whether they are imposed on a degree of freedom; on an axis of its own they always are."""
         return self.leads or not dof.is_pair
 
 
 def parse_braking_rows(name: str) -> BrakingRows:
-    """Read an option's value, or say in one sentence what it may be."""
+    """Return the braking rows of this name; another name is an InputError that lists the known ones."""
     try:
         return BrakingRows(name)
     except ValueError:
@@ -56,7 +58,7 @@ def parse_braking_rows(name: str) -> BrakingRows:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """lower ≤ coefficients · x ≤ upper with x the states of one degree of freedom."""
+    """A row: lower ≤ coefficients · x ≤ upper, with x the states of one degree of freedom."""
 
     name: str
     coefficients: Vec  # (states,)
@@ -73,14 +75,15 @@ def rows_of(
     sets: Sequence[AxisSet],
     terminal: bool,
 ) -> list[Row]:
-    """All rows of a degree of freedom in the implicit model.
+    """Return all rows of a degree of freedom in the implicit model.
 
     An axis of its own has no braking law in a platform's file, so its leading motion is limited whatever
-    `kind` says.
+    `kind` is.
 
     Parameters
     ----------
-    sets : of its axes (`otolith.cueing.mpc.axis_sets`); empty where neither leading nor terminal rows are.
+    sets : sets of its axes (`otolith.cueing.mpc.axis_sets`); empty if there are neither leading nor terminal
+        rows.
     terminal : whether `terminal_rows` are added, for the last state.
     """
     leads = kind.leads_on(dof)
@@ -90,7 +93,7 @@ def rows_of(
 
 
 def _form(dof: Dof, **weights: float) -> Vec:
-    """Coefficients (states,) of a row from weights of states by name."""
+    """Return the coefficients (states,) of a row from weights of states by name."""
     form = np.zeros(len(states(dof)))
     for name, weight in weights.items():
         form[states(dof).index(name)] = weight
@@ -98,7 +101,7 @@ def _form(dof: Dof, **weights: float) -> Vec:
 
 
 def _names(dof: Dof, chain: Chain) -> tuple[str, str, str]:
-    """Names of an axis's place, speed and acceleration among the states."""
+    """Return the names of an axis's place, speed and acceleration among the states."""
     known = states(dof)
     return known[chain.place], known[chain.speed], known[chain.acceleration]
 
@@ -108,7 +111,7 @@ def _either_way(name: str, form: Vec, bound: float) -> Row:
 
 
 def state_rows(dof: Dof, limits: Limits) -> list[Row]:
-    """Limits on speeds and places, which the explicit and the implicit model share (eq. 4.3)."""
+    """Return limits on speeds and places, which the explicit and the implicit model share (eq. 4.3)."""
     rows = []
     for chain in chains(dof):
         place, speed, _ = _names(dof, chain)
@@ -119,7 +122,7 @@ def state_rows(dof: Dof, limits: Limits) -> list[Row]:
 
 
 def acceleration_rows(dof: Dof, limits: Limits) -> list[Row]:
-    """Limits on the accelerations that the platform has, not on those commanded."""
+    """Return limits on the actual accelerations, not on the commanded ones."""
     rows = []
     for chain in sorted(chains(dof), key=lambda one: one.of):
         name, bound = _names(dof, chain)[2], limits[chain.of].acceleration
@@ -129,10 +132,11 @@ def acceleration_rows(dof: Dof, limits: Limits) -> list[Row]:
 
 
 def leading_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
-    """Limits on the leading motion: from whatever state keeps them, and the braking law's rows where they are
-    imposed, a command leads to another one that does (`otolith.safety.invariant`).
+    """Return limits on the leading motion.
 
-    The commands' bounds, not above those on the accelerations, keep the accelerations.
+    From every state that keeps them, and the rows of the braking law if these are imposed, a command leads to
+    another such state (`otolith.safety.invariant`). The commands are bounded by the limits on the
+    accelerations, and so the accelerations stay within these limits, too.
     """
     rows = []
     for chain in chains(dof):
@@ -146,14 +150,14 @@ def leading_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
 
 
 def _of_axis(dof: Dof, chain: Chain, row: AxisRow, name: str) -> Row:
-    """A row of one axis as a row of its degree of freedom."""
+    """Turn a row of one axis into a row of its degree of freedom."""
     place, speed, acceleration = _names(dof, chain)
     form = {place: row.place, speed: row.speed, acceleration: row.acceleration}
     return Row(name, _form(dof, **form), row.lower, row.upper)
 
 
 def circle_weights(surge: AxisSet) -> Vec:
-    """Weights (3,) of velocity, position and acceleration in q + τ w, which the limit circle holds.
+    """Return the weights (3,) of velocity, position and acceleration in q + τ w, which the circle limits.
 
     Surge and sway share τ.
     """
@@ -162,17 +166,17 @@ def circle_weights(surge: AxisSet) -> Vec:
 
 
 def command_bounds(dof: Dof, limits: Limits, kind: BrakingRows) -> Vec:
-    """Bounds (nu,) on the commanded accelerations; next to `leading_rows` they keep the actual ones, too."""
+    """Return bounds (nu,) on the commanded accelerations; `leading_rows` then bound the actual ones."""
     leads = kind.leads_on(dof)
     ordered = [limits[chain.of] for chain in chains(dof)]
     return np.array([min(one.command, one.acceleration) if leads else one.command for one in ordered])
 
 
 def braking_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) -> list[Row]:
-    """Rows that slow a pair down as it nears its reach (eqs. 4.7, 4.8; with position: C.2).
+    """Return rows that slow a pair down near the ends of its reach (eqs. 4.7, 4.8; with position: C.2).
 
-    On its surface the position row is a stable second-order law s → limit, overdamped enough not
-    to overshoot when c_v² / c_u ≥ 2, so that whoever satisfies it can stop within the reach.
+    On its surface the position row is a stable second-order law s → limit. If c_v² / c_u ≥ 2 it is damped
+    strongly enough not to overshoot, so a motion that satisfies it can stop within the reach.
     """
     if kind in (BrakingRows.NONE, BrakingRows.LEADING) or not dof.is_pair:
         return []
@@ -192,7 +196,7 @@ def braking_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) 
 
 
 def slowing_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) -> list[tuple[AxisRow, ...]]:
-    """The braking rows that the implicit model imposes, as rows of the axes in the order of `Dof.axes`."""
+    """Return the braking rows of the implicit model as rows of the axes, in the order of `Dof.axes`."""
     rows = [_a_hair_less(row) for row in braking_rows(dof, limits, braking, kind)]
     found = []
     for chain in sorted(chains(dof), key=lambda one: one.of):
@@ -208,10 +212,10 @@ def slowing_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) 
 
 
 def _a_hair_less(row: Row) -> Row:
-    """The braking row of the tilt within bounds tighter by `HAIR`, any other as it is.
+    """Tighten the braking row of the tilt by `HAIR`; return any other row unchanged.
 
-    A tilt that waits at its limit would have both its rows active, the braking row and the limit, at
-    every stage: twice as many as there are inputs to move them. So the braking row ends a hair before.
+    A tilt that rests at its limit would have both rows active, the braking row and the limit, at every stage.
+    These are twice as many rows as there are inputs to move them. So the braking row is slightly tighter.
     """
     if row.name != "braking_tilt":
         return row
@@ -219,10 +223,10 @@ def _a_hair_less(row: Row) -> Row:
 
 
 def terminal_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
-    """Rows on the last state with which it lies in the set of each axis, next to those on every state.
+    """Return rows on the last state that place it, with the rows on every state, in the set of each axis.
 
     From there a command leads to another state of the set, and so on for ever. The braking rows of eq. C.2
-    alone do not imply that: they let the acceleration pay for the speed.
+    alone do not imply this, since in them acceleration can compensate speed.
     """
     rows = []
     for chain in sorted(chains(dof), key=lambda one: one.of):
@@ -234,5 +238,5 @@ def terminal_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
 
 
 def plausible(values: Mat) -> bool:
-    """True when all values are finite numbers of at most `HUGE` in SI units; False for a NaN."""
+    """Return whether all values are finite numbers of at most `HUGE` in SI units; False for a NaN."""
     return bool(np.abs(values).max(initial=0.0) <= HUGE)

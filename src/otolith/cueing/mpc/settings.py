@@ -1,4 +1,4 @@
-"""What an MPC is, apart from the platform and the degrees of freedom that it cues."""
+"""The settings of an MPC, apart from the platform and the degrees of freedom that it cues."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -26,13 +26,13 @@ FAR_BLOCKS: Final = (1, 1, 2, 6, 10, 20, 30, 40, 50, 60, 70, 70, 70, 70)
 class Entry(StrEnum):
     """How a guess of the controls enters the MPC."""
 
-    REFERENCE = "reference"  # eq. 3.1 as printed: u_ref of the cost; it changes the optimum
-    PRIMAL = "primal"  # the plan that is linearised about: it changes the way, hardly the answer
-    WORKING_SET = "working-set"  # the rows at their bounds along it: it changes the way, never the answer
+    REFERENCE = "reference"  # eq. 3.1 as printed, the guess is u_ref of the cost: changes the optimum
+    PRIMAL = "primal"  # linearise about the guess: changes the iterations, hardly the result
+    WORKING_SET = "working-set"  # start from its active rows: changes the iterations, never the result
 
 
 def parse_entry(name: str) -> Entry:
-    """Read an option's value, or say in one sentence what it may be."""
+    """Return the entry of this name; another name is an InputError that lists the known ones."""
     try:
         return Entry(name)
     except ValueError:
@@ -50,20 +50,21 @@ class MpcSettings:
 
     horizon: int = HORIZON  # N
     period: float = 0.01  # [s]
-    lag: float | None = None  # [s] between commanded and actual acceleration; None: the platform's file says
+    # [s] between commanded and actual acceleration; None: that of the platform's file
+    lag: float | None = None
     objective: Objective = field(default_factory=Objective)
     control_weight: float = 1e-3  # R
     washout: tuple[WashoutWeight, ...] = PRESETS["thesis-fit"]
     braking: BrakingRows = BrakingRows.STOPPING
     terminal: bool = False  # whether the last hard node lies in the axes' sets; with leading rows all do
     soft: Mapping[str, float] = field(default_factory=dict)  # penalty by row name: {"tilt_rate": 100.0}
-    blocks: Lengths = ()  # steps of each block of constant inputs, N in sum; none: every step its own
-    firm: int = 2  # first blocks whose rows are hard, unless `soft` names them
-    later_penalty: float = 1e3  # on rows at the ends of all other blocks, which may be violated at this cost
-    linear: bool = False  # whether gravity of a tilt θ counts as g θ all over the prediction
-    prediction: Prediction | None = None  # of what is wanted; None: the algorithm's own, which mostly is hold
-    iterations: int = 1  # Gauss-Newton steps per period at most; 1: real-time iteration
-    tolerance: float = 1e-6  # largest certificate that counts as solved
+    blocks: Lengths = ()  # steps of each block of constant inputs, N in total; empty: every step is a block
+    firm: int = 2  # number of first blocks whose rows are hard, unless `soft` names them
+    later_penalty: float = 1e3  # penalty of rows at the ends of all other blocks, which are soft
+    linear: bool = False  # whether the gravity of a tilt θ is g θ throughout the prediction
+    prediction: Prediction | None = None  # of what is wanted; None: the default of the algorithm, mostly hold
+    iterations: int = 1  # largest number of Gauss-Newton steps per period; 1: real-time iteration
+    tolerance: float = 1e-6  # largest certificate of a solution that is accepted
     engine: Callable[..., StageEngine] = StructuredEngine
 
     def __post_init__(self) -> None:
@@ -94,14 +95,14 @@ class MpcSettings:
 
     @property
     def hard_steps(self) -> int:
-        """Steps until the last node whose rows are hard: all, or with blocks those of the firm ones."""
+        """Return the number of steps until the last node with hard rows: N, or those of the firm blocks."""
         return sum(self.blocks[: self.firm]) or self.horizon
 
     @property
     def lengths(self) -> Lengths:
-        """Steps of each block of constant inputs; without blocks, every step is one."""
+        """Return the number of steps of each block of constant inputs; without blocks, one each."""
         return self.blocks or (1,) * self.horizon
 
     def lag_on(self, platform: Platform) -> float:
-        """Lag T [s] of the model on a platform; the model has one, if only a tenth of a millisecond."""
+        """Return the lag T [s] of the model on a platform, which is at least `LEAST_LAG`."""
         return max(platform.actuators.lag_s, LEAST_LAG) if self.lag is None else self.lag

@@ -1,8 +1,8 @@
-"""The certified sets of a platform: built, checked, and tried, for all axes that it can cue.
+"""The certified sets of a platform: they are found, checked, and tried for all axes that it can cue.
 
-What is proved, with exact arithmetic but for rounding: from every state of an axis' set a command leads into
-the set at the next node, and so on for ever; surge and sway of a platform with a limit circle can do so
-together. What is not: anything about legs, and about a platform that does not follow as its file says.
+It is proved, exactly but for rounding, that from every state of an axis' set a command leads into the set at
+the next node, and so on for ever. Surge and sway of a platform with a limit circle can do so together.
+Nothing is proved about legs, or about a platform that does not follow as its file states.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from otolith.safety.invariant.axis import LEAST_LAG, Axis
 from otolith.safety.invariant.certificate import AxisCertificate, Judgement, check
 from otolith.safety.invariant.trial import Trial, drive
 
-CIRCLE: Final = "circle"  # the name of what surge and sway do together
+CIRCLE: Final = "circle"  # name of the joint trial of surge and sway
 OnProgress = Callable[[str, float], None]
 
 
@@ -32,11 +32,11 @@ class TerminalSets:
 
     Raises
     ------
-    ValueError : they are not those of the platform's axes.
+    ValueError : the sets are not those of the platform's axes.
     """
 
     platform: Platform
-    braking: BrakingRows  # whose rows the sets keep
+    braking: BrakingRows  # rows that the sets keep
     lag: float  # T [s]
     period: float  # Δ [s]
     axes: Mapping[str, AxisCertificate]
@@ -47,7 +47,7 @@ class TerminalSets:
 
     @classmethod
     def of(cls, platform: Platform, braking: BrakingRows, *, period: float) -> Self:
-        """Find the sets of a platform's axes; errors as `axis_sets`."""
+        """Find the sets of a platform's axes; errors are those of `axis_sets`."""
         lag = max(platform.actuators.lag_s, LEAST_LAG)
         found = {
             AXES[i]: AxisCertificate.of(one)
@@ -59,12 +59,12 @@ class TerminalSets:
         return cls(platform=platform, braking=braking, lag=lag, period=period, axes=found)
 
     def attributes(self) -> dict[str, Any]:
-        """All but the arrays, for a file."""
+        """Return everything but the arrays, for a file."""
         of_platform = {"platform": self.platform.model_dump_json(), "platform_sha256": self.digest}
         return of_platform | {"braking": self.braking.value, "lag": self.lag, "period": self.period}
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """The arrays of all certificates, each name with that of its axis in front."""
+        """Return the arrays of all certificates by name; each name starts with that of its axis."""
         return {
             f"{axis}/{name}": array
             for axis, certificate in self.axes.items()
@@ -73,12 +73,12 @@ class TerminalSets:
 
     @classmethod
     def restored(cls, attributes: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The sets of a file, from `attributes` and `to_arrays`.
+        """Return the sets of a file, from the values of `attributes` and `to_arrays`.
 
         Raises
         ------
         CorruptFile : an array of a certificate is missing or damaged.
-        KeyError, ValueError : the rest is.
+        KeyError, ValueError : an attribute is missing or damaged.
         """
         groups: dict[str, dict[str, NDArray[Any]]] = {}
         for name, array in arrays.items():
@@ -99,15 +99,15 @@ class TerminalSets:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the platform that they belong to."""
+        """Return the SHA-256 of the platform to which the sets belong."""
         return digest(self.platform)
 
     def ahead(self, axis: str) -> float:
-        """τ [s] of an axis' wedge."""
+        """Return τ [s] of an axis' wedge."""
         return float(self.axes[axis].forms[-1, 1]) - self.lag
 
     def described(self) -> dict[str, Axis]:
-        """The axes as the platform's file describes them."""
+        """Return the axes as the platform's file describes them."""
         return {
             AXES[i]: axis
             for dof in _cued(self.platform)
@@ -121,8 +121,8 @@ class TerminalSets:
     def check(self) -> dict[str, Judgement]:
         """Judge every certificate by the platform's file alone.
 
-        Surge and sway are judged for both together. That needs one and the same wedge, so that the circle
-        holds their z: where they differ, all commands of both are refused.
+        Surge and sway are judged together. Both need the same wedge, so that the circle limits their z. If
+        their wedges differ, all commands of both are refused.
         """
         described = self.described()
         judged = {name: check(self.axes[name], axis) for name, axis in described.items()}
@@ -132,13 +132,13 @@ class TerminalSets:
         return judged
 
     def in_circle(self) -> tuple[str, ...]:
-        """Names of the axes that share the platform's circle."""
+        """Return the names of the axes that share the platform's circle."""
         return tuple(name for name, axis in self.described().items() if axis.shares_circle)
 
     def tried(
         self, *, states: int, steps: int, seed: int, progress: OnProgress = lambda *_: None
     ) -> dict[str, Trial]:
-        """Let adversaries drive every axis, and surge and sway together where they share a circle."""
+        """Let adversaries drive every axis, and surge and sway together if they share a circle."""
         described, rng = self.described(), np.random.default_rng(seed)
         groups: dict[str, tuple[str, ...]] = {name: (name,) for name in described}
         groups |= {CIRCLE: shared} if (shared := self.in_circle()) else {}
@@ -156,7 +156,7 @@ class TerminalSets:
 
 
 def digest(platform: Platform) -> str:
-    """SHA-256 of all that a platform's file says."""
+    """Return the SHA-256 of everything in a platform's file."""
     return hashlib.sha256(platform.model_dump_json().encode()).hexdigest()
 
 

@@ -1,1 +1,1 @@
-"""Sets of motions that an axis need never leave, found and proved by its vertices."""
+"""Sets of motions in which an axis can always stay, found and proved by their vertices."""

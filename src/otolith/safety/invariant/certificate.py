@@ -1,9 +1,10 @@
-"""The proof that an axis can stay in its set, as it is stored, and its check.
+"""The proof that an axis can stay in its set, in the form in which it is stored, and its check.
 
-A certificate says of every vertex of the set which command leads back inside. It is checked without trust in
-what found it: the vertices of its facets are enumerated anew by another algorithm (Qhull; Barber, Dobkin &
-Huhdanpaa, 1996), the limits are the platform's, and every step is made by the law that stops a platform
-(`otolith.safety.law.move`). One vertex left out, one facet moved, and it is refused.
+A certificate holds a command for every vertex of the set that leads back inside. It is checked without
+relying on the code that found it. The vertices are enumerated anew by another algorithm (Qhull; Barber,
+Dobkin & Huhdanpaa, 1996), the limits are those of the platform, and every step is computed by the law that
+stops a platform (`otolith.safety.law.move`). A certificate with one vertex missing or one facet moved is
+refused.
 """
 
 from collections.abc import Mapping
@@ -20,8 +21,8 @@ from otolith.safety.invariant.axis import Axis, AxisSet
 from otolith.safety.invariant.contraction import Cell, cells, sides
 from otolith.safety.law import move
 
-_SAME: Final = 1e-7  # scaled distance below which two enumerations mean the same vertex
-_ROUNDING: Final = 1e-12  # scaled; what two exact formulas of one step may differ by
+_SAME: Final = 1e-7  # scaled distance below which two vertices are the same
+_ROUNDING: Final = 1e-12  # scaled; largest difference between two exact formulas of one step
 _ARRAYS: Final = ("forms", "lower", "upper")
 
 
@@ -29,7 +30,7 @@ _ARRAYS: Final = ("forms", "lower", "upper")
 class AxisCertificate:
     """The set of one axis, lower ≤ forms x ≤ upper with x = (p, v, a), and a command for each vertex."""
 
-    forms: Mat  # (r, 3); the last one is the wedge's, z
+    forms: Mat  # (r, 3); the last one is z, that of the wedge
     lower: Vec  # (r,) less than 0
     upper: Vec  # (r,) greater than 0
     cells: tuple[Cell, ...]
@@ -50,7 +51,7 @@ class AxisCertificate:
 
     @classmethod
     def of(cls, proved: AxisSet) -> Self:
-        """The certificate of a set; which is no proof before `check` has passed it."""
+        """Return the certificate of a set, which is a proof only after `check` has passed it."""
         rows = proved.rows
         return cls(
             forms=np.array([[row.place, row.speed, row.acceleration] for row in rows]),
@@ -60,7 +61,7 @@ class AxisCertificate:
         )
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """All of it by name; a "/" separates groups."""
+        """Return all data by name; a "/" separates groups."""
         arrays: dict[str, NDArray[Any]] = {name: getattr(self, name) for name in _ARRAYS}
         for number, cell in enumerate(self.cells):
             own = {"side": np.array(cell.side), "vertices": cell.vertices, "commands": cell.commands}
@@ -69,7 +70,7 @@ class AxisCertificate:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore it; raises CorruptFile where an array is missing or does not belong to the others."""
+        """Restore a certificate; raise CorruptFile if an array is missing or does not fit the others."""
         count = len({name.partition("/")[0] for name in arrays if name.startswith("cell-")})
         try:
             found = tuple(
@@ -89,19 +90,19 @@ class AxisCertificate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
-    """What a check found: a proof when `shrink` is below 1 and all counts from `beyond` on are 0."""
+    """The result of a check. It is a proof if `shrink` is below 1 and all counts from `beyond` on are 0."""
 
     facets: int
     vertices: int
-    shrink: float  # λ: each vertex is led into λ S
-    beyond: int  # limits of the platform, or rows of the braking law, that the set exceeds
+    shrink: float  # λ: from each vertex the command leads into λ S
+    beyond: int  # number of limits of the platform and rows of the braking law that the set exceeds
     missing: int  # vertices of the facets that the certificate does not have
     strays: int  # vertices of the certificate that the facets do not have
-    refused: int  # commands beyond their bound, or that lead out of the set, or away from the circle's centre
+    refused: int  # commands beyond their bound, out of the set, or away from the circle's centre
 
     @property
     def passed(self) -> bool:
-        """True when the certificate proves what it says."""
+        """Return whether the certificate proves its set."""
         return self.shrink < 1.0 and not (self.beyond or self.missing or self.strays or self.refused)
 
 
@@ -132,7 +133,7 @@ def check(certificate: AxisCertificate, axis: Axis) -> Judgement:
 
 
 def _enumerated(C: Mat, b: Vec, cell: Cell, z: Vec) -> Mat:
-    """Vertices (n, 3) of a cell by Qhull, seen from a point inside it."""
+    """Return the vertices (n, 3) of a cell by Qhull, which needs a point inside it."""
     facets, bounds = (np.vstack([C, -cell.side * z]), np.append(b, 0.0)) if cell.side else (C, b)
     scale = np.abs(cell.vertices).max(axis=0)
     D = facets * scale
@@ -146,7 +147,7 @@ def _enumerated(C: Mat, b: Vec, cell: Cell, z: Vec) -> Mat:
 
 
 def _lacking(points: Mat, among: Mat) -> int:
-    """How many of `points` (n, 3) are not near one of `among` (m, 3)."""
+    """Return how many of `points` (n, 3) are not near one of `among` (m, 3)."""
     if not len(points) or not len(among):
         return len(points)
     distance = np.abs(points[:, None] - among[None]).max(axis=2)
@@ -154,7 +155,7 @@ def _lacking(points: Mat, among: Mat) -> int:
 
 
 def _moved(axis: Axis, x: Vec, u: float) -> Vec:
-    """The state (3,) one period after x (3,) under the held command u."""
+    """Return the state (3,) one period after x (3,) under the held command u."""
     motion, commands = np.zeros((3, 6)), np.zeros(6)
     motion[:, 0], commands[0] = x, u
     move(motion, commands, axis.lag, axis.period)
@@ -162,6 +163,7 @@ def _moved(axis: Axis, x: Vec, u: float) -> Vec:
 
 
 def _refused(axis: Axis, cell: Cell, after: Mat, z: Vec) -> int:
+    """Return how many commands of a cell are refused."""
     refused = np.abs(cell.commands) > axis.command * (1.0 + _ROUNDING)
     if cell.side:
         nearer = (1.0 - 0.5 * axis.towards_centre) * np.abs(cell.vertices @ z)
@@ -171,7 +173,7 @@ def _refused(axis: Axis, cell: Cell, after: Mat, z: Vec) -> int:
 
 
 def _beyond(axis: Axis, corners: Mat) -> int:
-    """How many of the platform's own rows some corner (n, 3) of the set exceeds."""
+    """Return how many of the platform's own rows some corner (n, 3) of the set exceeds."""
     most = np.abs(corners[:, 2]).max(initial=0.0) > axis.command * (1.0 + _SAME)
     count = int(most)
     for row in axis.limit_rows():

@@ -1,13 +1,14 @@
-"""Whether an axis can be kept in its set for ever: a linear program at every vertex.
+"""Whether an axis can stay in its set for ever: a linear program at every vertex.
 
-A set S = {x : C x ≤ b}, b > 0, is *λ-contractive* when from each of its states a command leads into λ S. Let
-commands u_i do so from the vertices x_i. A state Σ θ_i x_i, θ_i ≥ 0, Σ θ_i = 1, is led by Σ θ_i u_i to
-Σ θ_i (A x_i + B u_i), which lies in λ S: it is convex. So the vertices decide, exactly (Gutman & Cwikel,
-1986; Blanchini, 1994). With λ < 1 there is room for what a solver leaves of a row.
+A set S = {x : C x ≤ b}, b > 0, is *λ-contractive* if from each of its states a command leads into λ S. Let
+the commands u_i do so from the vertices x_i. From a state Σ θ_i x_i with θ_i ≥ 0, Σ θ_i = 1, the command Σ
+θ_i u_i leads to Σ θ_i (A x_i + B u_i), which lies in λ S because λ S is convex. So it suffices to examine the
+vertices, and this is exact (Gutman & Cwikel, 1986; Blanchini, 1994). With λ < 1 there is a margin for the
+tolerance of a solver.
 
-Surge and sway keep (z_surge, z_sway) within a circle together. It is enough that from every state of each
-axis' set a command leads into λ S with |z⁺| ≤ (1 − μ) |z|. That holds where it does at the vertices of the
-two *cells* S ∩ {z ≥ 0} and S ∩ {z ≤ 0}, in which the condition is linear.
+Surge and sway keep (z_surge, z_sway) within a circle together. It is sufficient that from every state of each
+axis' set a command leads into λ S with |z⁺| ≤ (1 − μ) |z|. This holds if it holds at the vertices of the two
+*cells* S ∩ {z ≥ 0} and S ∩ {z ≤ 0}, in which the condition is linear.
 """
 
 import math
@@ -20,36 +21,36 @@ from otolith.core.arrays import Mat, Vec
 from otolith.safety.invariant.axis import Axis, AxisSet
 from otolith.safety.invariant.polytope import halfspaces, vertices
 
-CONTRACTION: Final = 1e-11  # least 1 − λ of a set that counts as found, far above rounding
-_STEP: Final = 1.1  # between one time ahead that is tried and the next
-_TRIED: Final = 120
+CONTRACTION: Final = 1e-11  # smallest 1 − λ of an accepted set, far above rounding errors
+_STEP: Final = 1.1  # ratio of one time ahead to the previous one in the search
+_TRIED: Final = 120  # number of times ahead in the search
 
 
 class Cell(NamedTuple):
-    """A part of an axis' set with the command that is proved at each of its vertices."""
+    """A part of an axis' set with the proved command at each of its vertices."""
 
-    side: int  # +1 or −1: where z has this sign; 0: all of the set
+    side: int  # +1 or −1: the part in which z has this sign; 0: the whole set
     vertices: Mat  # (n, 3)
     commands: Vec  # (n,)
 
 
 def sides(axis: Axis) -> tuple[int, ...]:
-    """Sides of the cells that an axis' set consists of."""
+    """Return the sides of the cells of which an axis' set consists."""
     return (1, -1) if axis.shares_circle else (0,)
 
 
 def cells(of: AxisSet) -> tuple[Cell, ...]:
-    """The cells of the set of an axis, with the best command at each vertex."""
+    """Return the cells of an axis' set, with the best command at each vertex."""
     return tuple(cell for cell, _ in _judged(of))
 
 
 def shrink(of: AxisSet) -> float:
-    """λ of the set of an axis, that of its worst vertex; infinite where some vertex has no command at all."""
+    """Return λ of an axis' set, that of its worst vertex; infinite if some vertex has no command."""
     return max(float(shrinks.max()) for _, shrinks in _judged(of))
 
 
 def _judged(of: AxisSet) -> list[tuple[Cell, Vec]]:
-    """Every cell with the λ (n,) of its vertices."""
+    """Return every cell with the λ (n,) of its vertices."""
     axis, rows = of.axis, of.rows
     C, b = halfspaces(rows)
     z = C[len(rows) - 1]
@@ -64,14 +65,14 @@ def _judged(of: AxisSet) -> list[tuple[Cell, Vec]]:
 
 
 def cut(of: AxisSet, side: int) -> tuple[Mat, Vec]:
-    """The facets (C, b) of a cell."""
+    """Return the facets (C, b) of a cell."""
     rows = of.rows
     C, b = halfspaces(rows)
     return (np.vstack([C, -side * C[len(rows) - 1]]), np.append(b, 0.0)) if side else (C, b)
 
 
 def _commands(axis: Axis, X: Mat, z: Vec) -> tuple[Vec, Vec]:
-    """Bounds (n,) on the commands at X (n, 3): U, and where z (3,) is not zero, |z⁺| ≤ (1 − μ) z."""
+    """Return bounds (n,) on the commands at X (n, 3): U, and if z (3,) is not zero, |z⁺| ≤ (1 − μ) z."""
     A, B = axis.dynamics()
     low, high = np.full(len(X), -axis.command), np.full(len(X), axis.command)
     if z.any():
@@ -88,12 +89,12 @@ def _commands(axis: Axis, X: Mat, z: Vec) -> tuple[Vec, Vec]:
 def _best(axis: Axis, X: Mat, F: Mat, low: Vec, high: Vec) -> tuple[Vec, Vec]:
     """Minimise λ over u: F (A x + B u) ≤ λ, low ≤ u ≤ high, at every x of X (n, 3).
 
-    A linear program in two variables: λ is the greatest of as many straight lines of u as F has rows, so the
-    least λ lies where two of them meet, or at an end.
+    This is a linear program in two variables. λ is the maximum of as many linear functions of u as F has
+    rows, so the smallest λ lies where two of them meet, or at an end of the interval.
 
     Returns
     -------
-    u (n,) and λ (n,); λ = ∞ where no command is allowed.
+    u (n,) and λ (n,); λ = ∞ if no command is allowed.
     """
     A, B = axis.dynamics()
     level, slope = X @ (F @ A).T, F @ B  # (n, m), (m,)
@@ -111,9 +112,9 @@ def _best(axis: Axis, X: Mat, F: Mat, low: Vec, high: Vec) -> tuple[Vec, Vec]:
 
 @lru_cache(maxsize=256)
 def certified_ahead(axes: tuple[Axis, ...], least: float) -> float | None:
-    """The first τ [s] of `least`, 1.1 `least`, 1.21 `least` … with which all axes have contractive sets.
+    """Return the first τ [s] of `least`, 1.1 `least`, … with which all axes have contractive sets.
 
-    None where there is none: then some braking law asks for more than its axis can do.
+    Returns None if there is none. Then some braking law asks more than its axis can do.
     """
     for ahead in least * _STEP ** np.arange(_TRIED):
         if all(shrink(AxisSet(axis, ahead)) <= 1.0 - CONTRACTION for axis in axes):

@@ -1,11 +1,12 @@
-"""Axes are driven through their sets by references that want out: an experiment beside the proof.
+"""An experiment in addition to the proof: adversaries try to drive axes out of their sets.
 
-Random states of the set are led by *adversaries*, one for each state: the greatest command, the least, either
-by turns, either for random times, any, or the one after which fewest are left. What an adversary asks for is
-granted as far as the set allows, as an MPC would. In every period the commands that lead back into the set
-are an interval; a period without any is counted, as is every node outside.
+Random states of the set are driven by *adversaries*, one for each state. They ask for the largest command,
+the smallest, the two alternately, one of the two for random times, any command, or the one that leaves the
+fewest commands afterwards. The command is granted as far as the set allows, as an MPC would do. In every
+period the commands that lead back into the set form an interval. Periods in which it is empty are counted,
+and so are nodes outside the set.
 
-Two axes that share a circle move together: the adversary's pair of commands is drawn back towards the pair
+Two axes that share a circle move together. The adversary's pair of commands is drawn back towards the pair
 that leads both nearest to the centre, until the next node lies in the circle.
 """
 
@@ -22,8 +23,8 @@ from otolith.safety.invariant.certificate import AxisCertificate
 
 ADVERSARIES: Final = 6
 _LEHMER: Final = 2**31 - 1
-_INSIDE: Final = 1e-9  # scaled; beyond it a node is outside, an interval empty
-_WITHIN: Final = (0.25, 0.5, 0.75)  # parts of every period at which place and speed are looked at
+_INSIDE: Final = 1e-9  # scaled; beyond it a node is outside, or an interval empty
+_WITHIN: Final = (0.25, 0.5, 0.75)  # parts of every period after which place and speed are examined
 State = tuple[float, float, float]  # p, v, a
 
 
@@ -31,32 +32,32 @@ class _Model(NamedTuple):
     """P axes for the kernels, each with its facets F x ≤ 1."""
 
     F: Mat  # (P, m, 3)
-    F_A: Mat  # (P, m, 3) where a period leads the facets' forms: by the state,
-    F_B: Mat  # (P, m) and by the command
+    F_A: Mat  # (P, m, 3) the facets' forms one period later: coefficients of the state,
+    F_B: Mat  # (P, m) and of the command
     A: Mat  # (P, 3, 3)
     B: Mat  # (P, 3)
-    z: Mat  # (P, 3) the wedge's form
-    Z_A: Mat  # (P, 3) z after a period: by the state,
-    Z_B: Vec  # (P,) and by the command
+    z: Mat  # (P, 3) form of the wedge
+    Z_A: Mat  # (P, 3) z one period later: coefficients of the state,
+    Z_B: Vec  # (P,) and of the command
     bound: Vec  # (P,) U
-    W_A: Mat  # (P, k, 3) place and speed within the period, over their limits: by the state,
-    W_B: Mat  # (P, k) and by the command
+    W_A: Mat  # (P, k, 3) place and speed within the period over their limits: coefficients of the state,
+    W_B: Mat  # (P, k) and of the command
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """What the adversaries achieved."""
+    """The result of an experiment."""
 
     states: int
     steps: int
-    infeasible: int  # periods without any command that leads back inside
-    violations: int  # nodes outside the set
-    outermost: float  # largest part of a facet's bound that any node reached; 1 is on the facet
-    between: float  # largest part of a limit on place or speed that was reached between nodes
+    infeasible: int  # number of periods without a command that leads back inside
+    violations: int  # number of nodes outside the set
+    outermost: float  # largest share of a facet's bound that any node reached; 1 is on the facet
+    between: float  # largest share of a limit on place or speed that was reached between nodes
 
     @property
     def passed(self) -> bool:
-        """True when every state had a command in every period and no node lay outside."""
+        """Return whether every state had a command in every period and no node lay outside."""
         return self.infeasible == 0 and self.violations == 0
 
 
@@ -74,8 +75,9 @@ def drive(
 
     Parameters
     ----------
-    circle : radius [m] that the axes' z keep within together.
-    states : how many there are; steps : periods that each is driven for.
+    circle : radius [m] of the circle in which the axes' z stay together.
+    states : number of random states.
+    steps : number of periods for which each is driven.
     """
     model = _model(axes)
     X = _states(axes, circle, states, rng)
@@ -102,7 +104,7 @@ def _model(axes: Sequence[tuple[Axis, AxisCertificate]]) -> _Model:
 
 
 def _of_axis(axis: Axis, proved: AxisCertificate) -> tuple[Mat, ...]:
-    """The fields of `_Model` of one axis, without the first dimension."""
+    """Return the fields of `_Model` for one axis, without the first dimension."""
     F, z = facets(proved), proved.forms[-1]
     A, B = axis.dynamics()
     low, high = axis.limits.position
@@ -115,7 +117,7 @@ def _of_axis(axis: Axis, proved: AxisCertificate) -> tuple[Mat, ...]:
 
 
 def facets(proved: AxisCertificate) -> Mat:
-    """F (2 r, 3) of the set {x : F x ≤ 1}."""
+    """Return F (2 r, 3) of the set {x : F x ≤ 1}."""
     upper, lower = (proved.forms / bound[:, None] for bound in (proved.upper, proved.lower))
     return np.vstack([upper, lower])
 
@@ -123,7 +125,7 @@ def facets(proved: AxisCertificate) -> Mat:
 def _states(
     axes: Sequence[tuple[Axis, AxisCertificate]], circle: float, states: int, rng: np.random.Generator
 ) -> Mat:
-    """Random states (n, P, 3) of the set, every second one moved outwards from rest to its boundary."""
+    """Return random states (n, P, 3) of the set; every second one is moved outwards to its boundary."""
     found, missing = [], states
     boxes = [np.vstack([cell.vertices for cell in proved.cells]) for _, proved in axes]
     while missing > 0:
@@ -138,7 +140,7 @@ def _states(
 
 
 def _size(axes: Sequence[tuple[Axis, AxisCertificate]], circle: float, X: Mat) -> Vec:
-    """By how much the set has to grow to reach each state of X (n, P, 3)."""
+    """Return the factor by which the set must grow to reach each state of X (n, P, 3)."""
     of_axes = [(X[:, i] @ facets(proved).T).max(axis=1) for i, (_, proved) in enumerate(axes)]
     z = np.stack([X[:, i] @ proved.forms[-1] for i, (_, proved) in enumerate(axes)])
     size: Vec = np.maximum(np.max(of_axes, axis=0), np.linalg.norm(z, axis=0) / circle)
@@ -159,7 +161,7 @@ def _form(forms: Mat, i: int, k: int, x: State) -> float:
 
 @jit_inner
 def _interval(model: _Model, i: int, x: State) -> tuple[float, float]:
-    """The commands that lead axis i from x back into its set; the first exceeds the second if none do."""
+    """Return the commands that lead axis i from x back into its set; if there are none, low > high."""
     low, high = -model.bound[i], model.bound[i]
     for k in range(model.F.shape[1]):
         by_u, room = model.F_B[i, k], 1.0 - _form(model.F_A, i, k, x)
@@ -181,7 +183,7 @@ def _next(model: _Model, i: int, x: State, u: float) -> State:
 
 @jit_inner
 def _fewest(model: _Model, i: int, x: State, low: float, high: float) -> float:
-    """The end of the interval after which fewer commands are left."""
+    """Return the end of the interval after which fewer commands are left."""
     low_of_low, high_of_low = _interval(model, i, _next(model, i, x, low))
     low_of_high, high_of_high = _interval(model, i, _next(model, i, x, high))
     return low if high_of_low - low_of_low < high_of_high - low_of_high else high
@@ -189,7 +191,7 @@ def _fewest(model: _Model, i: int, x: State, low: float, high: float) -> float:
 
 @jit_inner
 def _ask(adversary: int, step: int, chance: int, low: float, high: float) -> float:
-    """What an adversary but the last asks for."""
+    """Return the command for which an adversary asks; the last adversary uses `_fewest`."""
     if adversary == 0:
         return high
     if adversary == 1:
@@ -203,7 +205,7 @@ def _ask(adversary: int, step: int, chance: int, low: float, high: float) -> flo
 
 @jit_inner
 def _to_circle(model: _Model, x: tuple[State, State], ends: Mat, circle: float, u: Vec) -> bool:
-    """Draw commands u (2,) back until the next node lies in the circle; false where that does not help."""
+    """Draw commands u (2,) back until the next node is in the circle; return False if that is impossible."""
     a, b, c = 0.0, 0.0, -circle * circle
     for i in range(2):
         then, by_u = _dot(model.Z_A, i, x[i]), model.Z_B[i]
@@ -223,7 +225,7 @@ def _to_circle(model: _Model, x: tuple[State, State], ends: Mat, circle: float, 
 
 @jit_inner
 def _led(model: _Model, i: int, x: State, u: float, found: Vec) -> State:
-    """The next node of axis i; how far it and the way to it are out is noted."""
+    """Return the next node of axis i; record how far it and the way to it exceed the limits."""
     for k in range(model.W_A.shape[1]):
         found[3] = max(found[3], _form(model.W_A, i, k, x) + model.W_B[i, k] * u)
     after, outermost = _next(model, i, x, u), 0.0
@@ -236,7 +238,7 @@ def _led(model: _Model, i: int, x: State, u: float, found: Vec) -> State:
 
 @jit_inner
 def _choose(model: _Model, i: int, x: State, by: tuple[int, int, int], ends: Mat, u: Vec) -> bool:
-    """Write an adversary's choice for axis i and the ends of what it may choose; whether there is none."""
+    """Write an adversary's choice for axis i and the interval of choices; return whether it is empty."""
     low, high = _interval(model, i, x)
     ends[i, 0], ends[i, 1] = min(low, high), max(low, high)
     adversary, step, chance = by
@@ -250,13 +252,13 @@ def _choose(model: _Model, i: int, x: State, by: tuple[int, int, int], ends: Mat
 
 @jit_inner
 def _chance(adversary: int, chance: int) -> int:
-    """The next random number of the adversary that draws one in each period (Park & Miller, 1988)."""
+    """Return the next random number of the adversary that draws one in each period (Park & Miller, 1988)."""
     return chance * 48271 % _LEHMER if adversary == 4 else chance
 
 
 @kernel
 def _drive_one(model: _Model, X: Mat, chances: Ints, steps: int, found: Vec) -> None:
-    """Drive every state of X (n, 1, 3) for so many periods; `found` (4,) as in `Trial`."""
+    """Drive every state of X (n, 1, 3) for `steps` periods; `found` (4,) holds the counts of a `Trial`."""
     ends, u = np.empty((1, 2)), np.empty(1)
     for n in range(len(X)):
         adversary, chance = n // 2 % ADVERSARIES, chances[n]
@@ -269,7 +271,7 @@ def _drive_one(model: _Model, X: Mat, chances: Ints, steps: int, found: Vec) -> 
 
 @kernel
 def _drive_two(model: _Model, X: Mat, circle: float, chances: Ints, steps: int, found: Vec) -> None:
-    """Drive every pair of states of X (n, 2, 3), which share a circle, likewise."""
+    """Drive every pair of states of X (n, 2, 3), which share a circle, as `_drive_one` does."""
     ends, u = np.empty((2, 2)), np.empty(2)
     for n in range(len(X)):
         adversary, chance = n // 2 % ADVERSARIES, chances[n]
@@ -277,7 +279,7 @@ def _drive_two(model: _Model, X: Mat, circle: float, chances: Ints, steps: int, 
         for step in range(steps):
             chance = _chance(adversary, chance)
             empty = _choose(model, 0, x, (adversary, step, chance), ends, u)
-            late = step + chance % 38  # the second axis is asked for something else than the first
+            late = step + chance % 38  # the adversary asks the second axis for something else than the first
             empty = _choose(model, 1, y, (adversary, late, chance * 7 % _LEHMER), ends, u) or empty
             found[0] += not _to_circle(model, (x, y), ends, circle, u) or empty
             x, y = _led(model, 0, x, u[0], found), _led(model, 1, y, u[1], found)
