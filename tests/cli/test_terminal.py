@@ -127,3 +127,15 @@ def test_bad_input_gets_one_sentence(
     assert otolith("terminal", *arguments) == 2
     assert sentence in " ".join(capsys.readouterr().err.split())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_belongs_to_one_platform(stored: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """To every change of a platform's file, and it says itself what else it was built with."""
+    verify = ("terminal", "verify", str(stored), "--states", "0")
+    assert otolith(*verify, "--platform", "thesis") == 0
+    assert otolith(*verify, "--platform", "davsi") == 2
+    assert "that of davsi" in " ".join(capsys.readouterr().err.split())
+    for option in (("--braking", "none"), ("--period", "0.02")):
+        assert otolith(*verify, *option) == 2
+        assert "for the file says it itself" in " ".join(capsys.readouterr().err.split())
+    assert otolith("terminal", "verify", "thesis", "--platform", "thesis") == 2

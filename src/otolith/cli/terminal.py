@@ -12,7 +12,7 @@ from otolith import files
 from otolith.cli.output import described_bar, group, print_json, screen
 from otolith.core.errors import InputError
 from otolith.cueing.mpc.rows import parse_braking_rows
-from otolith.cueing.mpc.terminal import TerminalSets
+from otolith.cueing.mpc.terminal import TerminalSets, digest
 from otolith.safety.invariant.certificate import Judgement
 from otolith.safety.invariant.trial import Trial
 
@@ -62,16 +62,20 @@ def verify(
     states: Annotated[int, typer.Option(min=0, help="Random states of each axis to be driven.")] = 100_000,
     steps: Annotated[int, typer.Option(min=1, help="Periods that each is driven for.")] = 100,
     seed: Annotated[int, typer.Option(help="Seed of the random states.")] = 0,
-    braking: Braking = "stopping",
-    period: Period = 0.01,
+    platform: Annotated[
+        str | None, typer.Option(metavar="PLATFORM", help="Platform to which a FILE has to belong.")
+    ] = None,
+    braking: Annotated[str | None, typer.Option(help="As of build; a FILE says it itself.")] = None,
+    period: Annotated[float | None, typer.Option(help="As of build; a FILE says it itself.")] = None,
     json: Json = False,
 ) -> None:
-    """Check every certificate anew, then let adversaries drive random states; exit code 1 if one fails.
-
-    The braking rows and the period of a file are those that it was built with.
-    """
-    read = sets.endswith(".h5")
-    found = files.read_sets(Path(sets)) if read else _found(sets, braking, period)
+    """Check every certificate anew, then let adversaries drive random states; exit code 1 if one fails."""
+    if sets.endswith(".h5"):
+        _refuse({"--braking": braking, "--period": period}, "left out, for the file says it itself")
+        found = _read(Path(sets), platform)
+    else:
+        _refuse({"--platform": platform}, "left out where no file is verified")
+        found = _found(sets, braking or "stopping", 0.01 if period is None else period)
     judged, tried = found.check(), {}
     if states:
         with described_bar(screen(), "compiling; the machine code is then cached") as progress:
@@ -81,6 +85,21 @@ def verify(
     _tell(found, judged, tried)
     if not _passed(judged, tried):
         sys.exit(1)
+
+
+def _refuse(options: dict[str, object], bound: str) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(name, value, bound)
+
+
+def _read(path: Path, platform: str | None) -> TerminalSets:
+    """The sets of a file, which belong to the platform of that name if one is given."""
+    sets = files.read_sets(path)
+    if platform is not None and digest(wanted := files.read_platform(platform)) != sets.digest:
+        bound = f"{digest(wanted)[:12]}…, that of {wanted.name}"
+        raise InputError(f"SHA-256 of the platform in {path}", f"{sets.digest[:12]}…", bound)
+    return sets
 
 
 def _found(platform: str, braking: str, period: float) -> TerminalSets:
