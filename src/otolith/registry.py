@@ -79,7 +79,7 @@ class Table(Mapping[str, Entry]):
         return len({**self.own, **self._declared()})
 
     def shadowed(self) -> dict[str, str]:
-        """Otolith's own names that other distributions declare in vain, each with that distribution."""
+        """Return Otolith's own names that other distributions declare, too, each with that distribution."""
         found = plugins.declared(self.group)
         return {name: plugins.distribution(found[name]) for name in self.own if name in found}
 
@@ -294,7 +294,7 @@ def check_options(names: Sequence[str], given: Iterable[str]) -> None:
 
 
 def unread(name: str) -> frozenset[str]:
-    """Options that `name` does not read but other cueing algorithms do; they are left out of its record."""
+    """Return the options that `name` does not read but others do; they are left out of its record."""
     every = frozenset().union(*(entry.reads for entry in CUEING.own.values()))
     return every - cueing_named(name).reads
 

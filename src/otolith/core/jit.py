@@ -97,7 +97,7 @@ def _lean(function: F, **options: bool) -> F:
 
 
 def _cache_of(function: Callable[..., Any]) -> FunctionCache | None:
-    """The cache for the machine code of `function`; None without a source file or a writable folder."""
+    """Return the cache of `function`'s machine code; None without a source file or a writable folder."""
     if not Path(function.__code__.co_filename).is_file():
         return None
     try:

@@ -1,11 +1,11 @@
-"""Machine code that comes with the package, so that a first start need not compile.
+"""Machine code shipped with the package, so that a first start need not compile.
 
 A wheel for one platform holds an archive of compiled kernels, which `tools/ship_kernels.py` makes; a checkout
-has none until that is called. Machine code fits exactly one Python, one numba with its LLVM, and one kind of
-processor. The archive states the former in its file `made-for.json`; for the latter it holds the code twice,
-in a folder for processors with AVX2 and in one for all others. Within a folder a file's name is a hash of the
-function, the types of its arguments, and the fingerprint of all source that is compiled in: code of an older
-source is never found, and whatever is not found is compiled as if there were no archive.
+has none until that tool is run. Machine code fits exactly one Python, one numba with its LLVM, and one kind
+of processor. The archive states Python and numba in its file `made-for.json`, and holds the code twice, in a
+folder for processors with AVX2 and in one for all others. Within a folder, the name of a file is a hash of
+the function, the types of its arguments, and the fingerprint of all source compiled into it. So code of an
+older source is never found, and what is not found is compiled as if there were no archive.
 """
 
 import functools
@@ -26,17 +26,17 @@ from llvmlite import binding
 
 ARCHIVE: Final = Path(__file__).parents[1] / "kernels.zip"
 MADE_FOR: Final = "made-for.json"
-AVX2, ANY = "x86-64-v3", "x86-64"  # LLVM's names of the processors that the code is made for
+AVX2, ANY = "x86-64-v3", "x86-64"  # LLVM's names of the processors for which the code is compiled
 _OF_AVX2: Final = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")  # x86-64-v3 beyond x86-64-v2
 
-# The tool that makes an archive sets the first to learn what is compiled, and reads from the second what was
-# taken from the archive, both by name.
+# The tool that makes an archive sets `on_compiled` to receive what is compiled, by name, and reads in `taken`
+# the names of what was loaded from the archive.
 on_compiled: Callable[[str, bytes], None] | None = None
 taken: Final[list[str]] = []
 
 
 def environment() -> dict[str, str]:
-    """What machine code depends on besides the source and the processor's kind."""
+    """Return what machine code depends on besides the source and the kind of processor."""
     return {
         "extension suffix": str(sysconfig.get_config_var("EXT_SUFFIX")),  # Python's minor, system, C library
         "processor": platform.machine(),
@@ -48,19 +48,19 @@ def environment() -> dict[str, str]:
 
 @functools.cache
 def kind() -> str:
-    """The kind of this machine's processor: AVX2 or ANY."""
+    """Return the kind of this machine's processor: AVX2 or ANY."""
     has = binding.get_host_cpu_features()
     return AVX2 if all(has.get(feature, False) for feature in _OF_AVX2) else ANY
 
 
 def name_of(function: Callable[..., Any], types: object, stamp: str) -> str:
-    """Name of a function's code for given types of arguments; `stamp` is the fingerprint of its source."""
-    told = f"{function.__module__}.{function.__qualname__}\n{types}\n{stamp}"
-    return hashlib.sha256(told.encode()).hexdigest()[:32]
+    """Return the name of a function's code for these argument types and this fingerprint of its source."""
+    text = f"{function.__module__}.{function.__qualname__}\n{types}\n{stamp}"
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 def code(name: str) -> bytes | None:
-    """Code from the archive; None without an archive for this Python, or where it has none of this name."""
+    """Return code from the archive; None without a fitting archive, or if it has none of this name."""
     archive = _archive(ARCHIVE)
     try:
         found = archive.read(f"{kind()}/{name}") if archive else None
@@ -73,7 +73,7 @@ def code(name: str) -> bytes | None:
 
 @functools.cache
 def _archive(path: Path) -> zipfile.ZipFile | None:
-    """The archive, if there is one for this environment; one for another is named in a warning, once."""
+    """Return the archive if it is made for this environment; warn once if it is made for another."""
     if not path.is_file():
         return None
     archive = zipfile.ZipFile(path)

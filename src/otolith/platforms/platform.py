@@ -189,7 +189,7 @@ class Platform(_Table):
         )
 
     def can_cue(self, dof: Dof) -> bool:
-        """True when the platform has all axes of a degree of freedom, with the limits that it needs."""
+        """Return whether the platform has all axes of a degree of freedom, with the limits that it needs."""
         try:
             self.limits(dof)
         except InputError:

@@ -39,14 +39,14 @@ _BYTES: Final = re.compile(r"(\d+) Bytes?")
 
 
 def parse_erg(info: str, data: bytes, source: str) -> Columns:
-    """The numeric channels of a CarMaker result, from the text of its .erg.info and the bytes of its .erg.
+    """Return the numeric channels of a CarMaker result from its .erg.info (text) and its .erg (bytes).
 
-    An incomplete last record, as an interrupted simulation leaves it, is dropped with a note.
+    An incomplete last record, which an interrupted simulation leaves, is dropped with a note.
 
     Raises
     ------
     InputError : the info describes another format, no channels, or an unknown type.
-    CorruptFile : the data do not begin as CarMaker's, or not as the info says.
+    CorruptFile : the data do not begin as CarMaker's, or not as the info states.
     """
     entries = _entries(info)
     order, code = _order(entries, source)

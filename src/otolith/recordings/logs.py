@@ -178,7 +178,7 @@ def _states_unit(key: str, text: str) -> bool:
 
 
 def _grouped(channels: Sequence[Channel]) -> list[str]:
-    """The notes about channels, each with the names of all that it is about."""
+    """Return the notes about channels, each with the names of all channels that it concerns."""
     about: dict[str, list[str]] = {}
     for one in channels:
         for note in one.notes:
@@ -187,7 +187,7 @@ def _grouped(channels: Sequence[Channel]) -> list[str]:
 
 
 def _summary(felt: Sequence[Channel], duration: float, source: str) -> str:
-    """Rows, duration and the rate of each clock."""
+    """Return a sentence with the rows, the duration and the rate of each clock."""
     fastest = min(felt, key=lambda one: one.step)
     steps = np.diff(fastest.t)
     spread = "" if np.ptp(steps) < UNEVEN * np.median(steps) else ", unevenly sampled"

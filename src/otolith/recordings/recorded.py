@@ -49,7 +49,7 @@ class Recorded(Protocol):
         """Return whether every column has its own clock, so that none of them has to be the time."""
 
     def cells(self, indices: Sequence[int]) -> list[Cells]:
-        """Return the cells of these columns, each (n,)."""
+        """Return the cells of these columns."""
 
     def clock(self, index: int) -> Vec | None:
         """Return the clock (n,) [s] of a column if `clocked`; otherwise None."""

@@ -149,7 +149,7 @@ def _points(ax: Axes, of_test: Sequence[Response], values: Vec, error: Vec) -> N
 
 
 def _shade(ax: Axes, omega: Vec, low: Vec, high: Vec) -> None:
-    """The region inside a boundary; a side without a bound reaches the axis's edge."""
+    """Shade the region inside a boundary; a side without a bound reaches to the end of the axis."""
     bottom, top = ax.get_ylim()
     finite = [*low[np.isfinite(low)], *high[np.isfinite(high)]]
     bottom, top = min([bottom, *finite]), max([top, *finite])

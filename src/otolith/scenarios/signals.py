@@ -92,7 +92,7 @@ def step_sine(
     duration: float = 20.0,
     axis: str = "longitudinal",
 ) -> Scenario:
-    """A pulse in [1, end) [s], then a sine of the same amplitude at zero phase from `sine_start` [s] on.
+    """Return a pulse in [1, end) [s], then a sine of the same amplitude that starts at `sine_start` [s].
 
     Raises
     ------

@@ -79,7 +79,7 @@ def _filter(of: Any, fresh: int, demand: Vec, motion: Vec) -> int:
 
 
 def classical_channels(task: Task, period: float) -> Bound:
-    """High-pass translations, low-pass tilts and high-pass rotations, as one bank of filters."""
+    """Return high-pass translations, low-pass tilts and high-pass rotations as one bank of filters."""
     of, mask, pairs = task.tuning.of(tables.Classical), cued(task), pairs_of(task.dofs)
     moved, turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
     systems = [at_period_ends(translation(getattr(of, AXES[i])), period) for i in moved]

@@ -128,7 +128,7 @@ def _filter(of: Any, fresh: int, demand: Vec, motion: Vec) -> int:
 
 
 def optimal_channels(task: Task, period: float, *, nonlinear: bool) -> Bound:
-    """One LQ filter per axis pair, and one each for heave and yaw."""
+    """Return one LQ filter per axis pair, and one each for heave and yaw."""
     tuning = task.tuning.of(tables.Optimal)
     largest = tuning.largest_alpha_per_s if nonlinear else 0.0
     alphas = np.linspace(0.0, largest, GRID if nonlinear else 1)
