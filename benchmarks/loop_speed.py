@@ -6,14 +6,16 @@ A decision is `Cueing.step`, called from Python along a reference of 20 s. A per
 divided by its periods: decision, plant, record. Every case runs three times in one process, and of every
 decision, and of the loops, the least time counts. With OTHER_SRC, the `src` folder of another version with
 the same interface, both run in turns, in processes of their own, and the ratio of the other one to this one
-is printed: how many times faster this one is. Set OTOLITH_CACHE to a folder that no other work changes.
+is printed: how many times faster this one is. Every tree has a folder of generated kernels of its own.
 """
 
 import argparse
+import hashlib
 import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from functools import reduce
 from pathlib import Path
@@ -107,11 +109,19 @@ def all_times(only: str) -> Times:
     return times
 
 
+def kernels_of(src: str) -> Path:
+    """Folder of the kernels that a source tree generates: trees would remove each other's machine code."""
+    mark = hashlib.sha256(str(Path(src).resolve()).encode()).hexdigest()[:8]
+    folder = Path(tempfile.gettempdir()) / f"otolith-loop-speed-{mark}"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
 def of_tree(src: str, only: str) -> Times:
     """The figures of a source tree, from a process of its own."""
     run = subprocess.run(  # noqa: S603 (this very file)
         [sys.executable, __file__, "--json", "--only", only],
-        env=os.environ | {"PYTHONPATH": src},
+        env=os.environ | {"PYTHONPATH": src, "OTOLITH_CACHE": str(kernels_of(src))},
         capture_output=True,
         text=True,
         check=True,
