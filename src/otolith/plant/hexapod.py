@@ -1,11 +1,13 @@
 """The emulator of chapter 6: a rigid body on six legs, moved by the servos of its legs."""
 
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from otolith.compiled import FOLLOW
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
+from otolith.core.methods import Bound
 from otolith.core.rotation import (
     acceleration_of,
     felt_at,
@@ -17,7 +19,8 @@ from otolith.core.rotation import (
 )
 from otolith.interfaces import Command, PlatformState
 from otolith.plant.dynamics import advance
-from otolith.plant.servo_targets import PERIOD, ServoTargets
+from otolith.plant.ideal import stepped
+from otolith.plant.servo_targets import PERIOD, Drive, ServoTargets, tick
 from otolith.platforms import Platform
 from otolith.platforms.hexapod import Hexapod, NoPose
 from otolith.safety.supervisor import Intervention
@@ -52,6 +55,36 @@ def periods(dt: float, period: float) -> int:
     return n
 
 
+class _Body(NamedTuple):
+    drive: Drive
+    ticks: int  # servo periods in a step
+    before: Mat  # (3, 6) targets at the start of the period, when the legs are sampled
+    place: Vec  # (7,)
+    velocity: Vec  # (6,)
+    acceleration: Vec  # (6,)
+    legs: Mat  # (3, 6) lengths [m], speeds [m/s], forces [N]
+    head: Vec  # (3,) [m]
+
+
+@kernel
+def _follow(of: Any, command: Vec, motion: Mat, force: Mat) -> int:
+    """Follow one command for n steps; see `otolith.compiled.FOLLOW`."""
+    drive = of.drive
+    for k in range(len(motion)):
+        for _ in range(of.ticks):
+            for row in range(3):
+                for i in range(6):
+                    of.before[row, i] = drive.targets[row, i]
+            if not tick(drive, command):
+                raise NoPose("no pose has the leg lengths that the supervisor passed on")
+            if not advance(
+                of.place, of.velocity, of.acceleration, of.legs, of.before, drive.machine, drive.dt
+            ):
+                raise NoPose("the legs folded: no force of theirs moves the platform")
+        _observe(of.place, of.velocity, of.acceleration, of.head, motion[k], force[k])
+    return 0
+
+
 class HexapodPlant:
     """A rigid body on six legs with digital servos; the legs are lumped, without friction or play.
 
@@ -71,7 +104,10 @@ class HexapodPlant:
         self.legs = np.zeros((3, 6))  # lengths [m], speeds [m/s], forces [N] at the last servo period
         self._head = hexapod.head
         self._place, self._velocity, self._acceleration = np.zeros(7), np.zeros(6), np.zeros(6)
+        self._dt = 0.0  # [s] of the method
+        self._method: Bound | None = None
         self.reset(PlatformState())
+        self.compiled(period)
 
     @property
     def interventions(self) -> tuple[Intervention, ...]:
@@ -87,22 +123,24 @@ class HexapodPlant:
 
     def step(self, command: Command, dt: float) -> PlatformState:
         """Follow the commanded accelerations (6,) for dt [s], a multiple of the servo period."""
-        drive = self.servo_targets
-        for _ in range(periods(dt, drive.period)):
-            before = drive.targets.copy()  # targets at the start of the period, when the legs are sampled
-            drive.tick(command.acceleration)
-            moved = advance(
-                self._place,
-                self._velocity,
-                self._acceleration,
-                self.legs,
-                before,
-                drive.machine,
-                drive.period,
+        return stepped(_follow, self.compiled(dt), command, True)
+
+    def compiled(self, dt: float) -> Bound:
+        """Return the method of this plant for steps of dt [s], a multiple of the servo period."""
+        if self._method is None or dt != self._dt:
+            drive = self.servo_targets
+            body = _Body(
+                drive=drive.drive,
+                ticks=periods(dt, drive.period),
+                before=np.zeros((3, 6)),
+                place=self._place,
+                velocity=self._velocity,
+                acceleration=self._acceleration,
+                legs=self.legs,
+                head=self._head,
             )
-            if not moved:
-                raise NoPose("the legs folded: no force of theirs moves the platform")
-        return observed(self._place, self._velocity, self._acceleration, self._head)
+            self._dt, self._method = dt, FOLLOW.bind(_follow, body)
+        return self._method
 
 
 def hexapod(platform: Platform) -> HexapodPlant:

@@ -6,7 +6,7 @@ do. If it reduces the motion, the set-points continue from its output, so missed
 later.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -19,46 +19,56 @@ from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
 from otolith.plant.ideal import axis_dynamics, move_axes
 from otolith.platforms.hexapod import MOST, Hexapod, NoPose
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
-from otolith.safety.supervisor import Keeps, Supervisor, supervise
+from otolith.safety.supervisor import Keeps, Log, Supervisor, record, supervise
 
 PERIOD: Final = 1e-3  # [s] servo period
 CLOSE: Final = 1e-12  # [m] tolerance on leg lengths when a pose is computed from them
 
 
-@kernel
-def _tick(
-    motion: Mat,
-    dynamics: tuple[Mat, Mat],
-    command: Vec,
-    of: Machine,
-    legs: Mat,
-    passed: tuple[Vec, Vec],
-    keeps: Keeps,
-    dt: float,
-    place: Vec,
-    targets: Mat,
-) -> tuple[int, int]:
-    """Advance one period: set-points, supervisor and, if it changed nothing, the servos' targets.
+class Drive(NamedTuple):
+    """The set-points, the supervisor and the targets, in a form that kernels take."""
 
-    Returns
-    -------
-    The result of `otolith.safety.supervisor.supervise`.
-    """
-    move_axes(motion, dynamics[0], dynamics[1], command)
-    leg_motion(motion[0], motion[1], motion[2], of.joints, of.anchors, legs)
-    reason, leg = supervise(legs[0], legs[1], passed[0], passed[1], keeps, dt)
+    motion: Mat  # (3, 6) of the set-points
+    A: Mat  # (3, 3) of one axis, over one period
+    B: Mat  # (3, 1)
+    machine: Machine
+    legs: Mat  # (3, 6) motion of the legs that the set-points require
+    lengths: Vec  # (6,) [m] passed on by the supervisor …
+    speeds: Vec  # (6,) [m/s]
+    keeps: Keeps
+    log: Log
+    dt: float  # [s]
+    place: Vec  # (7,) of the set-points
+    before: Vec  # (6,) twist of the set-points a period ago
+    targets: Mat  # (3, 6) lengths, speeds, weights
+
+
+@kernel
+def tick(of: Drive, command: Vec) -> bool:
+    """Advance one period: set-points, supervisor, targets of the servos; False if no pose has the lengths."""
+    dt, behind = of.dt, 0.0
+    for axis in range(6):
+        of.before[axis] = of.motion[1, axis]
+    move_axes(of.motion, of.A, of.B, command)
+    leg_motion(of.motion[0], of.motion[1], of.motion[2], of.machine.joints, of.machine.anchors, of.legs)
+    reason, leg = supervise(of.legs[0], of.legs[1], of.lengths, of.speeds, of.keeps, dt)
+    for i in range(6):
+        behind = max(behind, abs(of.legs[0, i] - of.lengths[i]))
+    record(of.log, reason, leg, behind, dt)
     if reason == 0:
-        place_of(motion[0], place)
-        _aim(place, passed, of, targets)
-    return reason, leg
+        place_of(of.motion[0], of.place)
+    elif not _resume(of.motion, of.place, of.before, of.lengths, of.speeds, of.machine, dt):
+        return False
+    aim(of)
+    return True
 
 
 @kernel
-def _aim(place: Vec, passed: tuple[Vec, Vec], of: Machine, targets: Mat) -> None:
+def aim(of: Drive) -> None:
     """Write lengths, speeds and the weight in this pose into the targets (3, 6)."""
-    targets[0] = passed[0]
-    targets[1] = passed[1]
-    carry(place, of, targets[2])
+    for i in range(6):
+        of.targets[0, i], of.targets[1, i] = of.lengths[i], of.speeds[i]
+    carry(of.place, of.machine, of.targets[2])
 
 
 @kernel
@@ -82,56 +92,56 @@ class ServoTargets:
 
     def __init__(self, hexapod: Hexapod, *, lag: float, period: float = PERIOD) -> None:
         check_gains(hexapod, period)
-        self.supervisor = Supervisor(hexapod, period=period)
-        self.period, self.targets = period, np.zeros((3, 6))  # lengths, speeds, weights
-        self.machine = machine(hexapod)
-        self._dynamics = axis_dynamics(lag, period)
-        self._passed = (self.supervisor.lengths, self.supervisor.speeds)  # arrays that the supervisor writes
-        # Motion of the set-points; leg motion that they require
-        self._motion, self._legs = np.zeros((3, 6)), np.empty((3, 6))
-        self._place, self._before = np.zeros(7), np.zeros(6)
+        self.supervisor = supervisor = Supervisor(hexapod, period=period)
+        A, B = axis_dynamics(lag, period)
+        self.period = period
+        self.drive = Drive(
+            motion=np.zeros((3, 6)),
+            A=A,
+            B=B,
+            machine=machine(hexapod),
+            legs=np.empty((3, 6)),
+            lengths=supervisor.lengths,
+            speeds=supervisor.speeds,
+            keeps=supervisor.keeps,
+            log=supervisor.log,
+            dt=period,
+            place=np.zeros(7),
+            before=np.zeros(6),
+            targets=np.zeros((3, 6)),
+        )
         self.reset(PlatformState())
-        self._go_on()  # compiled now, so that no period waits for the compiler
+        self.tick(np.zeros(6))  # compiled now, so that no period waits for the compiler
         self.reset(PlatformState())
+
+    @property
+    def targets(self) -> Mat:
+        """Targets (3, 6) of the servos: lengths, speeds, weights."""
+        return self.drive.targets
+
+    @property
+    def machine(self) -> Machine:
+        """The numbers of the hexapod, as kernels take them."""
+        return self.drive.machine
 
     def reset(self, state: PlatformState) -> None:
         """Start from a state; errors are those of the supervisor."""
+        of = self.drive
         self.supervisor.reset(state.pose, state.twist)
-        self._motion[0], self._motion[1], self._motion[2] = state.pose, state.twist, state.acceleration
-        place_of(state.pose, self._place)
-        self._aim()
+        of.motion[0], of.motion[1], of.motion[2] = state.pose, state.twist, state.acceleration
+        place_of(state.pose, of.place)
+        aim(of)
 
     def tick(self, acceleration: Vec) -> Mat:
-        """Return the targets (3, 6) of the servos at the end of the next period: lengths, speeds, weights."""
-        self._before[:] = self._motion[1]
-        supervisor = self.supervisor
-        code, leg = _tick(
-            self._motion,
-            self._dynamics,
-            acceleration,
-            self.machine,
-            self._legs,
-            self._passed,
-            supervisor.keeps,
-            self.period,
-            self._place,
-            self.targets,
-        )
-        if supervisor.account(code, leg, self._legs[0]):
-            self._go_on()
-            self._aim()
+        """Return the targets (3, 6) of the servos at the end of the next period: lengths, speeds, weights.
+
+        Raises
+        ------
+        NoPose : the legs fold within their strokes, which a sensible geometry excludes.
+        """
+        if not tick(self.drive, acceleration):
+            raise NoPose(f"no pose of the leg lengths {self.supervisor.lengths} m")
         return self.targets
-
-    def _go_on(self) -> None:
-        """Continue the set-points from the output of the supervisor."""
-        lengths, speeds = self.supervisor.lengths, self.supervisor.speeds
-        if not _resume(
-            self._motion, self._place, self._before, lengths, speeds, self.machine, self.period
-        ):  # the legs fold within their strokes, which a sensible geometry excludes
-            raise NoPose(f"no pose of the leg lengths {lengths} m")
-
-    def _aim(self) -> None:
-        _aim(self._place, self._passed, self.machine, self.targets)
 
 
 def check_gains(hexapod: Hexapod, period: float) -> None:

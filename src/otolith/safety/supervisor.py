@@ -18,13 +18,13 @@ test_no_command_whatever_reaches_a_singular_pose.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
 from otolith.core.rotation import place_of
@@ -59,7 +59,7 @@ class Reason(StrEnum):
         return str(self) if self in named else f"the {self} of a leg"
 
 
-_REASONS: Final = (None, *Reason)  # in the order of the numbers above
+_REASONS: Final = (Reason.INVALID, *Reason)  # in the order of the numbers above
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,6 +274,30 @@ def supervise(
     return reason, leg
 
 
+class Log(NamedTuple):
+    """The interventions so far, in a form that kernels write."""
+
+    rows: Mat  # (KEPT, 5) start and end [s], reason, leg from 1 on (0: none), how far it stayed behind [m]
+    at: Ints  # (2,) periods that have passed, and interventions
+
+
+@kernel
+def record(log: Log, code: int, leg: int, behind: float, dt: float) -> None:
+    """Record the result of `supervise` in one period, with how far the farthest leg stayed behind [m]."""
+    rows, at = log.rows, log.at
+    at[0] += 1
+    if code == _FREE:
+        return
+    now, last = at[0] * dt, at[1] - 1
+    late = 0.0 if code == _INVALID else behind
+    if last >= 0 and rows[last, 2] == code and now - rows[last, 1] <= APART:
+        rows[last, 1], rows[last, 4] = now, max(rows[last, 4], late)
+    elif at[1] < KEPT:
+        rows[last + 1, 0], rows[last + 1, 1] = now - dt, now
+        rows[last + 1, 2], rows[last + 1, 3], rows[last + 1, 4] = code, leg + 1, late
+        at[1] += 1
+
+
 class Supervisor:
     """Keeps one hexapod within its limits, period by period, and records its interventions."""
 
@@ -282,8 +306,7 @@ class Supervisor:
         self.lengths, self.speeds = np.empty(6), np.zeros(6)  # lengths [m] and speeds [m/s] passed on
         self._hexapod = hexapod
         self.keeps = Keeps.of(hexapod)  # input of `supervise`
-        self._ticks = 0
-        self._kept: list[Intervention] = []
+        self.log = Log(np.zeros((KEPT, 5)), np.zeros(2, dtype=np.int64))
         self.reset(np.zeros(6), np.zeros(6))
 
     def reset(self, pose: Vec, twist: Vec) -> None:
@@ -316,34 +339,18 @@ class Supervisor:
                 "too near to a singular pose or to the end of a joint",
                 "one from which the legs can stop before either",
             )
-        self._ticks = 0
-        self._kept.clear()
+        self.log.at[:] = 0
 
     def follow(self, lengths: Vec, speeds: Vec) -> bool:
         """Advance one period towards set-points (6,) at its end; return whether the motion was reduced."""
         code, leg = supervise(lengths, speeds, self.lengths, self.speeds, self.keeps, self.period)
-        return self.account(code, leg, lengths)
-
-    def account(self, code: int, leg: int, wanted: Vec) -> bool:
-        """Record the result of `supervise` for set-points (6,) [m]; return whether it reduced the motion."""
-        self._ticks += 1
-        reason = _REASONS[code]
-        if reason is not None:
-            self._note(reason, leg, wanted)
-        return reason is not None
-
-    def _note(self, reason: Reason, leg: int, wanted: Vec) -> None:
-        now = self._ticks * self.period
-        behind = 0.0 if reason is Reason.INVALID else float(np.abs(wanted - self.lengths).max())
-        last = self._kept[-1] if self._kept else None
-        if last and last.reason is reason and now - last.end <= APART:
-            self._kept[-1] = replace(last, end=now, behind=max(last.behind, behind))
-        elif len(self._kept) < KEPT:
-            self._kept.append(
-                Intervention(start=now - self.period, end=now, reason=reason, leg=leg + 1, behind=behind)
-            )
+        record(self.log, code, leg, float(np.abs(lengths - self.lengths).max()), self.period)
+        return bool(code != _FREE)
 
     @property
     def interventions(self) -> tuple[Intervention, ...]:
         """Return the interventions since the last reset, at most the first `KEPT`, in order of time."""
-        return tuple(self._kept)
+        return tuple(
+            Intervention(start=start, end=end, reason=_REASONS[int(code)], leg=int(leg), behind=behind)
+            for start, end, code, leg, behind in self.log.rows[: self.log.at[1]].tolist()
+        )
