@@ -2,21 +2,27 @@
 
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.hints.training.fit import QUICK
+from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows
-from otolith.cueing.mpc.settings import Entry
+from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.interfaces import PlatformState, Reference
 from otolith.loop import simulate
 from otolith.metrics import tracking_rmse
 from otolith.plant import Ideal
+from otolith.platforms import load
+from otolith.qp.engines import CondensedEngine, StageEngine
+from otolith.qp.stage import StageProblem, StageSolution
 from otolith_thesis.hint_loops import Hinted
 from otolith_thesis.loop import FOUR_DOF, Loop, rmse_at_decisions
-from otolith_thesis.solver_variants import QPOASES, Start
+from otolith_thesis.solver_variants import QPOASES, Start, TerminalWeight
 
 PAIR = "surge-pitch"
 SHORT = Loop(scenario="step:amplitude=1,duration=1.5,start=0.2,end=1")
@@ -66,6 +72,25 @@ def test_one_variant_changes_one_thing() -> None:
     }
     assert errors["primal"] == pytest.approx(errors["base"], rel=1e-3)
     assert len({round(errors[name], 6) for name in ("base", "terminal", "guess")}) == 3
+
+
+def test_a_terminal_weight_weighs_the_last_stage_once_and_leaves_the_memory_as_it_was() -> None:
+    """What a controller does not write anew in every period would else be weighted again and again."""
+    seen = []
+
+    class Weighed(CondensedEngine):
+        def run(self, *arguments: Any, **options: Any) -> StageSolution:
+            seen.append(self.memory.output[-1, 1])
+            return super().run(*arguments, **options)
+
+    def weighted(problem: StageProblem, **options: Any) -> TerminalWeight:
+        return TerminalWeight(Weighed(problem, **options), 4.0)
+
+    mpc = Mpc(load("thesis"), (SURGE_PITCH,), MpcSettings(engine=weighted))
+    for _ in range(3):
+        mpc.step(PlatformState(), Reference(specific_force=np.ones(3)))
+        assert mpc.engine.memory.output[-1, 1] == 1.0
+    assert seen == [2.0] * len(seen)  # of the acceleration, which every period has in common
 
 
 def test_damping_draws_the_controls_to_the_plan_only_a_little() -> None:
