@@ -18,7 +18,7 @@ from otolith.loop import simulate
 from otolith.metrics import tracking_rmse
 from otolith.plant import Ideal
 from otolith.platforms import load
-from otolith.qp.engines import CondensedEngine, StageEngine
+from otolith.qp.engines import CondensedEngine
 from otolith.qp.stage import StageProblem, StageSolution
 from otolith_thesis.hint_loops import Hinted
 from otolith_thesis.loop import FOUR_DOF, Loop, rmse_at_decisions
