@@ -62,7 +62,10 @@ def test_a_tuning_of_the_users_is_taken_and_recorded(
     ("arguments", "sentence"),
     [
         (["--by", "beauty"], "--by is 'beauty', must be one of rmse, perceived, false-cues"),
-        (["--by", "rate"], "must be one of rmse, perceived, false-cues where surge-pitch is cued"),
+        (
+            ["--by", "rate"],
+            "must be one of rmse, perceived, false-cues, lag, rebound where surge-pitch is cued",
+        ),
         (["--dofs", "heave"], "heave of platform thesis is missing, must be in its file for it to be cued"),
         (["--dofs", "pitch"], "one of surge-pitch, sway-roll, heave, yaw, or several with commas"),
         (["--tuning", "rig"], "tuning is 'rig', must be one of davsi, thesis, or a file (.toml)"),
