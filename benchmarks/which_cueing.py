@@ -101,6 +101,9 @@ def figures(wanted: otolith.Wanted, dof: Dof, platform: str) -> dict[str, dict[s
             "correlation": summary["correlation"][dof.name],
             "travel": summary["travel_rms"][dof.name.split("-")[0]],
             "unwanted": summary["false_cues"][dof.name]["unwanted"]["duration_s"],
+            "lag": summary["unwanted_cues"][dof.name]["lag"]["duration_s"],
+            "rebound": summary["unwanted_cues"][dof.name]["rebound"]["duration_s"],
+            "dose": summary["sickness_dose"][dof.name],
             "broken": summary["violations"],
             "step": summary["step_time_us"]["median"],
         }
@@ -143,6 +146,17 @@ def show(found: dict[str, dict[str, dict[str, float]]]) -> None:
                 f"{label} {len(some)}: RMSE {rmse:.3f}, perceived {perceived:.3f} of the best other", end="; "
             )
             print(f"first in perceived RMSE on {first}")
+
+
+def show_unwanted(found: dict[str, dict[str, dict[str, float]]]) -> None:
+    """Print, over all cases together, how long cues were unwanted, lagged and rebounded, and the dose."""
+    print("\n| all cases together | unwanted s | lag s | rebound s | dose, of implicit, in geometric means |")
+    print("|---|---|---|---|---|")
+    dose = _over_cases(found, "implicit", "dose")
+    for name in ALL:
+        sums = (sum(case[name][key] for case in found.values()) for key in ("unwanted", "lag", "rebound"))
+        cells = " | ".join(f"{one:.1f}" for one in sums)
+        print(f"| {name} | {cells} | {_over_cases(found, name, 'dose') / dose:.2f} |")
 
 
 def draw(found: dict[str, dict[str, dict[str, float]]], path: Path) -> None:
@@ -198,6 +212,7 @@ def main() -> None:
         with ProcessPoolExecutor(chosen.jobs) as pool:
             found |= dict(pool.map(_work, others))
     show(found)
+    show_unwanted(found)
     if chosen.figure:
         draw(found, chosen.figure)
     if chosen.json:
