@@ -1,12 +1,14 @@
 """`otolith optimum`, and `--optimum` of `run` and `compare`."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from otolith import files
+from otolith.cueing.optimum import NoOptimum
 from tests.cli.test_cli import done, refused
 
 SHORT = "step:amplitude=2,start=1,end=5,duration=6"
@@ -73,6 +75,16 @@ def test_where_it_is_not_computed_a_page_says_how_to_get_it(
     done(["run", long, "--cueing", "classical", "--out", str(tmp_path / "long")])
     reason = kept(tmp_path / "long")["optimum"]["not_computed"]
     assert reason == "the drive lasts 61 s, more than 60 s: add --optimum"
+
+
+def test_what_cannot_be_certified_costs_nobody_a_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.modules[NoOptimum.__module__], "ACCEPTED", 0.0)
+    done(["run", SHORT, "--cueing", "classical", "--out", str(tmp_path / "o")])
+    assert kept(tmp_path / "o")["optimum"]["not_computed"].endswith("must be at most 0")
+    assert "is not known: the optimum of step" in capsys.readouterr().err
+    assert "is not certified" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_plant_without_lag_is_measured_by_one(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """What is felt and its derivatives, against the definition in world and against the plant's own sensing."""
 
+import sys
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -62,3 +64,14 @@ def test_the_exact_hessian_is_that_of_the_gradient(head: tuple[float, float, flo
             (x if column < 18 else u)[:, column % 18] += sign * step
             ends.append(cost.expand(x, u, exact=False).gradient)
         assert_allclose(hessian[:, column], (ends[1] - ends[0]) / (2.0 * step), rtol=1e-4, atol=2e-2)
+
+
+def test_errors_do_not_depend_on_the_blocks_they_are_computed_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted = Scenario(name="none", duration=0.07, specific_force=lambda t: np.ones((len(t), 3)))
+    cost = _Felt.of(wanted, tuple(DOFS.values()), lag=0.01, head=(0.3, 0.0, 1.0), plant_period=5e-3)
+    rng = np.random.default_rng(5)
+    X, U = rng.normal(size=(7, 18)), rng.normal(size=(7, 6))
+    whole = cost.errors(X, U)
+    assert whole.shape == (7, 2, 4)
+    monkeypatch.setattr(sys.modules[_Felt.__module__], "BLOCK", 3)
+    assert_allclose(cost.errors(X, U), whole, rtol=1e-13)

@@ -37,6 +37,7 @@ PERIOD: Final = 0.01  # [s]
 EFFORT: Final = 1e-5  # weight of u² next to the squared errors of all samples of a period
 ACCEPTED: Final = 1e-4  # largest certificate of an answer
 NOTICED: Final = 1e-4  # [m/s², rad/s] an error of this size in every sample has a cost that counts as zero
+BLOCK: Final = 4_000  # steps whose errors are computed at once, so that an hour fits in memory
 _LEAST_LAG: Final = 1e-4  # [s]
 _LONGEST: Final = 3600.0  # [s] longest scenario that fits in memory
 
@@ -88,7 +89,8 @@ def optimum(
     answer = solve(dynamics, cost, np.zeros(dynamics.states), len(cost.tracked.wanted))
     certificate = certify(dynamics, cost.costs, answer, nothing=cost.nothing)
     if not certificate.worst <= ACCEPTED:  # so that a NaN is refused, too
-        raise NoOptimum(f"the optimum of {scenario.name} is not certified: {certificate}")
+        found = f"its certificate is {certificate.worst:.1e}, must be at most {ACCEPTED:g}"
+        raise NoOptimum(f"the optimum of {scenario.name} is not certified: {found}")
     run = simulate(
         _Replay(cost.tracked.axes, answer, certificate.worst),
         Ideal(lag, head=platform.head),
@@ -176,13 +178,20 @@ class _Felt:
 
     def errors(self, X: Numbers, U: Numbers) -> Numbers:
         """Return felt minus wanted (N, S, C) for the states X (N, nx) before every step and its inputs."""
+        parts = [
+            self._errors(X[k : k + BLOCK], U[k : k + BLOCK], self.tracked.wanted[k : k + BLOCK])
+            for k in range(0, len(U), BLOCK)
+        ]
+        return np.concatenate(parts)
+
+    def _errors(self, X: Numbers, U: Numbers, wanted: Mat) -> Numbers:
         t = self.tracked
         motion = np.zeros((3, len(U), len(t.within), 6), X.dtype)
         for i, axis in enumerate(t.axes):
             z = np.hstack([X[:, 3 * i : 3 * i + 3], U[:, i : i + 1]])
             motion[..., axis] = np.einsum("jom,km->okj", t.within, z)
         felt_there = felt(motion[0], motion[1], motion[2], t.head if len(t.head) else None)
-        difference: Numbers = felt_there[..., t.channel] - t.wanted
+        difference: Numbers = felt_there[..., t.channel] - wanted
         return difference
 
 
