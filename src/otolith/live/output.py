@@ -379,7 +379,8 @@ class Output:
         if state is State.ENGAGING and not self._brought:
             return Request.ENGAGE
         if state is State.PARKING and self._arrived:
-            return Request.PARK
+            powered = self._feedback.state in {DeviceState.ENGAGED, DeviceState.STANDBY}
+            return Request.PARK if powered else Request.HOLD
         return Request.MOVE if state in POWERED or state is State.FAULT else Request.HOLD
 
     def _report(self, now_ns: int) -> Report:

@@ -12,7 +12,7 @@ import heapq
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
 from otolith.live.core.ladder import NO_REACTION, Reaction
 from otolith.live.devices.driver import Request
+from otolith.live.devices.emulator import MoogEmulator
+from otolith.live.devices.moog import FAULTS, Moog
 from otolith.live.messages import DeviceState, Feedback, Flag, Plan, Report, SetPoint, State, Word
 from otolith.live.output import Device, Output, OutputInbox, OutputOutbox
 from otolith.live.wire.generic import TELEMETRY, Generic, seal
@@ -170,6 +172,82 @@ class IdealDevice:
         self.state, self._since_ns = state, now_ns
 
 
+class MoogDevice:
+    """The software Moog base as a device of this world, through the bytes of its packets.
+
+    Parameters
+    ----------
+    neutral_heave : as of `otolith.live.devices.moog.Moog`.
+    """
+
+    def __init__(self, neutral_heave: float = -0.2) -> None:
+        self.driver = Moog(interface="CDS7237", neutral_heave=neutral_heave)
+        self.base = MoogEmulator()
+        self.park = np.array([0.0, 0.0, neutral_heave, 0.0, 0.0, 0.0])  # at home
+
+    def receive(self, now_ns: int, set_point: SetPoint, request: Request) -> None:
+        """Take in a packet."""
+        self.base.receive(self.driver.encode(set_point, request), now_ns)
+
+    def step(self, now_ns: int) -> None:
+        """Move until now."""
+        self.base.tick(now_ns)
+
+    def feedback(self) -> Feedback:
+        """Return what it reports."""
+        return self.driver.decode(self.base.reply())
+
+    @property
+    def pose(self) -> Vec:
+        """Return the pose (6,) in our axes."""
+        measured = self.feedback().pose
+        return np.zeros(6) if measured is None else measured
+
+    @property
+    def state(self) -> DeviceState:
+        """Return its state in the words that all devices share."""
+        return self.feedback().state
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Return its latched faults."""
+        return self.base.fault_names
+
+    def fail(self, now_ns: int, *faults: str) -> None:
+        """Latch faults by name."""
+        for bit, name in FAULTS.items():
+            if name in faults:
+                self.base.inject(bit, now_ns)
+
+
+class Machine(Protocol):
+    """What this world asks of a device."""
+
+    def receive(self, now_ns: int, set_point: SetPoint, request: Request) -> None:
+        """Take in a packet."""
+
+    def step(self, now_ns: int) -> None:
+        """Move until now."""
+
+    def feedback(self) -> Feedback | None:
+        """Return what it reports; None if nothing."""
+
+    def fail(self, now_ns: int, *faults: str) -> None:
+        """Fail with faults of its own."""
+
+    @property
+    def pose(self) -> Vec:
+        """Return the pose (6,) in our axes."""
+
+    @property
+    def state(self) -> DeviceState:
+        """Return its state."""
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Return its faults."""
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One tick of the output, as it is traced."""
@@ -203,6 +281,7 @@ class World:
     drive : see `Source`.
     park : (6,) [m, rad] where the platform rests without power.
     tick : [s] of the output.
+    device : an ideal one if none is given.
     """
 
     def __init__(
@@ -214,6 +293,7 @@ class World:
         park: Vec,
         seed: int = 0,
         tick: float = 1e-3,
+        device: Machine | None = None,
     ) -> None:
         lag = platform.actuators.lag_s
         gate = Gate(platform, lag=lag, period=cueing.period)
@@ -224,7 +304,7 @@ class World:
         self.source = Source(drive)
         self.controller = Controller(cueing, gate, parse=Generic().parse, health=Health())
         self.output = Output(gate, travel, Device.at(park))
-        self.device = IdealDevice(park=np.asarray(park, dtype=np.float64))
+        self.device: Any = IdealDevice(park=np.asarray(park, dtype=np.float64)) if device is None else device
         self.links = {name: Link() for name in ("telemetry", "device", "feedback")}
         self.cores = {name: _Core() for name in ("controller", "output", "source", "device")}
         self.costs_ns: list[int] = []  # of the controller's next steps
