@@ -3,11 +3,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test check unit coverage fast wheel clean
+.PHONY: demo live-demo test check unit coverage fast wheel clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
 	@echo "open demo/report.html"
+
+live-demo: $(VENV)/.installed
+	$(BIN)/otolith live demo --seconds 20
 
 test: check unit
 

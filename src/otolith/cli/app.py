@@ -50,7 +50,7 @@ COMMANDS: Final = {
     "log": ("log:app", "Recorded drives: see what is understood of a file, and save how it is read."),
     "live": (
         "live:app",
-        "Motion platforms in real time: record telemetry, learn its axes, and be a device in software.",
+        "Motion platforms in real time: drive one, play faults, record telemetry and learn its axes.",
     ),
     "map": (
         "false_cue_map:map_",
@@ -91,7 +91,7 @@ def program(called: str) -> typer.Typer:
     app = typer.Typer(
         name="otolith",
         help="Motion cueing for driving simulators: run, compare and judge cueing algorithms. Works offline, "
-        "on files: nothing here moves a real platform yet.",
+        "on files: only `live run` moves a platform.",
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # texts are shown literally: rich would interpret [km/h] as markup

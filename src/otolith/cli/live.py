@@ -1,10 +1,13 @@
 """`otolith live`: motion platforms in real time, and what can be done without one."""
 
+from otolith.cli.live_run import demo, run
 from otolith.cli.live_virtual import bench, faults
 from otolith.cli.live_wire import emulate, learn_, record
 from otolith.cli.output import group
 
-app = group("Motion platforms in real time: record telemetry, learn its axes, and be a device in software.")
+app = group("Motion platforms in real time: drive one, play faults, record telemetry and learn its axes.")
+app.command("run")(run)
+app.command("demo")(demo)
 app.command("record")(record)
 app.command("learn")(learn_)
 app.command("emulate")(emulate)
@@ -14,4 +17,4 @@ app.command("bench")(bench)
 
 @app.callback()
 def live() -> None:
-    """Motion platforms in real time: record telemetry, learn its axes, and be a device in software."""
+    """Motion platforms in real time: drive one, play faults, record telemetry and learn its axes."""

@@ -140,17 +140,28 @@ def bench(
         raise typer.Exit(1)
 
 
+def machine_named(platform: str, dofs: str) -> Platform:
+    """Return a platform that may be driven, and that has the degrees of freedom.
+
+    Raises
+    ------
+    InputError : it is the profile `thesis`, or lacks one.
+    """
+    machine = files.read_platform(platform)
+    if machine.name == "thesis":
+        raise InputError("--platform", "thesis", "a machine's: this profile has limits that no machine has")
+    for dof in dofs_named(dofs.split(",")):
+        machine.limits(dof)
+    return machine
+
+
 def _prepared(cueing: str, platform: str, dofs: str, tuning: str | None) -> tuple[Cueing, Platform]:
     """Return an algorithm that has decided once, so that all is compiled, and its platform."""
     from otolith.cueing.washout.tuning import load_tuning
 
-    machine = files.read_platform(platform)
-    if machine.name == "thesis":
-        raise InputError("--platform", "thesis", "a machine's: this profile has limits that no machine has")
-    chosen = dofs_named(dofs.split(","))
-    for dof in chosen:
-        machine.limits(dof)
-    design = Design(platform=machine, dofs=chosen, washout=None if tuning is None else load_tuning(tuning))
+    machine = machine_named(platform, dofs)
+    washout = None if tuning is None else load_tuning(tuning)
+    design = Design(platform=machine, dofs=dofs_named(dofs.split(",")), washout=washout)
     with working(screen(), "compiling what is not cached, up to a minute"):
         algorithm = registry.make_cueing(cueing, design)
         algorithm.reset(PlatformState())

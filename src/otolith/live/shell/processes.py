@@ -1,0 +1,236 @@
+"""The two processes of a session: the controller and the output, each a loop around its core.
+
+The only things here are clocks, sockets and shared memory; what is decided, the cores decide.
+"""
+
+import signal
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.synchronize import Event
+from typing import Any, Final
+
+import numpy as np
+
+from otolith.core.errors import OtolithError
+from otolith.core.frames import dofs_named
+from otolith.cueing.design import Design
+from otolith.cueing.washout.tuning import load_tuning
+from otolith.interfaces import PlatformState, Reference
+from otolith.live.controller import Controller, ControllerInbox, plain
+from otolith.live.core.gate import Gate
+from otolith.live.core.health import Health
+from otolith.live.core.ladder import NO_REACTION, Reaction
+from otolith.live.devices.driver import Driver
+from otolith.live.messages import Feedback, Report, Rung, State, Word
+from otolith.live.output import Device, Output, OutputInbox
+from otolith.live.shell.clock import Ticks
+from otolith.live.shell.datagrams import LARGEST, opened
+from otolith.live.shell.memory import (
+    Channel,
+    pack_plan,
+    pack_report,
+    unpack_plan,
+    unpack_report,
+    unpack_words,
+)
+from otolith.live.shell.rights import die_with_parent, take_rights
+from otolith.live.wire.axes import AxisMap
+from otolith.live.wire.source import Source
+from otolith.platforms import Platform
+from otolith.registry import make_cueing
+
+TICK_NS: Final = 1_000_000  # [ns] of the output
+CONTROLLER, OUTPUT = 10, 20  # real-time priorities
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Session:
+    """All that the two processes of a session have to know; it travels to them once, at their start."""
+
+    platform: Platform
+    cueing: str
+    dofs: str
+    source: Source
+    listen: tuple[str, int]  # host and port of the telemetry
+    driver: Driver
+    device: tuple[str, int]  # host and port
+    park: tuple[float, ...]  # (6,) [m, rad]
+    period: float  # [s] of the algorithm
+    tuning: str | None = None
+    axes: AxisMap | None = None  # None: the source is in our axes
+    pauses_silently: bool = False
+    token: int = 0
+
+    def gate(self, *, travel: bool = False) -> Gate:
+        """Return the gate of cueing, or of the moves from and to the park pose."""
+        park = np.array(self.park) if travel else None
+        return Gate(self.platform, lag=self.platform.actuators.lag_s, period=self.period, park=park)
+
+
+def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any) -> None:
+    """Be the controller, until the parent ends this process."""
+    _begin_child()
+    controller = _controller(session)
+    plans, reports = Channel(names["plans"]), Channel(names["reports"])
+    said.put(("controller", *take_rights(CONTROLLER)))
+    with opened(session.listen[1], host=session.listen[0]) as listening:
+        ready.set()
+        period_ns = round(1e9 * session.period)
+        last, missed = time.monotonic_ns(), 0
+        report: Report | None = None
+        while True:
+            packets = _until_due(listening, last, period_ns)
+            now = time.monotonic_ns()
+            message = reports.read()
+            report = report if message is None else unpack_report(message)
+            plan = controller.tick(now, ControllerInbox(packets=packets, report=report, missed=missed))
+            plans.write(pack_plan(plan))
+            missed = (time.monotonic_ns() - now) // period_ns
+            last = now
+
+
+def _controller(session: Session) -> Controller:
+    """Return the core, after everything it needs is compiled and has run once."""
+    dofs = dofs_named(session.dofs.split(","))
+    washout = None if session.tuning is None else load_tuning(session.tuning)
+    cueing = make_cueing(session.cueing, Design(platform=session.platform, dofs=dofs, washout=washout))
+    for force in (0.0, 0.1, -0.1):  # compiled now
+        cueing.step(PlatformState(), Reference(specific_force=np.array([force, force, 0.0])))
+    cueing.reset(PlatformState())
+    return Controller(
+        cueing,
+        session.gate(),
+        parse=session.source.parse,
+        wanted=plain if session.axes is None else session.axes.wanted,
+        health=Health(pauses_silently=session.pauses_silently),
+    )
+
+
+def _until_due(listening: socket.socket, last: int, period_ns: int) -> tuple[tuple[int, bytes], ...]:
+    """Collect packets until one comes half a period after the last tick or later, or a period has passed."""
+    packets: list[tuple[int, bytes]] = []
+    while True:
+        left = last + period_ns - time.monotonic_ns()
+        if left <= 0:
+            return tuple(packets)
+        listening.settimeout(1e-9 * left)
+        try:
+            packet = listening.recv(LARGEST)
+        except TimeoutError:
+            return tuple(packets)
+        now = time.monotonic_ns()
+        packets.append((now, packet))
+        if now - last >= period_ns // 2:
+            return tuple(packets)
+
+
+def run_output(session: Session, names: dict[str, str], ready: Event, said: Any) -> None:
+    """Be the output: until it is asked to end, and the platform rests without power or in a fault."""
+    _begin_child()
+    output = Output(
+        session.gate(),
+        session.gate(travel=True),
+        Device.at(
+            np.array(session.park), rate_hz=session.driver.rate_hz, on_silence=session.driver.on_silence
+        ),
+        token=session.token,
+    )
+    asked: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
+    plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
+    said.put(("output", *take_rights(OUTPUT)))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.setblocking(False)
+        line.connect(session.device)
+        ready.set()
+        _roll(output, session.driver, _Line(line, session.driver), (plans, reports, words), asked, said)
+
+
+class _Line:
+    """The socket to the device; it never waits, and its errors become reactions."""
+
+    def __init__(self, line: socket.socket, driver: Driver) -> None:
+        self._line, self._driver = line, driver
+        self.reaction = NO_REACTION
+
+    def hear(self) -> Feedback | None:
+        """Return the latest that the device reported, if anything came."""
+        latest: Feedback | None = None
+        while (packet := self._try(lambda: self._line.recv(LARGEST))) is not None:
+            try:
+                latest = self._driver.decode(packet)
+            except OtolithError as error:
+                self.reaction = Reaction(Rung.RETURN, str(error))
+        return latest
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet."""
+        self._try(lambda: self._line.send(packet))
+
+    def _try(self, action: Callable[[], Any]) -> Any:
+        try:
+            return action()
+        except BlockingIOError:
+            return None
+        except ConnectionRefusedError:  # nobody listens there, yet: the same as silence
+            return None
+        except OSError as error:
+            self.reaction = Reaction(Rung.FAULT, f"the line to the device: {error.strerror}")
+            return None
+
+
+def _roll(
+    output: Output, driver: Driver, line: _Line, channels: tuple[Channel, ...], asked: list[int], said: Any
+) -> None:
+    """Make one set-point per tick until asked to end and nothing moves any more."""
+    plans, reports, words = channels
+    ticks, told, parking = Ticks(TICK_NS), 0, False
+    latencies: list[int] = []  # [ns] from a packet to the first set-point that answers it
+    answered = 0
+    for now in ticks:
+        message, spoken = plans.read(), words.read()
+        given = () if spoken is None else unpack_words(spoken)
+        if asked and not parking:
+            parking, given = True, (*given, Word.PARK)
+        plan = None if message is None else unpack_plan(message)
+        out = output.tick(
+            now,
+            OutputInbox(
+                plan=plan,
+                feedback=line.hear(),
+                words=given,
+                reaction=line.reaction,
+            ),
+        )
+        if line.reaction.rung is not Rung.FAULT or Word.REARM in given:
+            line.reaction = NO_REACTION
+        if out.set_point is not None:
+            line.send(driver.encode(out.set_point, out.request))
+        if plan is not None and out.report.follows == plan.sequence and plan.telemetry_ns > answered:
+            answered = plan.telemetry_ns
+            latencies.append(time.monotonic_ns() - answered)
+        reports.write(pack_report(out.report))
+        events = output.session.events
+        if len(events) > told:
+            said.put(("event", *(f"{event.after}: {event.reason}" for event in events[told:])))
+            told = len(events)
+        if asked and out.report.state in {State.IDLE, State.PARKED, State.FAULT}:
+            said.put(("output", *_account(ticks, latencies)))
+            return
+
+
+def _account(ticks: Ticks, latencies: list[int]) -> list[str]:
+    """Return how punctual the output was, in sentences."""
+    told = [f"{ticks.skipped} ticks skipped, the latest {1e-6 * ticks.latest_ns:.2f} ms late"]
+    if latencies:
+        p50, p99 = 1e-6 * np.percentile(latencies, [50, 99])
+        told.append(f"packet to set-point: median {p50:.2f} ms, p99 {p99:.2f} ms, {len(latencies)} packets")
+    return told
+
+
+def _begin_child() -> None:
+    """Let the session's parent decide about interrupts, and go where it goes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    die_with_parent(signal.SIGTERM)

@@ -1,0 +1,60 @@
+"""A driver and a Moog base in processes of their own, for showing a session without a game and a machine."""
+
+import signal
+import socket
+import time
+from typing import Final
+
+import numpy as np
+
+from otolith.live.devices.emulator import MoogEmulator
+from otolith.live.messages import Flag
+from otolith.live.shell.datagrams import LOCAL, opened, receive
+from otolith.live.wire.generic import TELEMETRY, seal
+
+RATE_HZ: Final = 60.0  # packets of the driver per second
+
+
+def free_port() -> int:
+    """Return a UDP port that nobody listens on."""
+    with opened(0) as listening:
+        return int(listening.getsockname()[1])
+
+
+def be_base(port: int) -> None:
+    """Be a Moog base in software, until this process is ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    base = MoogEmulator()
+    with opened(port) as listening:
+        base.cycle_power(time.monotonic_ns())
+        receive(listening, base.receive, passed=base.tick)
+
+
+def be_driver(port: int) -> None:
+    """Be a vehicle that brakes, accelerates and turns, until this process is ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    begin, sequence = time.monotonic(), 0
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        while True:
+            sequence += 1
+            t = time.monotonic() - begin
+            line.sendto(driven(t, sequence), (LOCAL, port))
+            time.sleep(max(0.0, begin + sequence / RATE_HZ - time.monotonic()))
+
+
+def driven(t: float, sequence: int) -> bytes:
+    """Return the packet of a drive at a time [s]; speed is the integral of the longitudinal force."""
+    omega = 2.0 * np.pi * 0.4
+    return seal(
+        TELEMETRY,
+        {
+            "sequence": (sequence,),
+            "time": (time.monotonic_ns(),),
+            "flags": (int(Flag.RUNNING),),
+            "source": (0,),
+            "specific force": (1.2 * np.sin(omega * t), 0.8 * np.sin(1.7 * omega * t), 0.0),
+            "angular rate": (0.0, 0.0, 0.0),
+            "attitude": (1.0, 0.0, 0.0, 0.0),
+            "velocity": (20.0 - 1.2 / omega * np.cos(omega * t), 0.0, 0.0),
+        },
+    )
