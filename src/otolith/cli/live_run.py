@@ -147,8 +147,8 @@ def demo(
             helper.start()
         _drive(session, seconds)
     finally:
-        for helper in multiprocessing.active_children():
-            helper.kill()
+        for child in multiprocessing.active_children():
+            child.kill()
 
 
 def _address(option: str, url: str) -> tuple[str, tuple[str, int]]:
