@@ -44,7 +44,7 @@ def moved(axis: Axis, x: Vec, u: float) -> Vec:
     return motion[:, 0]
 
 
-@pytest.mark.parametrize("axis", [SURGE, SHARED, HEAVE, FAST])
+@pytest.mark.parametrize("axis", [SURGE, SHARED, HEAVE, FAST, replace(FAST, shares_circle=True)])
 @pytest.mark.parametrize("share", [1.0, 0.5])
 def test_the_best_command_of_a_vertex_is_that_of_a_linear_program(axis: Axis, share: float) -> None:
     """Also in sets that are not proved; HiGHS minimises λ over (u, λ) at every vertex."""
