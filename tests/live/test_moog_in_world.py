@@ -55,7 +55,7 @@ class MoogInWorld:
 def world(washout: Cueing, machine: Platform) -> World:
     washout.step(PlatformState(), Reference(specific_force=np.zeros(3)))  # compiled now
     made = World(washout, machine, drive=sines({0: (1.0, 0.4), 1: (0.8, 0.3)}), park=PARK, tick=5e-3)
-    made.device = MoogInWorld()  # type: ignore[assignment]
+    made.device = MoogInWorld()
     return made
 
 

@@ -14,7 +14,8 @@ from otolith.core.disk import read_bytes, write_bytes
 from otolith.core.errors import InputError
 from otolith.live.wire.capture import Capture, Packet, is_capture, packet_record, read_capture, session_record
 from otolith.live.wire.formats import OtherPacket, WireError
-from otolith.live.wire.learned import Learned, Minute, learn, minute_of, minute_of_recording
+from otolith.live.wire.learned import Learned, learn
+from otolith.live.wire.minute import Minute, minute_of, minute_of_recording
 from otolith.live.wire.sources import SOURCES, source_named
 from otolith.recordings.settings import LogSettings
 

@@ -12,8 +12,9 @@ from otolith.live.messages import Telemetry
 from otolith.live.wire.axes import AxisMap, axes_from_toml, rows_matrix
 from otolith.live.wire.formats import WireError
 from otolith.live.wire.forza import Forza
-from otolith.live.wire.learned import NotLearned, learn, minute_of
+from otolith.live.wire.learned import learn
 from otolith.live.wire.lfs import OutSim
+from otolith.live.wire.minute import NotLearned, minute_of
 from tests.live.wire.minute import DRIVE, DT, PHASES, Driven, G, driven, forza_packet, samples
 
 ONE_G = np.array([0.0, 0.0, G])
@@ -140,6 +141,31 @@ def test_what_a_source_does_not_send_is_named(name: str):
         minute_of("game", sent)
     with pytest.raises(NotLearned, match="duration of the minute of game"):
         minute_of("game", samples(DRIVE, DRIVE.force, DRIVE.rate)[:300])
+
+
+def test_rates_of_the_attitude_serve_where_none_are_sent():
+    """Codemasters' fixed packet and WRC have directions and no rates. The heading passes half a turn."""
+    sent = [
+        (t, _without(one, "angular_rate"))
+        for t, one in samples(DRIVE, DRIVE.force, DRIVE.rate, attitude=True)
+    ]
+    minute = minute_of("game", sent)
+    assert np.ptp(DRIVE.heading) > np.pi
+    yaw = np.interp(minute.t, DRIVE.t, DRIVE.rate[:, 2])
+    assert np.abs(minute.rate[:, 2] - yaw).max() < 0.01
+    learned = learn(minute)
+    assert learned.axes.force == ("1", "2", "3")
+    assert any("no rates" in note for note in learned.notes)
+    assert np.array_equal(learned.axes.wanted(sent[500][1])[3:], np.zeros(3))
+
+
+def test_an_attitude_whose_sign_changes_is_interpolated_the_short_way():
+    world = samples(DRIVE, _in_world(DRIVE), DRIVE.rate, attitude=True)
+    flipped = []
+    for k, (t, one) in enumerate(world):
+        assert one.attitude is not None
+        flipped.append((t, dataclasses.replace(one, attitude=one.attitude * (-1.0) ** k)))
+    assert learn(minute_of("game", flipped)).axes == learn(minute_of("game", world)).axes
 
 
 def test_forza_packets_of_a_minute():

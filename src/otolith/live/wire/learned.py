@@ -14,7 +14,7 @@ the notes: the sign of the vertical force without gravity in it, and the signs o
 are taken as those of right-handed axes, and as turned like the yaw rate.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import Final
@@ -22,11 +22,10 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Bools, Mat, Vec
-from otolith.core.errors import InputError
-from otolith.live.messages import Telemetry
-from otolith.live.wire.attitude import from_angles, matrix
+from otolith.live.wire.attitude import matrix
 from otolith.live.wire.axes import AxisMap
-from otolith.recordings.channels import FORCE, RATE, Channel, Recording
+from otolith.live.wire.minute import RATE_HZ, REST, Minute, NotLearned
+from otolith.recordings.channels import Channel
 from otolith.recordings.checks.kinematics import CHANGE, TURNING
 from otolith.recordings.checks.relations import (
     LEAST,
@@ -42,8 +41,6 @@ from otolith.recordings.columns import Column
 from otolith.recordings.units import STANDARD_GRAVITY
 
 SURE: Final = 0.9  # least correlation
-RATE_HZ: Final = 50.0  # [Hz] of the grid on which all quantities are compared
-REST: Final = 3.0  # [s] least time at rest
 STANDING: Final = 0.3  # [m/s] speed below which the car stands
 STILL: Final = 0.3  # [m/s²] largest standard deviation of a force at rest
 LEVEL: Final = 0.1  # share of 1 g that other channels may show at rest: 6 deg of slope
@@ -53,101 +50,12 @@ CURVED: Final = 0.3  # … or this share of the largest rate, where its unit is 
 QUARTER: Final = np.pi / 2.5  # [rad] least turn in all: 90 deg with some grace
 
 
-class NotLearned(InputError):
-    """A recorded minute does not show the axes of its source; the message names the test that failed."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Minute:
-    """What a source sent while the experiment was driven, on one clock; vectors as the source states them."""
-
-    source: str
-    t: Vec  # (n,) [s]
-    force: Mat  # (n, 3)
-    rate: Mat  # (n, 3)
-    speed: Vec  # (n,) [m/s]
-    attitude: Mat | None = None  # (n, 4)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Learned:
     """An axis map, and what stays unproven."""
 
     axes: AxisMap
     notes: tuple[str, ...]
-
-
-def minute_of(source: str, samples: Sequence[tuple[float, Telemetry]]) -> Minute:
-    """Return a minute from samples with their times of arrival [s]; each quantity has its own clock.
-
-    Raises
-    ------
-    NotLearned : force, rate or speed are not sent, or last for less than the experiment.
-    """
-    clocks: dict[str, tuple[Vec, Mat]] = {}
-    for name in ("acceleration", "angular_rate", "attitude", "speed"):
-        found = [(t, getattr(one, name)) for t, one in samples if getattr(one, name) is not None]
-        if found:
-            values = np.array([np.atleast_1d(value) for _, value in found])
-            clocks[name] = (np.array([t for t, _ in found]), values)
-    for name, words in (("acceleration", "a force"), ("angular_rate", "angular rates"), ("speed", "a speed")):
-        if name not in clocks:
-            raise NotLearned(
-                f"what {source} sends", f"without {words}", "with force, angular rates and speed"
-            )
-    begin = max(t[0] for t, _ in clocks.values())
-    end = min(t[-1] for t, _ in clocks.values())
-    _require_duration(source, end - begin)
-    t = np.arange(begin, end, 1.0 / RATE_HZ)
-    on = {name: _resampled(t, *clock) for name, clock in clocks.items()}
-    return Minute(
-        source=source,
-        t=t - begin,
-        force=on["acceleration"],
-        rate=on["angular_rate"],
-        speed=np.abs(on["speed"][:, 0]),
-        attitude=on.get("attitude"),
-    )
-
-
-def minute_of_recording(recording: Recording) -> Minute:
-    """Return a minute from a recorded drive as its file states it, before any check of its axes.
-
-    A vertical force, and roll and pitch rate, are zero where the file has none.
-
-    Raises
-    ------
-    NotLearned : a force, the yaw rate or the speed is missing, or lasts for less than the experiment.
-    """
-    channels = recording.channels
-    for key in ("ax", "ay", "yaw_rate", "vx"):
-        if key not in channels:
-            raise NotLearned(
-                f"columns of {recording.source}", f"without {key}", "with ax, ay, yaw rate and speed"
-            )
-    known = [channels[key] for key in ("ax", "ay", "yaw_rate", "vx")]
-    begin, end = max(float(one.t[0]) for one in known), min(float(one.t[-1]) for one in known)
-    _require_duration(recording.source, end - begin)
-    t = np.arange(begin, end, 1.0 / RATE_HZ)
-
-    def vector(keys: Sequence[str]) -> Mat:
-        zero = np.zeros(len(t))
-        return np.stack([channels[key].on(t) if key in channels else zero for key in keys], axis=1)
-
-    yaw = channels.get("yaw")
-    return Minute(
-        source=recording.source,
-        t=t - begin,
-        force=vector(FORCE),
-        rate=vector(RATE),
-        speed=np.abs(channels["vx"].on(t)),
-        attitude=None if yaw is None else np.array([from_angles(0.0, 0.0, angle) for angle in yaw.on(t)]),
-    )
-
-
-def _require_duration(source: str, seconds: float) -> None:
-    if seconds < REST + LEAST:
-        raise NotLearned(f"duration of the minute of {source}", f"{seconds:.1f} s", "about 60 s")
 
 
 def learn(minute: Minute) -> Learned:
@@ -341,7 +249,10 @@ class _Experiment:
             yield "the sign of the vertical force is not proven: it is that of right-handed axes"
         elif handed < 0.0:
             yield "the axes are left-handed: x, y and z were each proven"
-        yield "the signs of roll and pitch rate are not proven: they are taken as turned like the yaw rate"
+        if self.minute.derived:
+            yield "the source sends no rates: those of its attitude served the tests, and none are cued"
+        else:
+            yield "the signs of roll and pitch rate are not proven: they are turned like the yaw rate"
 
     def _channel(self, key: str, values: Vec) -> Channel:
         column = Column(key, 0, key, 1.0, "", assumed=False)
@@ -364,11 +275,6 @@ class _Experiment:
             return slice(0, 0)
         best = int(np.argmax(ends - begins))
         return slice(int(begins[best]), int(ends[best]))
-
-
-def _resampled(t: Vec, clock: Vec, values: Mat) -> Mat:
-    clock, first = np.unique(clock, return_index=True)
-    return np.stack([np.interp(t, clock, column) for column in values[first].T], axis=1)
 
 
 def _signed(*channels: int) -> Mat:
