@@ -69,6 +69,22 @@ def test_one_function_is_taken_and_nothing_is_compiled(small: Path, archive: Pat
     assert take(small, archive) == (2.0, 1, 0, "")  # the machine code of the caller holds that of the callee
 
 
+def test_a_caller_is_compiled_around_a_callee_that_came_along(
+    small: Path, archive: Path, tmp_path: Path
+) -> None:
+    callee = tmp_path / "callee"
+    callee.mkdir()
+    python(
+        COMPILE.replace("FOLDER", repr(str(callee))).replace(
+            "caller import call", "callee import double as call"
+        ),
+        small,
+        tmp_path / "other",
+    )
+    pack(archive, callee, shipped.environment())
+    assert take(small, archive) == (2.0, 1, 1, "")
+
+
 def test_no_archive_means_compiling(small: Path, tmp_path: Path) -> None:
     assert take(small, tmp_path / "none.zip") == (2.0, 0, 2, "")
 
