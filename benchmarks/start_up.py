@@ -41,8 +41,8 @@ class Cost(NamedTuple):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("before", type=Path, help="Folder of the other checkout.")
-    parser.add_argument("--rounds", type=int, default=5, help="Calls of each command with caches.")
-    parser.add_argument("--cold-rounds", type=int, default=1, help="Calls with empty caches.")
+    parser.add_argument("--rounds", type=int, default=5, help="Calls of each command with caches; 0: none.")
+    parser.add_argument("--cold-rounds", type=int, default=1, help="Calls with empty caches; 0: none.")
     given = parser.parse_args()
     sides = (given.before.resolve(), HERE)
     shipped = (HERE / "src" / "otolith" / "kernels.zip").is_file()
@@ -50,7 +50,7 @@ def main() -> None:
     print(f"{'command':34}{'CPU s: before':>15}{'now':>8}{'ratio':>8}{'s: before':>14}{'now':>8}{'ratio':>8}")
     with tempfile.TemporaryDirectory() as folder:
         caches = [Path(folder) / name for name in ("before", "now")]
-        for command in CACHED:
+        for command in CACHED if given.rounds else ():
             for side, cache in zip(sides, caches, strict=True):
                 cost_of(command, side, cache)  # fills the caches
             tell("cached", command, least(command, sides, caches, given.rounds))
