@@ -1,11 +1,13 @@
 """A whole session with the software Moog base, through its bytes: it refuses whatever Moog refuses."""
 
 import numpy as np
+import pytest
 
 from otolith.interfaces import Cueing
 from otolith.live.audit import audit
+from otolith.live.devices.moog import FAULTS
 from otolith.live.messages import DeviceState, State, Word
-from otolith.live.world import MoogDevice, World, arm_and_engage, sines
+from otolith.live.world import MoogDevice, World, arm_and_engage, sines, states
 from otolith.platforms import Platform
 
 
@@ -51,3 +53,15 @@ def test_a_stop_pressed_at_the_moog_base_is_named_and_left_by_the_word_only(
     assert world.state is State.IDLE
     assert world.device.state is DeviceState.IDLE
     assert np.abs(world.device.pose - world.device.park).max() < 1e-3
+
+
+@pytest.mark.parametrize("bit", [0x8000, 0x0020, 0x0002])
+def test_a_fault_of_the_base_ends_the_session_by_its_name(
+    bit: int, washout: Cueing, machine: Platform
+) -> None:
+    world = arm_and_engage(session(washout, machine))
+    world.run(world.seconds + 1.0)
+    world.device.base.inject(bit, world.now_ns)
+    world.run(world.seconds + 0.5)
+    assert world.state is State.FAULT
+    assert FAULTS[bit] in states(world)[-1][2]
