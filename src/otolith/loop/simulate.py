@@ -12,11 +12,22 @@ from typing import Any, cast
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from otolith.compiled import NOTHING, CompiledCueing, offered, outcome_of
+from otolith.compiled import (
+    CHANGES,
+    MISSED,
+    NOTHING,
+    RESIDUAL,
+    SOLVER,
+    SOLVERS,
+    STATUS,
+    STATUSES,
+    CompiledCueing,
+    offered,
+)
 from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
 from otolith.core.methods import Bound, hold
-from otolith.interfaces import Command, Cueing, Outcome, Plant, PlatformState, Reference
+from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.loop.closed import CLOCK, Loop, close, follow_once
 from otolith.loop.run import Run
 from otolith.platforms import Platform
@@ -59,7 +70,7 @@ class _Record:
 
     def __init__(self, m: int, n: int) -> None:
         self.command, self.result, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
-        self.outcomes: list[Outcome] = []  # of a loop in Python; a compiled loop fills `result` instead
+        self.solver: list[str] = []  # of a loop in Python, whose algorithm may name any
         self.motion, self.force = np.empty((n, 3, 6)), np.full((n, 3), np.nan)
 
     def note(self, k: int, state: PlatformState) -> None:
@@ -72,7 +83,7 @@ class _Record:
         """Return fields of `Run` by name; if the plant senses no force, it is that of the planar models."""
         pose, twist, acceleration = (np.ascontiguousarray(self.motion[:, row]) for row in range(3))
         sensed = bool(np.isfinite(self.force).any())
-        outcomes = self.outcomes or [outcome_of(result) for result in self.result]
+        status, solver = (self.result[:, part].astype(np.int64).tolist() for part in (STATUS, SOLVER))
         return {
             "felt_force": self.force if sensed else specific_force(acceleration[:, :3], pose[:, 3:]),
             "pose": pose,
@@ -80,11 +91,11 @@ class _Record:
             "acceleration": acceleration,
             "command": self.command,
             "step_time": self.step_time,
-            "status": tuple(outcome.status.value for outcome in outcomes),
-            "solver": tuple(outcome.solver for outcome in outcomes),
-            "changes": np.array([outcome.changes for outcome in outcomes], dtype=np.int64),
-            "residual": np.array([outcome.residual for outcome in outcomes]),
-            "guess_missed": np.array([outcome.guess_missed for outcome in outcomes], dtype=np.bool_),
+            "status": tuple(STATUSES[code].value for code in status),
+            "solver": tuple(self.solver or (str(SOLVERS[code]) for code in solver)),
+            "changes": self.result[:, CHANGES].astype(np.int64),
+            "residual": self.result[:, RESIDUAL].copy(),
+            "guess_missed": self.result[:, MISSED] == 1.0,
         }
 
 
@@ -116,7 +127,10 @@ class _Task:
         command = self.cueing.step(state, reference)
         self.record.step_time[i] = self.clock() - started
         self.record.command[i] = command.acceleration
-        self.record.outcomes.append(command.outcome)
+        outcome = command.outcome
+        self.record.solver.append(outcome.solver)
+        status = STATUSES.index(outcome.status)
+        self.record.result[i] = status, 0.0, outcome.changes, outcome.residual, outcome.guess_missed
         return command
 
     def move(self, i: int, command: Command, method: Bound | None) -> PlatformState:

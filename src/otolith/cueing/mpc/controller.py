@@ -15,16 +15,15 @@ from typing import Final
 
 import numpy as np
 
-from otolith.compiled import DECIDE, DECIDED, SOLVERS, STATUS, outcome_of
+from otolith.compiled import DECIDE, SOLVERS, outcome_of
 from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import Dof
 from otolith.core.methods import NO_METHOD, Bound
 from otolith.cueing.mpc import decide as requests
 from otolith.cueing.mpc.choose import Chooser
-from otolith.cueing.mpc.decide import Program, decide
+from otolith.cueing.mpc.decide import Program, decide, planned
 from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
 from otolith.cueing.mpc.guess_as_hint import GuessAsHint
-from otolith.cueing.mpc.motion import in_six_axes
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.prediction.simple import Hold, now, previewed
@@ -33,7 +32,6 @@ from otolith.platforms import Platform
 from otolith.qp.engines import NO_ENTRANCE, StructuredEngine
 from otolith.qp.stage import StageSolution
 from otolith.qp.structured.generate import CODES
-from otolith.safety.law import to_rest
 from otolith.safety.stopping import Stopping
 
 _WORDS: Final = np.array([SOLVERS.index(code.lower()) for code in CODES])
@@ -156,12 +154,9 @@ class Mpc:
 
     def _planned(self, result: Vec) -> Command:
         """Return the command of the last decision, with the plan that follows it and ends at rest."""
-        plan, belief, stopping = self.program.plan, self._stopping.belief, self._stopping
-        given = len(plan) if result[STATUS] == DECIDED else 0
-        room = stopping.room(given)
-        room[:given] = in_six_axes(self.problem.axes, plan[:given])
-        count = to_rest(belief.before, belief.reach, given, room)
-        return stopping.command(belief.believed, count, outcome_of(result))
+        stopping = self._stopping
+        count = planned(self._method.held, result, stopping.room(len(self.program.plan)))
+        return stopping.command(stopping.belief.believed, count, outcome_of(result))
 
     def compiled(self) -> Bound:
         """Return the method of this controller."""

@@ -34,7 +34,7 @@ from otolith.cueing.mpc.kernels import Given
 from otolith.cueing.mpc.motion import read
 from otolith.qp.engines import Entrance, StageMemory
 from otolith.qp.structured.generate import CODES, INFO, OFFERS, PENDING
-from otolith.safety.law import HUGE, allowed
+from otolith.safety.law import HUGE, allowed, to_rest
 from otolith.safety.stopping import Belief, follow, observe, rest
 
 AHEAD: Final = 1  # request for what is wanted, in `wanted`
@@ -190,6 +190,24 @@ def _conclude(p: Any, command: Vec, result: Vec) -> None:
     else:
         p.plan[:] = 0.0
         rest(p.belief, command)
+
+
+@kernel
+def planned(p: Any, result: Vec, room: Mat) -> int:
+    """Write the last decision's plan and the commands that come to rest after it; return their number.
+
+    Parameters
+    ----------
+    room : (K, 6) as of `otolith.safety.stopping.Stopping.room`.
+    """
+    axes, given = p.given.axes, 0
+    if result[STATUS] == DECIDED:
+        given = p.plan.shape[0]
+        for k in range(given):
+            room[k, :] = 0.0
+            for i in range(len(axes.axis)):
+                room[k, axes.axis[i]] = axes.sign[i] * p.plan[k, i]
+    return to_rest(p.belief.before, p.belief.reach, given, room)
 
 
 @jit_inlined
