@@ -36,6 +36,8 @@ LEFT_OUT = {  # beginning of a line: why it is never run
     "otolith run --log drive.csv": "a drive of the reader's own",
     "otolith log check drive.csv": "a drive of the reader's own",
     "otolith run --log lap.erg": "a drive of the reader's own",
+    "otolith live record": "a game of the reader's own",
+    "otolith live learn --log minute.otc": "what that game sent",
 }
 MINUTES = {  # beginning of a line: why it runs with --all only
     "otolith reproduce all": "all tables and laps of the thesis",
