@@ -1,6 +1,7 @@
 """Hook of the build: a wheel that holds machine code is one for this Python and system, and says so."""
 
 import json
+import sys
 import sysconfig
 import zipfile
 from pathlib import Path
@@ -19,16 +20,22 @@ class MachineCodeHook(BuildHookInterface):  # type: ignore[misc]
 
         Raises
         ------
-        RuntimeError : the archive was made by another Python than the one that builds.
+        RuntimeError : the archive was made by another Python than the one that builds, or of other source.
         """
         path = Path(self.root) / ARCHIVE
         if version != "standard" or not path.is_file():
             return
+        sys.path.insert(0, str(Path(self.root) / "tools"))
+        from source_digest import source_digest
+
         with zipfile.ZipFile(path) as archive:
-            suffix = json.loads(archive.read("made-for.json"))["extension suffix"]
-        here = str(sysconfig.get_config_var("EXT_SUFFIX"))
-        if suffix != here:
-            raise RuntimeError(
-                f"{ARCHIVE} is for {suffix}, this Python for {here}: make it anew or remove it"
-            )
+            made_for = json.loads(archive.read("made-for.json"))
+        here = {
+            "extension suffix": str(sysconfig.get_config_var("EXT_SUFFIX")),
+            "source": source_digest(path.parent),
+        }
+        for what, value in here.items():
+            if made_for.get(what) != value:
+                found = f"{what} {made_for.get(what)}, here is {value}"
+                raise RuntimeError(f"{ARCHIVE} is for {found}: make it anew (make wheel), or remove it")
         build_data["pure_python"], build_data["infer_tag"] = False, True

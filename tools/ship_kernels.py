@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from otolith.core import shipped
+from source_digest import source_digest
 
 COMMANDS: Final = (
     ("run", "sine-1"),
@@ -64,7 +65,8 @@ def main() -> None:
     able = KINDS if shipped.kind() == shipped.AVX2 else (shipped.ANY,)
     packed = {kind: code_for(kind) for kind in able}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        archive.writestr(shipped.MADE_FOR, json.dumps(shipped.environment(), indent=2) + "\n")
+        source = source_digest(shipped.ARCHIVE.parent)
+        archive.writestr(shipped.MADE_FOR, json.dumps({**shipped.environment(), "source": source}, indent=2))
         for kind, codes in packed.items():
             for name, code in sorted(codes.items()):
                 archive.writestr(f"{kind}/{name}", code)
