@@ -100,6 +100,20 @@ def test_the_engines_drive_the_same_loop(pairs: tuple[Dof, ...], form: str) -> N
     assert_allclose(runs[0].pose, runs[1].pose, atol=1e-5)
 
 
+def test_what_the_structured_engine_gives_up_is_decided_exactly_in_any_loop() -> None:
+    """No exchange and no interior point: it gives up, and the kernel asks for help in both loops."""
+    mpc, along = controller(), scenario("sine:frequency=0.5,duration=2")
+    assert isinstance(mpc.engine, StructuredEngine)
+    mpc.engine._solver.part("SETTING")[1:4] = 0.0
+    compiled = close(mpc, along, (SURGE_PITCH,))
+    assert mpc.engine.undecided > 50
+    plain = simulate(mpc, Ideal(), along, platform=load("thesis"), dofs=("surge-pitch",), clock=lambda: 0.0)
+    assert np.array_equal(compiled.command, plain.command)
+    assert set(compiled.status) == {Status.DECIDED}
+    dense = close(controller(engine=CondensedEngine), along, (SURGE_PITCH,))
+    assert_allclose(compiled.pose, dense.pose, atol=1e-7)
+
+
 def test_more_gauss_newton_steps_change_little_and_end_where_linearisation_is_exact() -> None:
     """RTI's loss: on a signal with tilts of up to 12 deg the converged loop tracks the same within 1 %."""
     rti = close(controller(), scenario("step-2"), (SURGE_PITCH,))
