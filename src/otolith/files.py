@@ -67,7 +67,7 @@ LAP_KIND, LAP_VERSION = "otolith-lap", 2
 
 
 def read_platform(name_or_path: str) -> "Platform":
-    """A shipped platform by name, or a platform file by its path."""
+    """Read a shipped platform by name, or a platform file by its path."""
     if name_or_path in catalog():
         return load(name_or_path)
     path = Path(name_or_path)
@@ -79,7 +79,7 @@ def read_platform(name_or_path: str) -> "Platform":
 
 
 def read_road(text: str, *, smoothing: float | None = None, closed: bool | None = None) -> "Road":
-    """A shipped road by name and parameters, or a centreline (.csv, .txt, .tsv) or GPX file by its path.
+    """Read a shipped road by name and parameters, or a centreline (.csv, .txt, .tsv) or GPX file by path.
 
     `smoothing` and `closed` are those of `otolith.vehicle.centreline.road_through`.
 
@@ -106,7 +106,7 @@ def read_road(text: str, *, smoothing: float | None = None, closed: bool | None 
 
 
 def read_car(name_or_path: str) -> "Car":
-    """A shipped car by name, or a car file by its path."""
+    """Read a shipped car by name, or a car file by its path."""
     from otolith.vehicle import load_car, parse_car
 
     path = Path(name_or_path)
@@ -131,7 +131,7 @@ def write_lap(lap: "Lap", path: Path) -> None:
 
 
 def read_tuning(name_or_path: str) -> "Tuning":
-    """A shipped tuning of washouts by name, or a tuning file by its path."""
+    """Read a shipped tuning of washouts by name, or a tuning file by its path."""
     from otolith.cueing.washout.tuning import load_tuning, parse_tuning, tunings
 
     path = Path(name_or_path)
@@ -143,10 +143,10 @@ def read_tuning(name_or_path: str) -> "Tuning":
 def read_log(
     path: Path, columns: Mapping[str, str], *, needs: Sequence[str] = (), settings: LogSettings = PLAIN
 ) -> "Log":
-    """A recorded drive: text, JSON, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending decides.
+    """Read a recorded drive: text, JSON, CarMaker's .erg, MDF, a ROS bag or a lap; the name's ending decides.
 
     `columns` maps quantities to columns, `needs` names those that will be cued; both come on top of
-    `settings`, what the user says besides: see `logs.log_from`.
+    `settings`, what the user states in addition: see `logs.log_from`.
     """
     from otolith.recordings import log_from
 
@@ -155,7 +155,7 @@ def read_log(
 
 
 def understand_log(path: Path, settings: LogSettings) -> "Understanding":
-    """What is understood of a recorded drive, whether or not it is accepted."""
+    """Return what is understood of a recorded drive, whether or not it is accepted."""
     from otolith.recordings.understanding import understand
 
     return understand(_columns(path, settings), settings)
@@ -170,7 +170,7 @@ def _columns(path: Path, settings: LogSettings) -> "Recorded":
 
 
 def read_log_settings(path: Path) -> LogSettings:
-    """What a mapping file says of how a log is to be read."""
+    """Read from a mapping file how a log is to be read."""
     return settings_from_toml(read_text(path, "mapping"), path.name)
 
 

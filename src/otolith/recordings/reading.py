@@ -31,7 +31,7 @@ def recording(
 
     Parameters
     ----------
-    columns : for names that do not tell: quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the
+    columns : for names without known meaning: quantity -> ``NAME``, ``NAME:UNIT``, ``-NAME:UNIT`` to turn the
         sign, ``NAME#2`` for the second column of that name, ``none`` to leave the quantity out;
         ``t=every:0.05s`` for evenly spaced rows; ``ax=from-speed`` and ``ay=from-yaw-rate`` to derive what
         was not measured.

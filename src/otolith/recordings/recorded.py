@@ -26,7 +26,7 @@ class Recorded(Protocol):
 
     @property
     def units(self) -> Sequence[str]:
-        """Return the units of the columns (c,), empty where the file states none beside the name."""
+        """Return the units of the columns (c,), empty where the file states none next to the name."""
 
     @property
     def origins(self) -> Sequence[str]:

@@ -74,7 +74,7 @@ class Table:
         return out
 
     def numbers(self, columns: Sequence[Column]) -> Mat:
-        """Return these columns as they stand in the file, without conversion: (n, len(columns)), all finite.
+        """Return these columns of the file without conversion: (n, len(columns)), all finite.
 
         Raises
         ------

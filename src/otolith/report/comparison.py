@@ -41,7 +41,7 @@ def render_comparison(
     ----------
     summaries : key figures of each run, in the order of `runs`, or by the name of the cueing.
     by : the criterion of the ranking.
-    best : the best that is possible on this scenario, drawn beside them.
+    best : the best that is possible on this scenario, drawn with them.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def render_contest(
     ----------
     contest : runs and summaries by the name of the scenario; every scenario has the same algorithms.
     by : the criterion of the ranking.
-    best : the best that is possible on each scenario, by its name, drawn beside them.
+    best : the best that is possible on each scenario, by its name, drawn with them.
     """
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     ranked = standings(summaries, by)

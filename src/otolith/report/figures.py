@@ -69,7 +69,7 @@ def cueing_figure(run: Run, dof: str, *, width: float = COLUMN, best: Run | None
     ----------
     dof : name of an axis pair, a key of `otolith.core.frames.PAIRS`, or "heave" or "yaw".
     width : width of the figure [in].
-    best : the best that is possible on the same drive, drawn beside it.
+    best : the best that is possible on the same drive, drawn with it.
     """
     return _draw(motion_panels(run, dof, best) + effort_panels(run), width)
 

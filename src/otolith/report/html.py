@@ -36,7 +36,7 @@ def render(run: Run, summary: Summary, *, date: str = "", best: Run | None = Non
     ----------
     summary : key figures by name, plain JSON values, possibly nested; see `otolith.metrics.summarise`.
     date : date of the run, as it is to be printed.
-    best : the best that is possible on the same drive, drawn beside it.
+    best : the best that is possible on the same drive, drawn with it.
     """
     of_dofs = {dof: motion_panels(run, dof, best) for dof in run.dofs}
     of_effort = effort_panels(run)

@@ -28,7 +28,7 @@ PLACE: Final = {"heave": "height", "yaw": "yaw angle"}
 
 
 def motion_panels(run: Run, dof: str, best: Run | None = None) -> tuple[Panel, ...]:
-    """Return the panels that show one degree of freedom of a run, beside the best that is possible."""
+    """Return the panels that show one degree of freedom of a run, together with the optimum."""
     if dof in PAIRS:
         return run_panels(run, dof, best)
     series, span = single_series(run, dof), time_span(run)
@@ -36,7 +36,7 @@ def motion_panels(run: Run, dof: str, best: Run | None = None) -> tuple[Panel, .
 
 
 def motion_comparison(runs: Sequence[Run], dof: str, best: Run | None = None) -> tuple[Panel, ...]:
-    """Return the panels that show one degree of freedom of several runs of one scenario, beside the best.
+    """Return the panels that show one degree of freedom of several runs of one scenario, and the optimum.
 
     Raises
     ------

@@ -108,7 +108,7 @@ def effort_panels(run: Run) -> tuple[Panel, ...]:
 
 
 def comparison_panels(runs: Sequence[Run], pair: str, best: Run | None = None) -> tuple[Panel, ...]:
-    """Return the panels of several runs of one scenario: felt force, beside the best; tilt; position.
+    """Return the panels of several runs of one scenario: felt force with the optimum; tilt; position.
 
     Raises
     ------

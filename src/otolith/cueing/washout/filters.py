@@ -72,7 +72,7 @@ def one_period_late(system: StateSpace, period: float) -> StateSpace:
 
 
 class Bank(NamedTuple):
-    """Discrete filters beside each other, each with its own input, run as one system; kernels take it."""
+    """Discrete filters in parallel, each with its own input, run as one system in kernels."""
 
     A: Mat  # (nx, nx)
     B: Mat
@@ -84,7 +84,7 @@ class Bank(NamedTuple):
 
     @classmethod
     def of(cls, systems: Sequence[StateSpace]) -> Self:
-        """Put filters beside each other."""
+        """Combine filters in parallel."""
         s = diagonal(*systems) if systems else StateSpace.gain(np.zeros((0, 0)))
         nx, nu, ny = s.sizes
         A, B, C, D = (np.array(matrix, order="C") for matrix in (s.A, s.B, s.C, s.D))

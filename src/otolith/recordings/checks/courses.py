@@ -127,7 +127,7 @@ def refuse_sideways(drive: Kinematics, source: str) -> None:
 def refuse_turning_in_pitch(drive: Kinematics, source: str) -> None:
     """Refuse a drive that turns according to its pitch rate instead of its yaw rate: its y axis points up.
 
-    Games write their rates in this way, even beside forces that are named by words of direction.
+    Games write their rates in this way, even next to forces that are named by words of direction.
     """
     straight = drive.of("ay", TURNING)
     if straight is None or abs(straight.correlation) > WEAK or drive.speed is None:
