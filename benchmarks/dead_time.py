@@ -31,17 +31,17 @@ def plants(platform: Platform) -> Iterator[tuple[str, float | None, list[Plant]]
     for name in ("ideal", "actuator", "hexapod"):
         plant = registry.PLANTS[name].load()(platform)
         yield name, plant.dead_time, [plant]
-    told = platform.actuators
+    stated = platform.actuators
     wrong = itertools.product((0.5, 1.5), repeat=2)
     off: list[Plant] = [
-        Actuator(of_lag * told.lag_s, of_dead * told.dead_time_s) for of_lag, of_dead in wrong
+        Actuator(of_lag * stated.lag_s, of_dead * stated.dead_time_s) for of_lag, of_dead in wrong
     ]
-    yield "actuator ±50 %", told.dead_time_s, off
+    yield "actuator ±50 %", stated.dead_time_s, off
 
 
-def drive(algorithm: str, platform: Platform, pairs: tuple[Dof, ...], told: float | None, plant: Plant):  # type: ignore[no-untyped-def]
+def drive(algorithm: str, platform: Platform, pairs: tuple[Dof, ...], stated: float | None, plant: Plant):  # type: ignore[no-untyped-def]
     """Runs over all scenarios."""
-    cueing = registry.make_cueing(algorithm, Design(platform=platform, dofs=pairs), dead_time=told)
+    cueing = registry.make_cueing(algorithm, Design(platform=platform, dofs=pairs), dead_time=stated)
     for name in SCENARIOS:
         wanted = scenario(name)
         if len(pairs) == 2:
@@ -63,9 +63,9 @@ def main(algorithms: list[str]) -> None:
     print("dofs   platform    plant           algorithm         decisions  failed  beyond  tilt rate deg/s")
     for dofs, pairs in DOFS.items():
         for platform in map(load, PLATFORMS):
-            for name, told, which in plants(platform):
+            for name, stated, which in plants(platform):
                 for algorithm in algorithms:
-                    runs = [run for one in which for run in drive(algorithm, platform, pairs, told, one)]
+                    runs = [run for one in which for run in drive(algorithm, platform, pairs, stated, one)]
                     decisions, failed, hard, rate = judged(runs)
                     print(
                         f"{dofs}  {platform.name:11} {name:15} {algorithm:17} {decisions:9}  {failed:6}"

@@ -4,7 +4,7 @@
 
 Blocks marked `sh` run line by line, blocks marked `python` as one program, as a reader would try them from
 the repository: `benchmarks/` is there, and whatever the page itself has made so far. Prints a line per
-command with its exit code and seconds, and the end of what a failed one said; exits with 1 if one failed or
+command with its exit code and seconds, and the end of a failed one's output; exits with 1 if one failed or
 showed a traceback. What takes minutes is left out unless `--all` is given; what would install, or needs a
 file of the reader's own, always is: `LEFT_OUT` says why.
 """
@@ -52,11 +52,11 @@ class Ended:
 
     code: int
     seconds: float
-    said: str
+    output: str
 
     @property
     def failed(self) -> bool:
-        return self.code != 0 or "Traceback (most recent call last)" in self.said
+        return self.code != 0 or "Traceback (most recent call last)" in self.output
 
 
 def commands(page: str) -> Iterator[list[str]]:
@@ -108,7 +108,7 @@ def try_page(page: str, *, everything: bool) -> int:
             failures += ended.failed
             print(f"  {ended.code:3d} {ended.seconds:6.1f} s  {words}", flush=True)
             if ended.failed:
-                print("\n".join(f"      | {line}" for line in ended.said.splitlines()[-12:]), flush=True)
+                print("\n".join(f"      | {line}" for line in ended.output.splitlines()[-12:]), flush=True)
     return failures
 
 

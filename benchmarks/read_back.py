@@ -40,9 +40,9 @@ if __name__ == "__main__":
                 refusals[f"{form.axes}, {form.stated}: {str(error)[:60]}"] += 1
                 continue
             outcome = judge(log, drive, written)
-            told = outcome == "mirrored" and any("not proven" in note for note in log.notes)
-            found["mirrored, and told" if told else outcome.split(":")[0]] += 1
-            if outcome != "right" and not told:
+            reported = outcome == "mirrored" and any("not proven" in note for note in log.notes)
+            found["mirrored, and reported" if reported else outcome.split(":")[0]] += 1
+            if outcome != "right" and not reported:
                 wrong += 1
                 print(outcome, form, *log.notes, sep="\n    ")
     print(f"{count} combinations in {time.monotonic() - began:.0f} s: {dict(found)}")

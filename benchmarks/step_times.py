@@ -81,9 +81,9 @@ def main(arguments: list[str]) -> None:
     turns = [[of_tree(tree) for tree in trees] for _ in range(TURNS)]
     for name in turns[0][0]:
         best = [np.min([turn[i][name] for turn in turns], axis=0) for i in range(len(trees))]
-        told = "   ".join("/".join(f"{value:.1f}" for value in one) for one in best)
+        text = "   ".join("/".join(f"{value:.1f}" for value in one) for one in best)
         ratio = f"   ratio of medians {best[-1][0] / best[0][0]:.3f}" if len(trees) > 1 else ""
-        print(f"{name:32} {told} us (median/p99/max){ratio}")
+        print(f"{name:32} {text} us (median/p99/max){ratio}")
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def hostile_text(path: Path, head: str, unit: str, size: int) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("unit", "size", "told"),
+    ("unit", "size", "sentence"),
     [
         ("a", 2_000_000, "more than 1,000,000 bytes, must be at most 1,000,000 bytes"),
         ("[", 200_000, "length of line 1 of rig.toml is 200,000 characters, must be at most 2,000"),
@@ -69,14 +69,14 @@ def hostile_text(path: Path, head: str, unit: str, size: int) -> Path:
     ],
 )
 def test_settings_that_would_keep_the_parser_busy_are_one_sentence(
-    tmp_path: Path, unit: str, size: int, told: str
+    tmp_path: Path, unit: str, size: int, sentence: str
 ) -> None:
     head = "x = " if unit.endswith("\n") else ""
     path = hostile_text(tmp_path / "rig.toml", head, unit, size)
     for read in (files.read_platform, files.read_tuning, files.read_car):
         with pytest.raises(InputError) as refused:
             read(str(path))
-        assert told in str(refused.value)
+        assert sentence in str(refused.value)
 
 
 @pytest.mark.parametrize("begin", ['<?xml version="1.0"?>\n<gpx', "\ufeff<kml", "\n<!DOCTYPE html"])

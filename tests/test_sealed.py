@@ -75,9 +75,9 @@ def rewritten(run: Run, path: Path, *, attributes: dict[str, Any], arrays: dict[
     """A sound file of a run in which some entries were replaced; None removes one."""
     files.write_run(run, path)
     content = read_sealed(path, **RUN)
-    told = {key: value for key, value in (content.attributes | attributes).items() if value is not None}
+    stated = {key: value for key, value in (content.attributes | attributes).items() if value is not None}
     kept = {key: value for key, value in (content.arrays | arrays).items() if value is not None}
-    write_sealed(path, told, kept, **RUN)
+    write_sealed(path, stated, kept, **RUN)
     return path
 
 
@@ -106,7 +106,7 @@ def test_every_series_must_have_the_shape_and_kind_that_the_clocks_give_it(
 
 
 @pytest.mark.parametrize(
-    ("attributes", "told"),
+    ("attributes", "sentence"),
     [
         ({"settings": "[" * 200_000 + "]" * 200_000}, "recursion"),
         ({"settings": "[1]"}, "its settings are not a table"),
@@ -122,12 +122,12 @@ def test_every_series_must_have_the_shape_and_kind_that_the_clocks_give_it(
     ],
 )
 def test_attributes_that_make_no_sense_are_refused(
-    handmade: Run, tmp_path: Path, attributes: dict[str, Any], told: str
+    handmade: Run, tmp_path: Path, attributes: dict[str, Any], sentence: str
 ) -> None:
     path = rewritten(handmade, tmp_path / "run.h5", attributes=attributes, arrays={})
     with pytest.raises(CorruptFile, match="is no sound otolith-run file") as refused:
         files.read_run(path)
-    assert told in str(refused.value)
+    assert sentence in str(refused.value)
 
 
 def test_a_clock_that_does_not_tick_evenly_is_refused(handmade: Run, tmp_path: Path) -> None:

@@ -19,10 +19,10 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     with pytest.raises(SystemExit) as stopped:
         cli.main(arguments)
     assert stopped.value.code == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "Traceback" not in said.err
-    return said.err.strip()
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert "Traceback" not in output.err
+    return output.err.strip()
 
 
 def done(arguments: list[str]) -> None:
@@ -53,8 +53,8 @@ def test_run_writes_its_results_and_prints_only_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done(["run", SHORT, "--cueing", "hybrid-first", "--horizon", "50", "--out", str(tmp_path), "--json"])
-    said = capsys.readouterr()
-    summary = json.loads(said.out)
+    output = capsys.readouterr()
+    summary = json.loads(output.out)
     assert summary["cueing"] == "hybrid-first"
     assert summary["violations"] == 0
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
@@ -69,7 +69,7 @@ def test_run_writes_its_results_and_prints_only_json(
     }
     run = files.read_run(tmp_path / "run.h5")
     assert run.settings["wanted"]["scenario"] == SHORT
-    assert f"written to {tmp_path}" in said.err
+    assert f"written to {tmp_path}" in output.err
 
 
 def test_compare_puts_the_promised_figures_side_by_side(
@@ -243,8 +243,10 @@ def test_an_option_that_the_algorithm_does_not_read_is_refused(
 ) -> None:
     """Even if its value is the default: what would have no effect shall not look as if it had one."""
     words = IGNORED[cueing][option : option + 2]
-    said = refused(["run", "sine-1", "--cueing", cueing, *words], capsys)
-    assert f"{words[0]} is given, but {cueing} would ignore it, must be left out, or used with one of" in said
+    message = refused(["run", "sine-1", "--cueing", cueing, *words], capsys)
+    assert (
+        f"{words[0]} is given, but {cueing} would ignore it, must be left out, or used with one of" in message
+    )
 
 
 def test_a_comparison_takes_what_one_of_its_algorithms_reads_and_records_it_with_that_one(
@@ -286,8 +288,8 @@ def test_a_full_disk_is_one_sentence_and_leaves_no_folder(
 
     monkeypatch.setattr(os, "fsync", full)
     out = tmp_path / "o"
-    said = refused(["run", "sine:duration=2", "--cueing", "classical", "--out", str(out)], capsys)
-    assert said.endswith(
+    message = refused(["run", "sine:duration=2", "--cueing", "classical", "--out", str(out)], capsys)
+    assert message.endswith(
         f"{out} could not be written: No space left on device; nothing half-written was left"
     )
     assert list(tmp_path.iterdir()) == []

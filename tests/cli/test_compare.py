@@ -17,16 +17,16 @@ def test_several_scenarios_come_in_one_report_with_a_ranking(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done(["compare", *SCENARIOS, *WASHOUTS, "--by", "perceived", "--out", str(tmp_path), "--json"])
-    said = capsys.readouterr()
-    told = json.loads(said.out)
-    assert told == json.loads((tmp_path / "summary.json").read_text())
-    assert list(told["scenarios"]) == SCENARIOS
-    assert told["ranked_by"] == "perceived"
-    assert {one["cueing"] for one in told["ranking"]} == {"classical", "adaptive"}
-    assert [one["mean_rank"] for one in told["ranking"]] == sorted(
-        one["mean_rank"] for one in told["ranking"]
+    output = capsys.readouterr()
+    summary = json.loads(output.out)
+    assert summary == json.loads((tmp_path / "summary.json").read_text())
+    assert list(summary["scenarios"]) == SCENARIOS
+    assert summary["ranked_by"] == "perceived"
+    assert {one["cueing"] for one in summary["ranking"]} == {"classical", "adaptive"}
+    assert [one["mean_rank"] for one in summary["ranking"]] == sorted(
+        one["mean_rank"] for one in summary["ranking"]
     )
-    for summaries in told["scenarios"].values():
+    for summaries in summary["scenarios"].values():
         assert list(summaries) == ["classical", "adaptive"]
     page = (tmp_path / "report.html").read_text()
     assert page.count("Plotly.newPlot") >= 1
@@ -37,7 +37,7 @@ def test_several_scenarios_come_in_one_report_with_a_ranking(
     assert {(run.scenario, run.cueing) for run in runs} == {
         (scenario, cueing) for scenario in SCENARIOS for cueing in ("classical", "adaptive")
     }
-    assert "mean rank" in said.err
+    assert "mean rank" in output.err
 
 
 def test_a_tuning_of_the_users_is_taken_and_recorded(
@@ -85,11 +85,11 @@ def test_six_degrees_of_freedom_are_run_judged_and_shown(
     dofs = ["--dofs", "yaw,heave,sway-roll,surge-pitch"]  # in any order
     cueing = ["--cueing", "classical", "--cueing", "implicit"]
     done(["compare", SCENARIOS[0], *small, *dofs, *cueing, "--out", str(tmp_path), "--json"])
-    told = json.loads(capsys.readouterr().out)
-    assert told["implicit"]["dofs"] == "surge-pitch,sway-roll,heave,yaw"
-    assert told["implicit"]["violations"] == 0
-    assert set(told["implicit"]["status"]) == {"decided"}
-    assert 0.0 < told["implicit"]["rate_rmse"]["yaw"] < told["classical"]["rate_rmse"]["yaw"]
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["implicit"]["dofs"] == "surge-pitch,sway-roll,heave,yaw"
+    assert summary["implicit"]["violations"] == 0
+    assert set(summary["implicit"]["status"]) == {"decided"}
+    assert 0.0 < summary["implicit"]["rate_rmse"]["yaw"] < summary["classical"]["rate_rmse"]["yaw"]
     run = files.read_run(tmp_path / "implicit.h5")
     assert run.dofs[-2:] == ("heave", "yaw")
     assert abs(run.command).max(axis=0).min() > 0.0
@@ -103,9 +103,9 @@ def test_six_degrees_of_freedom_are_run_judged_and_shown(
 def test_yaw_alone_is_ranked_by_its_rate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     yaw = ["--dofs", "yaw", "--platform", "davsi"]
     done(["compare", *SCENARIOS, *WASHOUTS, *yaw, "--out", str(tmp_path), "--json"])
-    told = json.loads(capsys.readouterr().out)
-    assert told["ranked_by"] == "rate"
-    for summaries in told["scenarios"].values():
+    result = json.loads(capsys.readouterr().out)
+    assert result["ranked_by"] == "rate"
+    for summaries in result["scenarios"].values():
         assert all(summary["rmse"] is None for summary in summaries.values())
     page = (tmp_path / "report.html").read_text()
     assert "all-overview-rate" in page

@@ -18,8 +18,8 @@ def test_a_drive_is_written_with_a_map_and_told_as_json(
 ) -> None:
     lap = tmp_path / "lap.csv"
     done(["drive", "slalom:cones=2", "--speed", "50", "--out", str(lap), "--json"])
-    said = capsys.readouterr()
-    summary = json.loads(said.out)
+    output = capsys.readouterr()
+    summary = json.loads(output.out)
     assert summary["road"] == "slalom"
     assert summary["estimated"]
     assert {"time_s", "ax_mps2", "ay_mps2", "limit_excess_percent"} <= set(summary)
@@ -28,7 +28,7 @@ def test_a_drive_is_written_with_a_map_and_told_as_json(
     assert data[1, 0] - data[0, 0] == pytest.approx(0.01)
     assert data[-1, 0] == pytest.approx(summary["time_s"])
     assert (tmp_path / "lap-map.png").read_bytes().startswith(b"\x89PNG")
-    assert str(lap) in said.err
+    assert str(lap) in output.err
 
 
 def test_hdf5_holds_the_same_columns(tmp_path: Path) -> None:
@@ -65,10 +65,10 @@ def test_what_was_made_of_a_file_is_told(tmp_path: Path, capsys: pytest.CaptureF
     road.write_text(f"<gpx><trk><trkseg>{points}</trkseg></trk></gpx>")
     options = ["--speed", "40", "--closed", "--smoothing", "0.05"]
     done(["drive", str(road), *options, "--out", str(tmp_path / "o.csv"), "--json"])
-    said = capsys.readouterr()
-    (note,) = json.loads(said.out)["notes"]
+    output = capsys.readouterr()
+    (note,) = json.loads(output.out)["notes"]
     assert note.startswith("x east, y north of latitude 48.1")
-    assert f"note: ring.gpx: {note}" in said.err
+    assert f"note: ring.gpx: {note}" in output.err
 
 
 @pytest.mark.parametrize(

@@ -24,15 +24,15 @@ def test_false_cues_are_found_on_the_map_the_gravest_first(
     run_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done(["map", str(run_file), "--json"])
-    said = capsys.readouterr()
-    found = json.loads(said.out)["false_cues"]
+    output = capsys.readouterr()
+    found = json.loads(output.out)["false_cues"]
     assert len(found) == len(false_cues(files.read_run(run_file)))
     integrals = [cue["integral_mps"] for cue in found]
     assert integrals == sorted(integrals, reverse=True)
     assert all(0.0 <= cue["way_m"] <= 80.0 and cue["x_m"] == pytest.approx(cue["way_m"]) for cue in found)
     assert found[0]["way_m"] > 20.0  # it is the stop that misleads
     assert run_file.with_name("map.png").read_bytes().startswith(b"\x89PNG")
-    assert "map written to" in said.err
+    assert "map written to" in output.err
 
 
 def test_a_drive_that_moved_is_named_anew(run_file: Path, tmp_path: Path) -> None:

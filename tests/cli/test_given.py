@@ -79,5 +79,5 @@ def test_lines_of_a_table_are_not_told_of_other_formats(
     drive = tmp_path / "drive.json"
     drive.write_text('[{"t_s": 0, "ax_mps2": 0}, {"t_s": 1, "ax_mps2": 0}]', encoding="utf-8")
     for option in ("--header", "--units"):
-        said = refusal(["log", "check", str(drive), option, "2", "--out", str(tmp_path / "x.png")], capsys)
-        assert f"{option} is given, must be left out, for drive.json is no table of text" in said
+        message = refusal(["log", "check", str(drive), option, "2", "--out", str(tmp_path / "x.png")], capsys)
+        assert f"{option} is given, must be left out, for drive.json is no table of text" in message

@@ -48,10 +48,10 @@ def test_a_help_text_is_shown_as_its_source_says_it(name: str, capsys: pytest.Ca
         assert text == shown([*words, "--help"], capsys)
         assert flat(inspect.cleandoc(command.help)) in text
         for parameter in command.params:
-            told = flat(getattr(parameter, "help", None) or "")
-            assert told in text, parameter.name
-            if "[" in told:  # or the comparison were worth nothing: brackets could be lost before it
-                assert told in written
+            about = flat(getattr(parameter, "help", None) or "")
+            assert about in text, parameter.name
+            if "[" in about:  # or the comparison were worth nothing: brackets could be lost before it
+                assert about in written
 
 
 def test_units_in_brackets_are_among_them(capsys: pytest.CaptureFixture[str]) -> None:

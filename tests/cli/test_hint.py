@@ -44,12 +44,12 @@ def test_a_hint_is_built_stored_and_verified(tmp_path: Path, capsys: pytest.Capt
     assert built["training"]["steps"] > 1000
     out = tmp_path / "judged"
     assert otolith("hint", "verify", path, "--quick", "--json", "--out", str(out)) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert json.loads((out / "hint.json").read_text()) == said
+    summary = json.loads(capsys.readouterr().out)
+    assert json.loads((out / "hint.json").read_text()) == summary
     assert (out / "unseen.png").stat().st_size > 1000
-    assert said["model"] == built["model"]
-    assert said["passed"] is True
-    unseen = said["references"]["unseen"]
+    assert summary["model"] == built["model"]
+    assert summary["passed"] is True
+    unseen = summary["references"]["unseen"]
     assert set(unseen["schemes"]) == {"cold", "previous", "learned", "law", "table"}
     for scheme in unseen["schemes"].values():
         assert scheme["first_input_gap"] < 1e-6

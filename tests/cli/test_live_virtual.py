@@ -29,17 +29,17 @@ def test_a_wrong_answer_ends_with_exit_code_1(
 ) -> None:
     monkeypatch.setattr("otolith.live.core.health.SILENT", 10**12)  # telemetry may be missing for ever
     assert ended(["live", "faults", "2c", *WASHOUT]) == 1
-    told = capsys.readouterr()
-    assert "WRONG" in told.out
-    assert "0 of 1 as expected" in told.err
+    output = capsys.readouterr()
+    assert "WRONG" in output.out
+    assert "0 of 1 as expected" in output.err
 
 
 def test_what_cannot_be_played_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert ended(["live", "faults", "99", *WASHOUT]) == 2
     assert ended(["live", "faults", "--platform", "thesis", *WASHOUT]) == 2
-    told = " ".join(capsys.readouterr().err.split())
-    assert "ROW is 99, must be numbers of the matrix" in told
-    assert "--platform is thesis, must be a machine's" in told
+    output = " ".join(capsys.readouterr().err.split())
+    assert "ROW is 99, must be numbers of the matrix" in output
+    assert "--platform is thesis, must be a machine's" in output
 
 
 def test_the_endurance_run_gives_an_account(capsys: pytest.CaptureFixture[str]) -> None:

@@ -60,16 +60,16 @@ def test_record_keeps_packets_as_they_came(tmp_path: Path, capsys: pytest.Captur
     assert {one.data for one in capture.packets} == {forza(311).packet, b"no packet"}
     times = [one.time_ns for one in capture.packets]
     assert times == sorted(times)
-    said = capsys.readouterr().err
-    assert "most often: size of Forza packet is 9 bytes" in said
+    output = capsys.readouterr().err
+    assert "most often: size of Forza packet is 9 bytes" in output
 
 
 def test_record_without_packets_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     out = tmp_path / "drive.otc"
-    said = refused(
+    message = refused(
         ["live", "record", "f1", "--port", str(free_port()), "--seconds", "0.1", "--out", str(out)], capsys
     )
-    assert "number of packets received is 0, must be at least one within 0.1 s" in said
+    assert "number of packets received is 0, must be at least one within 0.1 s" in message
     assert not out.exists()
 
 
@@ -77,8 +77,8 @@ def test_a_port_in_use_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
         one.bind(("127.0.0.1", 0))
         port = str(one.getsockname()[1])
-        said = refused(["live", "record", "f1", "--port", port, "--out", str(tmp_path / "d.otc")], capsys)
-    assert "is another program listening there?" in said
+        message = refused(["live", "record", "f1", "--port", port, "--out", str(tmp_path / "d.otc")], capsys)
+    assert "is another program listening there?" in message
     assert "UDP port is 70000, must be 0 to 65535" in refused(
         ["live", "emulate", "moog", "--port", "70000"], capsys
     )
@@ -94,10 +94,10 @@ def capture(tmp_path: Path) -> Path:
 def test_learn_from_a_capture(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     log, out = capture(tmp_path), tmp_path / "axes.toml"
     run(["live", "learn", "--log", str(log), "--out", str(out)])
-    said = capsys.readouterr()
-    assert "force: forward = channel 1, left = channel 2, up = channel 3 [m/s²]" in said.out
-    assert "test 'circle': r = " in said.out
-    assert "vertical force is not proven" in said.err
+    output = capsys.readouterr()
+    assert "force: forward = channel 1, left = channel 2, up = channel 3 [m/s²]" in output.out
+    assert "test 'circle': r = " in output.out
+    assert "vertical force is not proven" in output.err
     axes = axes_from_toml(out.read_text(), out.name)
     assert axes.source == "forza"
     run(["live", "learn", "--log", str(log), "--json"])
@@ -126,8 +126,8 @@ def test_learn_says_what_failed(tmp_path: Path, capsys: pytest.CaptureFixture[st
     log = capture(tmp_path)
     log.write_bytes(log.read_bytes()[:120_000])  # the first half: no circle
     assert "must be about 60 s" in refused(["live", "learn", "--log", str(log), "--out", "x.txt"], capsys)
-    said = refused(["live", "learn", "--log", str(log), "--source", "f1"], capsys)
-    assert "packet format of F1 packet is 1" in said
+    message = refused(["live", "learn", "--log", str(log), "--source", "f1"], capsys)
+    assert "packet format of F1 packet is 1" in message
     table = tmp_path / "drive.csv"
     table.write_text("t,ax\n0,0\n1,0\n")
     assert "--source is 'f1', must be left out" in refused(
@@ -161,6 +161,6 @@ def test_emulated_moog_answers_over_the_network(capsys: pytest.CaptureFixture[st
     assert len(replies) == 3
     assert {len(reply) for reply in replies} == {40}
     assert struct.unpack(">3I", replies[-1][:12]) == (0, 0, 0x22)  # standby, in DOF mode
-    said = capsys.readouterr().err
-    assert "standby" in said
-    assert "watchdog" in said  # nobody sends any more
+    output = capsys.readouterr().err
+    assert "standby" in output
+    assert "watchdog" in output  # nobody sends any more

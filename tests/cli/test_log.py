@@ -42,7 +42,7 @@ def run(*words: str) -> int:
     return 0
 
 
-def told(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+def check_log(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
     capsys.readouterr()  # what was said before
     run("log", "check", *words, "--json")
     value: dict[str, Any] = json.loads(capsys.readouterr().out)
@@ -54,7 +54,7 @@ def test_it_tells_table_columns_axes_proofs_and_draws_them(
 ) -> None:
     (folder / "drive.csv").write_text(exported())
     assert run("log", "check", "drive.csv") == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for words in (
         "names line 1; data from line 2; 6000 rows",
         "LateralAcc (g)",
@@ -65,7 +65,7 @@ def test_it_tells_table_columns_axes_proofs_and_draws_them(
         "agrees",
         "accepted",
     ):
-        assert words in said
+        assert words in output
     picture = (folder / "out" / "drive-check.png").read_bytes()
     assert picture.startswith(b"\x89PNG")
     assert len(picture) > 50_000  # with curves in it
@@ -73,15 +73,15 @@ def test_it_tells_table_columns_axes_proofs_and_draws_them(
 
 def test_json_holds_the_same_as_numbers(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "drive.csv").write_text(exported())
-    said = told(capsys, "drive.csv")
-    assert said["accepted"]
-    assert said["refusal"] is None
-    assert said["layout"]["names"] == "line 1"
-    assert set(said["axes"]["turned"]) == set(SAE)
-    assert said["channels"]["ay"]["sign"] == -1
-    assert said["channels"]["ax"]["unit"] == "g"
-    assert said["channels"]["vx"]["rate_hz"] == pytest.approx(50.0)
-    found = {(r["quantity"], r["with"]): r for r in said["relations"]}
+    output = check_log(capsys, "drive.csv")
+    assert output["accepted"]
+    assert output["refusal"] is None
+    assert output["layout"]["names"] == "line 1"
+    assert set(output["axes"]["turned"]) == set(SAE)
+    assert output["channels"]["ay"]["sign"] == -1
+    assert output["channels"]["ax"]["unit"] == "g"
+    assert output["channels"]["vx"]["rate_hz"] == pytest.approx(50.0)
+    found = {(r["quantity"], r["with"]): r for r in output["relations"]}
     assert found["ay", "speed × yaw rate"]["correlation"] == pytest.approx(1.0, abs=1e-3)
     assert found["ax", "the change of speed"]["slope"] == pytest.approx(1.0, abs=1e-3)
 
@@ -92,12 +92,12 @@ def test_a_refused_drive_is_shown_too_and_the_exit_code_says_so(
     data = written(car(), ("ax", "ay", "yaw_rate", "vx"), ("ay",))
     (folder / "drive.csv").write_text(text(data))
     assert run("log", "check", "drive.csv", "--out", "seen.png") == 2
-    said = capsys.readouterr()
-    assert "runs against" in said.out
-    assert "refused in its present form" in said.out
-    assert "otolith: ay in drive.csv is against speed × yaw rate" in said.err
+    output = capsys.readouterr()
+    assert "runs against" in output.out
+    assert "refused in its present form" in output.out
+    assert "otolith: ay in drive.csv is against speed × yaw rate" in output.err
     assert (folder / "seen.png").exists()
-    assert told(capsys, "drive.csv")["refusal"].startswith("ay in drive.csv is against")
+    assert check_log(capsys, "drive.csv")["refusal"].startswith("ay in drive.csv is against")
 
 
 def test_a_saved_mapping_reads_the_drive_in_the_same_way(
@@ -116,9 +116,9 @@ def test_a_saved_mapping_reads_the_drive_in_the_same_way(
     second = files.read_log(folder / "second.csv", {}, settings=mapping)
     assert_allclose(second.force, first.force, atol=1e-9)
     assert_allclose(second.rate, first.rate, atol=1e-9)
-    said = told(capsys, "drive.csv", "--mapping", "map.toml")
-    assert said["accepted"]
-    assert not any("not proven" in note for note in said["notes"])
+    output = check_log(capsys, "drive.csv", "--mapping", "map.toml")
+    assert output["accepted"]
+    assert not any("not proven" in note for note in output["notes"])
 
 
 def test_events_are_listed_and_cut(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,10 +126,10 @@ def test_events_are_listed_and_cut(folder: Path, capsys: pytest.CaptureFixture[s
     data = {k: np.r_[v[:2050], np.full(150, v[2049]), v[2050:]] for k, v in data.items()}
     data["t"] = 0.02 * np.arange(len(data["vx"]), dtype=float)
     (folder / "drive.csv").write_text(text(data))
-    refused = told(capsys, "drive.csv")
+    refused = check_log(capsys, "drive.csv")
     assert [event["kind"] for event in refused["events"]] == ["pause"]
     assert refused["events"][0]["start_s"] == pytest.approx(40.98)
-    cut = told(capsys, "drive.csv", "--events", "cut")
+    cut = check_log(capsys, "drive.csv", "--events", "cut")
     assert cut["accepted"]
     assert cut["duration_s"] == pytest.approx(data["t"][-1] - 3.0, abs=0.03)
 

@@ -39,11 +39,11 @@ def test_the_optimum_is_written_as_a_run_and_repeated_from_its_file(
 
 def test_every_run_says_how_far_it_is_from_the_best(tmp_path: Path) -> None:
     done(["run", SHORT, "--cueing", "classical", "--out", str(tmp_path / "o")])
-    told = kept(tmp_path / "o")["optimum"]
-    assert told["times"] > 1.5
-    assert told["certificate"] < 1e-4
+    entry = kept(tmp_path / "o")["optimum"]
+    assert entry["times"] > 1.5
+    assert entry["certificate"] < 1e-4
     page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
-    assert f"Its error is {told['times']:.2f} times the best that is possible on this drive" in page
+    assert f"Its error is {entry['times']:.2f} times the best that is possible on this drive" in page
     assert CURVE in page
 
 

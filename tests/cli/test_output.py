@@ -24,8 +24,8 @@ def test_without_a_terminal_a_line_comes_every_few_seconds_with_an_estimate() ->
     console.file = io.StringIO()
     with lines(console, "hybrid-all on [1]", every=0.01, now=lambda: next(clock)) as progress:
         progress("hybrid-all on [1]", 0.25)
-        said = awaited(console, "25 %")
-    assert "hybrid-all on [1]: 25 %, 20 s so far, about 60 s left" in said
+        line = awaited(console, "25 %")
+    assert "hybrid-all on [1]: 25 %, 20 s so far, about 60 s left" in line
 
 
 def test_what_is_unknown_is_not_estimated() -> None:

@@ -57,7 +57,7 @@ def test_from_the_installed_program_in_another_process(washout: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "bound"),
     [
         ("mine/washout.py:LowPass", "an attribute of mine/washout.py, such as HighPass"),
         ("mine/absent.py:HighPass", "does not exist"),
@@ -69,9 +69,9 @@ def test_from_the_installed_program_in_another_process(washout: str) -> None:
     ],
 )
 def test_what_is_no_algorithm_is_refused(
-    washout: str, name: str, told: str, capsys: pytest.CaptureFixture[str]
+    washout: str, name: str, bound: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert told in refused(["run", WANTED, "--cueing", name], capsys)
+    assert bound in refused(["run", WANTED, "--cueing", name], capsys)
     assert not Path("out").exists()
 
 
@@ -81,8 +81,8 @@ def test_what_it_raises_is_one_sentence(washout: str, capsys: pytest.CaptureFixt
         "    def step(self, state, reference): return 1 / 0\n"
         "class Odd(Bad):\n    period = 0.0015\n"
     )
-    said = refused(["run", WANTED, "--cueing", "bad.py:Bad"], capsys)
-    assert said.endswith("failed in step: ZeroDivisionError: division by zero (line 4 of bad.py)")
+    message = refused(["run", WANTED, "--cueing", "bad.py:Bad"], capsys)
+    assert message.endswith("failed in step: ZeroDivisionError: division by zero (line 4 of bad.py)")
     assert "must be a multiple of 0.001 s" in refused(["run", WANTED, "--cueing", "bad.py:Odd"], capsys)
     assert not Path("out").exists()
 
@@ -111,8 +111,8 @@ def test_an_installed_package_adds_an_algorithm(
     assert "'implicit' of theirs 1.0 is left out" in " ".join(capsys.readouterr().err.split())
     done(["run", WANTED, "--cueing", "high-pass", "--out", "h"])
     capsys.readouterr()
-    said = refused(["run", WANTED, "--cueing", "cracked"], capsys)
-    assert "'cracked' of theirs 1.0 could not be imported: AttributeError" in said
+    message = refused(["run", WANTED, "--cueing", "cracked"], capsys)
+    assert "'cracked' of theirs 1.0 could not be imported: AttributeError" in message
 
 
 def test_an_installed_package_adds_a_plant_and_a_format(

@@ -31,9 +31,9 @@ def test_show_writes_page_figure_and_numbers(
     with pytest.raises(SystemExit) as caught:
         main(["platform", "show", "davsi", "--run", str(tmp_path / "run.h5"), "--out", str(out), "--json"])
     assert caught.value.code == 0
-    told = capsys.readouterr()
-    assert json.loads(told.out) == json.loads((out / "platform.json").read_text())
-    assert "surge: -0.496 to 0.627 m" in told.err
+    output = capsys.readouterr()
+    assert json.loads(output.out) == json.loads((out / "platform.json").read_text())
+    assert "surge: -0.496 to 0.627 m" in output.err
     assert "nobody on by hand" in (out / "platform.html").read_text()
     assert (out / "platform.png").stat().st_size > 10_000
 
@@ -42,11 +42,11 @@ def test_fit_writes_a_geometry(tmp_path: Path, capsys: pytest.CaptureFixture[str
     with pytest.raises(SystemExit) as caught:
         main(["platform", "fit", "davsi", "--starts", "3", "--out", str(tmp_path / "legs.toml"), "--json"])
     assert caught.value.code == 0
-    told = capsys.readouterr()
-    answer = json.loads(told.out)
+    output = capsys.readouterr()
+    answer = json.loads(output.out)
     assert answer["toml"] == (tmp_path / "legs.toml").read_text()
     assert answer["toml"].startswith("[hexapod]")
-    assert " of 3 starts came as near" in told.err
+    assert " of 3 starts came as near" in output.err
     with pytest.raises(SystemExit):
         main(["platform", "fit", "davsi", "--leg", "1.297,1.937", "--starts", "3"])
     assert capsys.readouterr().out == answer["toml"]
@@ -61,9 +61,9 @@ def test_without_legs_none_are_shown(tmp_path: Path, capsys: pytest.CaptureFixtu
     with pytest.raises(SystemExit) as caught:
         main(["platform", "show", "benchmark", "--out", str(tmp_path)])
     assert caught.value.code == 0
-    told = capsys.readouterr().err
-    assert "surge: -2.600 to 2.600 m (the file)" in told
-    assert "The file describes no legs" in told
+    output = capsys.readouterr().err
+    assert "surge: -2.600 to 2.600 m (the file)" in output
+    assert "The file describes no legs" in output
     assert (tmp_path / "platform.png").exists()
 
 
@@ -124,9 +124,9 @@ def test_the_supervisors_interventions_are_told(tmp_path: Path, capsys: pytest.C
     with pytest.raises(SystemExit) as caught:
         main([*line.split(), "--out", str(tmp_path)])
     assert caught.value.code == 0
-    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: supervisor, ")]
-    assert 0 < len(told) <= 6  # the longest five, and how many besides
-    assert len(told) < 6 or "shorter interventions besides" in told[5]
+    output = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: supervisor, ")]
+    assert 0 < len(output) <= 6  # the longest five, and how many besides
+    assert len(output) < 6 or "shorter interventions besides" in output[5]
     kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["supervisor"]
     run = read_run(tmp_path / "run.h5")
     assert sum(one["times"] for one in kept.values()) == len(run.interventions) > 0

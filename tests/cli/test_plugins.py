@@ -39,11 +39,11 @@ def refusal(line: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """The one sentence with which a line is refused."""
     with pytest.raises(SystemExit) as ended:
         main(line)
-    said = capsys.readouterr()
-    assert (ended.value.code, said.out) == (2, "")
-    assert "Traceback" not in said.err
-    assert said.err.count("\n") == 1
-    return said.err
+    output = capsys.readouterr()
+    assert (ended.value.code, output.out) == (2, "")
+    assert "Traceback" not in output.err
+    assert output.err.count("\n") == 1
+    return output.err
 
 
 def test_a_command_from_outside_runs_and_stands_in_the_help(
@@ -95,9 +95,9 @@ def test_a_broken_command_is_one_sentence_that_says_whose_it_is(
     source: str, target: str, reason: str, site: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install(site, {"greet": target}, source)
-    said = refusal(["greet", "you"], capsys)
-    assert "otolith.commands 'greet' of greeter 1.2" in said
-    assert reason in said
+    message = refusal(["greet", "you"], capsys)
+    assert "otolith.commands 'greet' of greeter 1.2" in message
+    assert reason in message
 
 
 def test_the_programs_own_commands_stay_its_own(site: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -115,9 +115,9 @@ def test_the_programs_own_commands_stay_its_own(site: Path, capsys: pytest.Captu
 def test_of_two_commands_of_one_name_neither_is_taken(site: Path, capsys: pytest.CaptureFixture[str]) -> None:
     install(site, {"greet": "greeter:greet"})
     install(site, {"greet": "other:greet"}, name="other")
-    said = refusal(["greet", "you"], capsys)
-    assert "greeter 1.2" in said
-    assert "other 1.2" in said
+    message = refusal(["greet", "you"], capsys)
+    assert "greeter 1.2" in message
+    assert "other 1.2" in message
     main(["--version"])
     with pytest.raises(SystemExit) as ended:
         main(["list", "scenarios"])
@@ -139,9 +139,9 @@ def test_the_thesis_is_named_where_it_is_not_installed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(core, "declared", lambda _: {})
-    said = refusal(["reproduce", "all"], capsys)
-    assert "pip install otolith-thesis" in said
-    assert "make demo" in said
+    message = refusal(["reproduce", "all"], capsys)
+    assert "pip install otolith-thesis" in message
+    assert "make demo" in message
     with pytest.raises(SystemExit) as ended:
         main(["rappel"])
     assert ended.value.code == 2

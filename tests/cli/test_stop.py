@@ -35,8 +35,8 @@ def started(folder: Path, *words: str) -> subprocess.Popen[str]:
 def stopped(process: subprocess.Popen[str], number: signal.Signals) -> tuple[int, str]:
     """Exit code and what was said."""
     process.send_signal(number)
-    said = process.communicate(timeout=60.0)[1]
-    return process.returncode, said
+    output = process.communicate(timeout=60.0)[1]
+    return process.returncode, output
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the moment is read from /proc")

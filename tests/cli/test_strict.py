@@ -32,9 +32,9 @@ def test_a_run_without_faults_says_so() -> None:
 
 
 def test_decisions_that_failed_stand_in_the_printed_line() -> None:
-    said = sentence(summary(status={"decided": 680, "fallback (infeasible)": 320}))
-    assert "320 of 1,000 decisions fell back to braking: the problem had no solution" in said
-    assert "\n" not in said
+    output = sentence(summary(status={"decided": 680, "fallback (infeasible)": 320}))
+    assert "320 of 1,000 decisions fell back to braking: the problem had no solution" in output
+    assert "\n" not in output
 
 
 def test_ties_and_broken_limits_stand_in_the_printed_ranking() -> None:
@@ -60,10 +60,10 @@ def test_strict_exits_with_3_when_a_hard_limit_broke_and_all_is_written(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert exit_code([command, *FAR, "--out", str(tmp_path), "--strict", "--json"]) == 3
-    said = capsys.readouterr()
-    assert "hard limit broken: surge position by up to" in said.err
-    told = json.loads((tmp_path / "summary.json").read_text())
-    assert json.loads(said.out) == told
+    output = capsys.readouterr()
+    assert "hard limit broken: surge position by up to" in output.err
+    stored = json.loads((tmp_path / "summary.json").read_text())
+    assert json.loads(output.out) == stored
     assert {"report.html", "figure.png"} <= {path.name for path in tmp_path.iterdir()}
     done([command, *FAR, "--out", str(tmp_path)])
 
@@ -75,7 +75,7 @@ def test_a_soft_limit_is_no_reason_to_exit_and_is_stored_with_the_run(
     gentle = ["step:amplitude=1,end=2,duration=2", "--cueing", "implicit", "--soft", "tilt_rate=0.001"]
     done(["run", *gentle, "--out", str(tmp_path), "--strict"])
     assert "soft comfort threshold exceeded: pitch rate by up to" in capsys.readouterr().err
-    told = json.loads((tmp_path / "summary.json").read_text())
-    assert told["violations"] == 0
-    assert told["soft_exceeded"] > 0
+    stored = json.loads((tmp_path / "summary.json").read_text())
+    assert stored["violations"] == 0
+    assert stored["soft_exceeded"] > 0
     assert files.read_run(tmp_path / "run.h5").soft == ("surge-pitch tilt_rate",)

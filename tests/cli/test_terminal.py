@@ -35,12 +35,12 @@ def test_what_is_built_is_verified_from_its_file_alone(
     stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert otolith("terminal", "verify", str(stored), "--states", "60", "--steps", "20", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["passed"] is True
-    assert set(told["proofs"]) == {"surge", "pitch", "sway", "roll"}
-    assert set(told["trials"]) == {"surge", "pitch", "sway", "roll", "circle"}
-    assert told["proofs"]["surge"]["ahead"] == pytest.approx(0.25 * 1.1**9, abs=1e-9)
-    assert {one["infeasible"] + one["violations"] for one in told["trials"].values()} == {0}
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["passed"] is True
+    assert set(summary["proofs"]) == {"surge", "pitch", "sway", "roll"}
+    assert set(summary["trials"]) == {"surge", "pitch", "sway", "roll", "circle"}
+    assert summary["proofs"]["surge"]["ahead"] == pytest.approx(0.25 * 1.1**9, abs=1e-9)
+    assert {one["infeasible"] + one["violations"] for one in summary["trials"].values()} == {0}
 
 
 def test_a_platform_is_verified_without_a_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -68,9 +68,9 @@ def test_a_file_comes_back_equal_and_a_flipped_bit_is_refused(stored: Path) -> N
 def changed(stored: Path, attributes: dict[str, Any], arrays: dict[str, Any]) -> Path:
     """A soundly sealed file with other content."""
     content, path = read_sealed(stored, **KIND), stored.with_name("changed.h5")
-    told = {key: value for key, value in (content.attributes | attributes).items() if value is not None}
+    summary = {key: value for key, value in (content.attributes | attributes).items() if value is not None}
     kept = {key: value for key, value in (content.arrays | arrays).items() if value is not None}
-    write_sealed(path, told, kept, **KIND)
+    write_sealed(path, summary, kept, **KIND)
     return path
 
 
@@ -102,9 +102,9 @@ def test_a_proof_that_fails_is_told_with_exit_code_1(
     path = changed(stored, {}, fewer)
     capsys.readouterr()
     assert otolith("terminal", "verify", str(path), "--states", "0", "--json") == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["passed"] is False
-    assert {name: one["missing"] for name, one in told["proofs"].items() if one["missing"]} == {"roll": 1}
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["passed"] is False
+    assert {name: one["missing"] for name, one in summary["proofs"].items() if one["missing"]} == {"roll": 1}
 
 
 @pytest.mark.parametrize(

@@ -67,8 +67,8 @@ def test_it_stops_inside_within_a_second_and_comes_back_as_if_nothing_had_been(n
     within_limits(run, limited=limited)
     stopped = (run.time > 5.0) & (run.time <= 14.0)
     assert np.abs(run.twist[stopped]).max() < 1e-9
-    told = np.array(run.status)[(run.command_time >= 4.0) & (run.command_time < 13.99)]
-    assert set(told) == {"invalid"}  # and never "optimal", which is what is certified
+    statuses = np.array(run.status)[(run.command_time >= 4.0) & (run.command_time < 13.99)]
+    assert set(statuses) == {"invalid"}  # and never "optimal", which is what is certified
     assert last_error(run) == pytest.approx(last_error(without), rel=0.01)
 
 

@@ -108,12 +108,12 @@ def test_a_second_rename_that_fails_puts_the_old_folder_back(
 
 def test_places_that_cannot_be_replaced_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("x")
-    for place, told in (
+    for place, sentence in (
         (tmp_path / "file", "is a file, must be a folder"),
         (tmp_path / "file" / "below", "is not writable"),
         (Path("/proc/otolith"), "is not writable"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=sentence):
             folders.check_folder(place, command="run")
     (tmp_path / "here" / "below").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "here" / "below")
@@ -129,6 +129,6 @@ def test_places_that_cannot_be_replaced_are_refused(tmp_path: Path, monkeypatch:
 
 def test_a_name_that_could_not_be_read_again_is_refused(tmp_path: Path) -> None:
     folders.check_file(tmp_path / "LAW.H5", ".h5")
-    told = r"law\.txt, must be a name that ends in \.csv or \.h5"
-    with pytest.raises(InputError, match=told):
+    sentence = r"law\.txt, must be a name that ends in \.csv or \.h5"
+    with pytest.raises(InputError, match=sentence):
         folders.check_file(tmp_path / "law.txt", ".csv", ".h5")

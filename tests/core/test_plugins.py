@@ -52,7 +52,7 @@ def test_a_broken_package_is_named(site: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("target", "told"),
+    ("target", "sentence"),
     [
         ("Thing", "must be MODULE:ATTRIBUTE"),
         (":Thing", "must be MODULE:ATTRIBUTE"),
@@ -64,10 +64,10 @@ def test_a_broken_package_is_named(site: Path) -> None:
         ("absent.py:Thing", "a file 'absent.py' that does not exist"),
     ],
 )
-def test_a_target_that_is_not_there_is_refused(target: str, told: str) -> None:
+def test_a_target_that_is_not_there_is_refused(target: str, sentence: str) -> None:
     with pytest.raises(InputError) as refused:
         plugins.load_target("--cueing", target)
-    assert told in str(refused.value)
+    assert sentence in str(refused.value)
 
 
 def test_a_file_is_run_once_and_its_mistakes_are_told_with_their_line(tmp_path: Path) -> None:

@@ -61,8 +61,8 @@ def pack(path: Path, folder: Path, made_for: dict[str, str]) -> None:
 def take(small: Path, archive: Path, *, number: str = "1.0") -> tuple[float, int, int, str]:
     """Value, functions taken from the archive, functions compiled, and what was said, with empty caches."""
     program = TAKE.replace("ARCHIVE)", f"{str(archive)!r})").replace("NUMBER", number)
-    value, taken, compiled, *said = python(program, small, archive.with_suffix(".caches")).split(maxsplit=3)
-    return float(value), int(taken), int(compiled), " ".join(said)
+    value, taken, compiled, *warned = python(program, small, archive.with_suffix(".caches")).split(maxsplit=3)
+    return float(value), int(taken), int(compiled), " ".join(warned)
 
 
 def test_one_function_is_taken_and_nothing_is_compiled(small: Path, archive: Path) -> None:
@@ -104,12 +104,12 @@ def test_an_archive_for_another_numba_is_named_once_and_not_used(
 ) -> None:
     other = tmp_path / "other.zip"
     pack(other, tmp_path / "codes", {**shipped.environment(), "numba": "0.1"})
-    value, taken, compiled, said = take(small, other)
+    value, taken, compiled, warned = take(small, other)
     assert (value, taken, compiled) == (2.0, 0, 2)
-    assert said.startswith(
+    assert warned.startswith(
         "kernels are compiled on first use: the machine code that came along is for numba 0.1,"
     )
-    assert said.count("numba") == 1
+    assert warned.count("numba") == 1
 
 
 def test_code_for_another_kind_of_processor_is_not_taken(small: Path, archive: Path, tmp_path: Path) -> None:
@@ -127,5 +127,7 @@ def test_the_kind_of_processor_is_that_of_its_features(monkeypatch: pytest.Monke
         ({**all_of_them, "fma": False}, "x86-64"),
         ({}, "x86-64"),
     ):
-        monkeypatch.setattr("llvmlite.binding.get_host_cpu_features", lambda told=features: told)
+        monkeypatch.setattr(
+            "llvmlite.binding.get_host_cpu_features", lambda features_here=features: features_here
+        )
         assert shipped.kind.__wrapped__() == kind

@@ -49,8 +49,8 @@ class Told:
 def test_what_is_told_is_where_the_platform_will_be_when_the_command_acts(dead_time: float) -> None:
     """Against the plant itself, sampled every millisecond and looked at a dead time later."""
     rng = np.random.default_rng(3)
-    told = Told(rng.normal(size=60))
-    ahead, plant = Ahead(told, lag=0.01, dead_time=dead_time), Actuator(0.01, dead_time)
+    recorder = Told(rng.normal(size=60))
+    ahead, plant = Ahead(recorder, lag=0.01, dead_time=dead_time), Actuator(0.01, dead_time)
     start = PlatformState(twist=np.array([0.1, 0, 0, 0, 0, 0]))
     ahead.reset(start)
     plant.reset(start)
@@ -64,21 +64,21 @@ def test_what_is_told_is_where_the_platform_will_be_when_the_command_acts(dead_t
     for k in range(54):
         there = moved[10 * k + later]
         for name in ("pose", "twist", "acceleration"):
-            assert_allclose(getattr(told.states[k], name), getattr(there, name), atol=1e-12)
+            assert_allclose(getattr(recorder.states[k], name), getattr(there, name), atol=1e-12)
 
 
 def test_a_difference_that_timing_may_explain_is_believed_slowly_and_any_other_at_once() -> None:
-    told = Told(np.zeros(200))
-    ahead = Ahead(told, lag=0.01, dead_time=0.01)
+    recorder = Told(np.zeros(200))
+    ahead = Ahead(recorder, lag=0.01, dead_time=0.01)
     ahead.reset(PlatformState())
     still = Reference(specific_force=np.zeros(3))
     ahead.step(PlatformState(), still)
     elsewhere = PlatformState(pose=np.array([0.1, 0, 0, 0, 0, 0]))
     ahead.step(elsewhere, still)  # at rest, without commands, no timing explains that
-    assert told.states[-1].pose[0] == pytest.approx(0.1)
+    assert recorder.states[-1].pose[0] == pytest.approx(0.1)
 
-    told = Told(np.full(200, 2.0))
-    ahead = Ahead(told, lag=0.01, dead_time=0.01)
+    recorder = Told(np.full(200, 2.0))
+    ahead = Ahead(recorder, lag=0.01, dead_time=0.01)
     ahead.reset(PlatformState())
     believed = []
     for k in range(120):  # the platform is faster than it should be, by what half a dead time makes
@@ -95,20 +95,20 @@ def test_a_difference_that_timing_may_explain_is_believed_slowly_and_any_other_a
 
 
 def test_what_is_no_measurement_is_passed_on_as_none() -> None:
-    told = Told(np.zeros(5))
-    ahead = Ahead(told, lag=0.01, dead_time=0.01)
+    recorder = Told(np.zeros(5))
+    ahead = Ahead(recorder, lag=0.01, dead_time=0.01)
     ahead.step(PlatformState(pose=np.full(6, np.nan)), Reference(specific_force=np.zeros(3)))
-    assert not np.isfinite(told.states[0].pose).any()
+    assert not np.isfinite(recorder.states[0].pose).any()
     ahead.step(PlatformState(), Reference(specific_force=np.zeros(3)))
-    assert np.isfinite(told.states[1].pose).all()
+    assert np.isfinite(recorder.states[1].pose).all()
 
 
 def test_a_reference_is_passed_on_as_older_by_the_dead_time() -> None:
-    told = Told(np.zeros(5))
-    ahead = Ahead(told, lag=0.01, dead_time=0.015)
+    recorder = Told(np.zeros(5))
+    ahead = Ahead(recorder, lag=0.01, dead_time=0.015)
     ahead.step(PlatformState(), Reference(specific_force=np.ones(3), age=0.02))
-    assert_allclose(told.references[0].age, 0.035)
-    assert_allclose(told.references[0].specific_force, 1.0)
+    assert_allclose(recorder.references[0].age, 0.035)
+    assert_allclose(recorder.references[0].specific_force, 1.0)
 
 
 @pytest.mark.parametrize("dead_time", [-0.01, 1.5, float("nan")])

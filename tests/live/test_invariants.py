@@ -35,14 +35,14 @@ class AnyFault(RuleBasedStateMachine):
         self.world = worlds()[1].again()
         self.world.trace.clear()
         self.world.output.session.events.clear()
-        self.said: set[Word] = set()
+        self.words_given: set[Word] = set()
 
     def go_on(self, seconds: float = 0.15) -> None:
         self.world.run(self.world.seconds + seconds)
 
     @rule(word=st.sampled_from(list(Word)))
     def word(self, word: Word) -> None:
-        self.said.add(word)
+        self.words_given.add(word)
         self.world.say(word)
         self.go_on(0.4)
 
@@ -107,14 +107,14 @@ class AnyFault(RuleBasedStateMachine):
         events = self.world.output.session.events
         for event in events:
             if event.after is State.ENGAGED and event.before is State.READY:
-                assert Word.ENGAGE in self.said
+                assert Word.ENGAGE in self.words_given
             if event.before is State.FAULT:
                 assert event.after is State.IDLE
-                assert Word.REARM in self.said
+                assert Word.REARM in self.words_given
             if event.after is State.CHECKING:
-                assert Word.ARM in self.said
+                assert Word.ARM in self.words_given
         if any(event.after is State.RETURNING for event in events):
-            self.said.discard(Word.ENGAGE)
+            self.words_given.discard(Word.ENGAGE)
         events.clear()
 
     @invariant()

@@ -10,13 +10,13 @@ class Listener:
     period = 0.1
 
     def __init__(self) -> None:
-        self.heard: list[float] = []
+        self.received: list[float] = []
 
     def reset(self, state: PlatformState) -> None:
-        self.heard = []
+        self.received = []
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
-        self.heard.append(float(reference.specific_force[0]))
+        self.received.append(float(reference.specific_force[0]))
         zero, outcome = np.zeros(6), Outcome(status=Status.DECIDED)
         return Command(acceleration=zero, pose=zero, twist=zero, plan=np.zeros((0, 6)), outcome=outcome)
 
@@ -29,6 +29,6 @@ def test_outages_begin_with_their_start_end_before_their_end_and_are_the_same_af
         for _ in range(10):
             broken.step(PlatformState(), Reference(specific_force=np.array([2.0, 0.0, 0.0])))
         np.testing.assert_array_equal(
-            listener.heard, [2.0, 2.0, 2.0, np.nan, np.nan, 2.0, 2.0, 1e7, 2.0, 2.0]
+            listener.received, [2.0, 2.0, 2.0, np.nan, np.nan, 2.0, 2.0, 1e7, 2.0, 2.0]
         )
     assert broken.period == 0.1

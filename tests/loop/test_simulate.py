@@ -89,10 +89,10 @@ def test_the_clock_is_an_argument_and_touches_nothing_else() -> None:
 
 
 def test_progress_ends_at_one() -> None:
-    told: list[float] = []
-    close(Echo(), progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    fractions: list[float] = []
+    close(Echo(), progress=fractions.append)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
 
 
 def test_periods_that_do_not_divide_are_refused() -> None:

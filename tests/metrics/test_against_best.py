@@ -34,10 +34,10 @@ WANTED = float(np.sqrt(np.mean(ONE.reference_force[:, 0] ** 2)))
 
 
 def test_the_ratio_is_that_of_the_errors() -> None:
-    told = against_best(missing(ONE, 0.5), Known(missing(ONE, 0.2)))
-    assert told["times"] == pytest.approx(2.5)
-    assert told["standing_still"] == pytest.approx(5.0)
-    assert told["by_dof"]["surge-pitch"]["error"] == pytest.approx(0.2 * WANTED)
+    entry = against_best(missing(ONE, 0.5), Known(missing(ONE, 0.2)))
+    assert entry["times"] == pytest.approx(2.5)
+    assert entry["standing_still"] == pytest.approx(5.0)
+    assert entry["by_dof"]["surge-pitch"]["error"] == pytest.approx(0.2 * WANTED)
     summary = summarise(missing(ONE, 0.5), Known(missing(ONE, 0.2)))
     size = f"{0.2 * WANTED:.4f} m/s²"
     assert best_in_words(summary) == (
@@ -69,10 +69,10 @@ def test_where_nothing_is_wanted_nothing_is_divided() -> None:
 
 def test_degrees_of_freedom_count_together() -> None:
     """One may be better than in the best run, at the other's expense; together they cannot."""
-    told = against_best(missing(TWO, 0.1, 0.6), Known(missing(TWO, 0.2, 0.3)))
+    entry = against_best(missing(TWO, 0.1, 0.6), Known(missing(TWO, 0.2, 0.3)))
     x, y = np.sqrt(np.mean(TWO.reference_force**2, axis=0))[:2]
-    assert told["times"] == pytest.approx(np.hypot(0.1 * x, 0.6 * y) / np.hypot(0.2 * x, 0.3 * y))
-    assert told["by_dof"]["surge-pitch"]["times"] == pytest.approx(0.5)
+    assert entry["times"] == pytest.approx(np.hypot(0.1 * x, 0.6 * y) / np.hypot(0.2 * x, 0.3 * y))
+    assert entry["by_dof"]["surge-pitch"]["times"] == pytest.approx(0.5)
     words = best_in_words(summarise(missing(TWO, 0.1, 0.6), Known(missing(TWO, 0.2, 0.3))))
     assert f"(surge-pitch 0.50 times {0.2 * x:.4f} m/s², sway-roll 2.00 times {0.3 * y:.4f} m/s²)" in words
 

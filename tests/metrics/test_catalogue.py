@@ -24,8 +24,8 @@ def documented() -> dict[str, list[str]]:
 
 
 def test_the_documentation_tells_of_every_key_figure_its_unit_and_which_way_is_better() -> None:
-    told = {name: cells[1:] for name, cells in documented().items() if name in MEASURES}
-    assert told == {name: [one.unit or "–", WAYS[one.better]] for name, one in MEASURES.items()}
+    found = {name: cells[1:] for name, cells in documented().items() if name in MEASURES}
+    assert found == {name: [one.unit or "–", WAYS[one.better]] for name, one in MEASURES.items()}
 
 
 def test_every_key_figure_points_to_a_heading_of_its_page() -> None:
@@ -80,13 +80,13 @@ SMOOTHNESS = Measure(
 )
 
 
-def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[Any, str]:
+def printed_by(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[Any, str]:
     """The JSON on standard output, and what is written next to it."""
     with pytest.raises(SystemExit) as stopped:
         cli.main([*arguments, "--json"])
     assert stopped.value.code in (None, 0)
-    said = capsys.readouterr()
-    return json.loads(said.out), said.err
+    output = capsys.readouterr()
+    return json.loads(output.out), output.err
 
 
 def test_a_new_entry_appears_in_summary_ranking_tables_and_report(
@@ -96,7 +96,7 @@ def test_a_new_entry_appears_in_summary_ranking_tables_and_report(
     monkeypatch.setitem(MEASURES, "smoothness", SMOOTHNESS)
     washouts = ["--cueing", "classical", "--cueing", "adaptive"]
     both, one = tmp_path / "both", tmp_path / "one"
-    account, said = told(
+    account, output = printed_by(
         ["compare", "step-1", "sine-1", *washouts, "--by", "smoothness", "--out", str(both)], capsys
     )
     assert account["ranked_by"] == "smoothness"
@@ -107,14 +107,14 @@ def test_a_new_entry_appears_in_summary_ranking_tables_and_report(
         unbroken = [name for name in values if not scenario[name]["violations"]]
         assert min(unbroken, key=lambda name: ranks[name]) == max(unbroken, key=lambda name: values[name])
         assert [s["values"][k] for s in kept["ranking"]] == [values[s["cueing"]] for s in kept["ranking"]]
-    assert "smoothness 0." in said
+    assert "smoothness 0." in output
     page = (both / "report.html").read_text(encoding="utf-8")
     assert '<th scope="col">Smooth [s³/m]</th>' in page  # the comparison's table
     assert "Smoothness of surge <small>[s³/m]</small>" in page  # all key figures
     assert "Smoothness of surge [s³/m] in each cell, greater is better." in page
     assert "How smoothly the platform surged." in page
     assert "High and to the left is best" in page
-    told(["run", "step-1", "--cueing", "classical", "--out", str(one)], capsys)
+    printed_by(["run", "step-1", "--cueing", "classical", "--out", str(one)], capsys)
     page = (one / "report.html").read_text(encoding="utf-8")
     assert "How smooth" in page
     assert "Smoothness of surge <small>[s³/m]</small>" in page

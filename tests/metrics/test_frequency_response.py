@@ -123,11 +123,11 @@ def test_an_axis_that_stays_still_has_no_phase() -> None:
 def test_only_axes_that_are_cued_are_tested_and_progress_reaches_one() -> None:
     assert [test.number for test in applicable(("surge", "pitch"))] == [1, 2, 6, 7]
     assert applicable(("surge", "pitch", "sway", "roll", "heave", "yaw")) == list(TESTS)
-    told: list[float] = []
+    fractions: list[float] = []
     motion_cueing_test(
-        LINEAR, replace(QUICK, frequencies=(5.0,), sweep=Sweep(settle=1.0)), progress=told.append
+        LINEAR, replace(QUICK, frequencies=(5.0,), sweep=Sweep(settle=1.0)), progress=fractions.append
     )
-    assert told == [pytest.approx(0.5), pytest.approx(1.0)]
+    assert fractions == [pytest.approx(0.5), pytest.approx(1.0)]
 
 
 def test_decisions_that_failed_are_counted_once_per_drive_however_many_tests_read_it() -> None:

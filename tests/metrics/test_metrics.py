@@ -179,6 +179,6 @@ def test_a_constant_rate_is_sensed_as_the_canals_step_response(six: Run) -> None
     wanted[:, 2] = -0.2
     _, step = signal.step((organ.A, organ.B, organ.C, organ.D), T=six.time)
     expected = 0.2 * np.sqrt(np.mean(step**2))
-    told = metrics.perceived_rate_rmse(replace(six, reference_rate=wanted))
-    assert told[2] == pytest.approx(expected, rel=0.02)
-    assert told[0] == 0.0
+    errors = metrics.perceived_rate_rmse(replace(six, reference_rate=wanted))
+    assert errors[2] == pytest.approx(expected, rel=0.02)
+    assert errors[0] == 0.0

@@ -20,9 +20,9 @@ def leaves(value: Any, path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...]
 
 
 def assert_same(found: dict[str, Any], kept: dict[str, Any]) -> None:
-    told, known = leaves(json.loads(json.dumps(found, allow_nan=False))), leaves(kept)
-    assert [path for path, _ in told] == [path for path, _ in known]
-    for (path, value), (_, expected) in zip(told, known, strict=True):
+    found_leaves, known = leaves(json.loads(json.dumps(found, allow_nan=False))), leaves(kept)
+    assert [path for path, _ in found_leaves] == [path for path, _ in known]
+    for (path, value), (_, expected) in zip(found_leaves, known, strict=True):
         assert type(value) is type(expected), path
         near = pytest.approx(expected, rel=1e-9, abs=1e-12) if isinstance(expected, float) else expected
         assert value == near, path
@@ -40,8 +40,8 @@ def test_so_is_a_comparison() -> None:
 def test_the_stored_runs_reach_every_key_figure() -> None:
     """Some summary holds a value of each entry that is neither none nor zero; but for that of the optimum,
     which a run alone does not have: see test_against_best.py."""
-    told: dict[str, bool] = {}
+    found_leaves: dict[str, bool] = {}
     for summary in [*(KEPT[name] for name in STORED), *KEPT["compared"].values()]:
         for name, value in summary.items():
-            told[name] = told.get(name, False) or any(leaf for _, leaf in leaves(value))
-    assert all(told[name] for name in metrics.MEASURES if name != "optimum")
+            found_leaves[name] = found_leaves.get(name, False) or any(leaf for _, leaf in leaves(value))
+    assert all(found_leaves[name] for name in metrics.MEASURES if name != "optimum")

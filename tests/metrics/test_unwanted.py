@@ -141,17 +141,17 @@ def test_inverted_and_unwanted_cues_are_lag_or_rebound_and_both_ways_are_alike(
     """By brute force over samples, whatever the signals."""
     wanted, felt = np.array(pairs).T
     run, mirrored = felt_instead(handmade, wanted, felt), felt_instead(handmade, -wanted, -felt)
-    told = _samples(unwanted_cues(run, shortest=0.0), len(wanted))
+    samples = _samples(unwanted_cues(run, shortest=0.0), len(wanted))
     kinds = _samples(false_cues(run, shortest=0.0), len(wanted))
     for k, (w, f) in enumerate(pairs):
         if kinds[k] in KINDS[:2]:
-            assert told[k] in ("lag", "rebound")
-        if told[k] == "rebound":
+            assert samples[k] in ("lag", "rebound")
+        if samples[k] == "rebound":
             assert kinds[k] in KINDS[:2]
-        if told[k]:
+        if samples[k]:
             assert abs(f) >= THRESHOLD
             assert np.sign(f) * (f - w) >= THRESHOLD
-    assert told == _samples(unwanted_cues(mirrored, shortest=0.0), len(wanted))
+    assert samples == _samples(unwanted_cues(mirrored, shortest=0.0), len(wanted))
 
 
 def _samples(cues: list[FalseCue], n: int) -> list[str]:

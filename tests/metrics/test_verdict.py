@@ -26,8 +26,8 @@ def test_comfort_and_collision_share_no_word(handmade: Run) -> None:
     assert comfort == (
         "soft comfort threshold exceeded: pitch rate by up to 0.05 deg/s beyond ±3 deg/s, at 2 of 10 nodes"
     )
-    said = [set(text.partition(":")[0].split()) for text in (collision, comfort)]
-    assert not said[0] & said[1]
+    words = [set(text.partition(":")[0].split()) for text in (collision, comfort)]
+    assert not words[0] & words[1]
 
 
 def test_hard_and_soft_are_counted_apart(handmade: Run) -> None:

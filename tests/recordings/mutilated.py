@@ -357,15 +357,15 @@ def _preamble(kind: str, head: list[str], line: Callable[[Sequence[str]], str], 
     if kind == "comments":
         return ["# made for a test", "# Vehicle: none, 4", "", *head]
     if kind == "motec":
-        said = [
+        preamble = [
             line(["Format", "A Logger"]),
             line(["Sample Rate", "20.000", "Hz"]),
             line(["Beacon Markers", ""]),
         ]
-        return [*said, "", "", *head, "", ""]
+        return [*preamble, "", "", *head, "", ""]
     if kind == "aim":
-        said = [line(["Format", "Other"]), line(["Duration", "28"]), line(["Beacon Markers", "28"])]
-        return [*said, line(["Date", "5 May"]), "", *head, ""]
+        preamble = [line(["Format", "Other"]), line(["Duration", "28"]), line(["Beacon Markers", "28"])]
+        return [*preamble, line(["Date", "5 May"]), "", *head, ""]
     if kind == "racechrono":
         sources = [f"10{i}: acc" if i else "" for i in range(width)]
         return ["This file was made by a test", line(["Format", "3"]), "", *head, line(sources)]

@@ -47,33 +47,33 @@ def seen(log: Log, earlier: Log) -> Foresight:
 
 def test_the_same_drive_is_foreseen_exactly() -> None:
     log = drive(30.0)
-    said = seen(log, log)(5.0, DT, 100)
-    assert_allclose(said, bumpy(30.0 * (5.0 + DT * np.arange(1, 101))), atol=0.03)
+    foreseen = seen(log, log)(5.0, DT, 100)
+    assert_allclose(foreseen, bumpy(30.0 * (5.0 + DT * np.arange(1, 101))), atol=0.03)
 
 
 def test_a_quicker_car_meets_the_same_hills_sooner() -> None:
     """At 33 instead of 30 m/s; a pace is kept for some 2 s, and then forgotten, since no driver keeps it."""
-    said = seen(drive(33.0), drive(30.0))(5.0, DT, 10)
-    assert_allclose(said, bumpy(33.0 * (5.0 + DT * np.arange(1, 11))), atol=0.1)
+    foreseen = seen(drive(33.0), drive(30.0))(5.0, DT, 10)
+    assert_allclose(foreseen, bumpy(33.0 * (5.0 + DT * np.arange(1, 11))), atol=0.1)
 
 
 def test_another_line_through_the_bend_is_the_same_road() -> None:
-    said = seen(drive(30.0, offset=4.0), drive(30.0))(5.0, DT, 10)
-    assert_allclose(said, bumpy(30.0 * (5.0 + DT * np.arange(1, 11))), atol=0.1)
+    foreseen = seen(drive(30.0, offset=4.0), drive(30.0))(5.0, DT, 10)
+    assert_allclose(foreseen, bumpy(30.0 * (5.0 + DT * np.arange(1, 11))), atol=0.1)
 
 
 def test_what_is_felt_more_now_dies_away() -> None:
-    said = seen(drive(30.0, more=0.5), drive(30.0))(5.0, DT, 100)
+    foreseen = seen(drive(30.0, more=0.5), drive(30.0))(5.0, DT, 100)
     ahead = DT * np.arange(1, 101)
     expected = bumpy(30.0 * (5.0 + ahead)) + 0.5 * np.exp(-ahead / DIFFERENCE_LASTS)[:, None]
-    assert_allclose(said, expected, atol=0.03)
+    assert_allclose(foreseen, expected, atol=0.03)
 
 
 def test_a_closed_road_goes_on_where_it_began() -> None:
     log = drive(30.0, laps=2.0)
-    said = seen(log, drive(30.0))(20.0, DT, 100)  # the earlier lap ends after 20.9 s
-    assert len(said) == 100
-    assert_allclose(said, bumpy(30.0 * (20.0 + DT * np.arange(1, 101))), atol=0.1)
+    foreseen = seen(log, drive(30.0))(20.0, DT, 100)  # the earlier lap ends after 20.9 s
+    assert len(foreseen) == 100
+    assert_allclose(foreseen, bumpy(30.0 * (20.0 + DT * np.arange(1, 101))), atol=0.1)
     assert_allclose(
         seen(log, drive(30.0))(30.0, DT, 5), bumpy(30.0 * (30.0 + DT * np.arange(1, 6))), atol=0.1
     )
@@ -81,8 +81,8 @@ def test_a_closed_road_goes_on_where_it_began() -> None:
 
 def test_an_open_road_is_foreseen_to_its_end() -> None:
     half = drive(30.0, laps=0.5)
-    said = seen(drive(30.0), half)(9.0, DT, 100)
-    assert len(said) == pytest.approx((half.duration - 9.0) / DT, abs=1)
+    foreseen = seen(drive(30.0), half)(9.0, DT, 100)
+    assert len(foreseen) == pytest.approx((half.duration - 9.0) / DT, abs=1)
     assert not len(seen(drive(30.0), half)(15.0, DT, 100))
 
 
@@ -111,9 +111,9 @@ def test_a_road_that_crosses_itself_is_followed_straight_on() -> None:
         way = np.linspace(start, start + 5.0, 400)
         places = 100.0 * np.stack([np.sin(way), np.sin(way) * np.cos(way)], axis=1)
         found = [follower.at(place) for place in places]
-        told = np.array([np.nan if one is None else one for one in found])
-        assert np.isfinite(told[5:]).all()
-        assert_allclose(told[5:], 10.0 * np.mod(way[5:], 2.0 * np.pi), atol=0.05)
+        times = np.array([np.nan if one is None else one for one in found])
+        assert np.isfinite(times[5:]).all()
+        assert_allclose(times[5:], 10.0 * np.mod(way[5:], 2.0 * np.pi), atol=0.05)
 
 
 def test_the_way_back_is_another_road() -> None:

@@ -247,7 +247,7 @@ def test_what_spreadsheets_write_is_decoded(encoding: str, note: str) -> None:
     written = text("t [s],ax [m/s²],yaw rate [°/s]", T, AX, AX)
     decoded, notes = decode(written.encode(encoding), "log.csv")
     assert decoded == written
-    assert [note in said for said in notes] == [True] * bool(note)
+    assert [note in one for one in notes] == [True] * bool(note)
 
 
 @pytest.mark.parametrize("data", [b"\x00\x01\x02", b"\xff\xfe\x00", b"\x81\x8d"])

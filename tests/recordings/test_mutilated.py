@@ -39,8 +39,8 @@ def test_what_is_read_is_the_truth_or_says_that_left_and_right_are_not_proven(
             assert "\n" not in log
             continue
         outcome, read = judge(log, drive, written), read + 1
-        told = outcome == "mirrored" and any("not proven" in note for note in log.notes)
-        assert outcome == "right" or told, (outcome, form, log.notes)
+        reported = outcome == "mirrored" and any("not proven" in note for note in log.notes)
+        assert outcome == "right" or reported, (outcome, form, log.notes)
     assert read > 5  # of 20: refusing everything is no way to be right
 
 

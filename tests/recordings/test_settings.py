@@ -28,8 +28,10 @@ def test_a_mapping_file_gives_back_what_was_written(
     events: str,
     offsets: str,
 ) -> None:
-    said = LogSettings(columns=columns, header=header, units=units, axes=axes, events=events, offsets=offsets)
-    assert settings_from_toml(settings_to_toml(said, "drive.csv"), "map.toml") == said
+    settings = LogSettings(
+        columns=columns, header=header, units=units, axes=axes, events=events, offsets=offsets
+    )
+    assert settings_from_toml(settings_to_toml(settings, "drive.csv"), "map.toml") == settings
 
 
 def test_what_is_as_by_default_is_not_written() -> None:

@@ -29,12 +29,12 @@ def test_what_is_not_cued_never_shortens_the_drive(name: str, key: str) -> None:
     short = np.arange(5.0, 25.0, 0.1)
     log = read(("AccX", FAST, swing(FAST)), (name, short, 0.01 * short + 9.0 * (key == "vx")), needs=("ax",))
     assert log.duration == pytest.approx(59.99)
-    said = [
+    notes_on_span = [
         note
         for note in log.notes
         if note == f"{key}: left out, taken as zero: it runs from 5 s to 24.9 s of 59.99 s"
     ]
-    assert bool(said) == (key == "yaw_rate")
+    assert bool(notes_on_span) == (key == "yaw_rate")
     assert (key in log.channels) == (key == "vx")
 
 

@@ -70,7 +70,7 @@ def test_a_geographic_name_is_never_an_acceleration(name: str, unit: str) -> Non
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "parts"),
     [
         ("LateralAcc", ("lateral", "acc")),
         ("x_rate_of_rotation", ("x", "rate", "of", "rotation")),
@@ -81,8 +81,8 @@ def test_a_geographic_name_is_never_an_acceleration(name: str, unit: str) -> Non
         ("Querbeschleunigung", ("querbeschleunigung",)),
     ],
 )
-def test_names_are_parted_into_words(name: str, said: tuple[str, ...]) -> None:
-    assert words(name) == said
+def test_names_are_parted_into_words(name: str, parts: tuple[str, ...]) -> None:
+    assert words(name) == parts
 
 
 @given(st.text(max_size=40), st.text(max_size=8))

@@ -42,8 +42,8 @@ def test_without_a_sheet_of_accelerations_the_sentence_says_so() -> None:
     thesis = load("thesis")
     assert thesis.hexapod is not None
     own = thesis.model_copy(update={"hexapod": thesis.hexapod.model_copy(update={"lent": False})})
-    told = together_sentence(platform_summary(own))
-    assert told.endswith("accelerations are unknown, for the file gives none of roll or pitch.")
+    sentence = together_sentence(platform_summary(own))
+    assert sentence.endswith("accelerations are unknown, for the file gives none of roll or pitch.")
     assert together_sentence({"together": None}) == ""
 
 
@@ -51,8 +51,8 @@ def test_lent_legs_are_not_shown_as_the_platforms_own() -> None:
     """No machine has the limits of the thesis's simulations; the plants take the legs of `davsi`."""
     platform = load("thesis")
     summary, figure = platform_summary(platform), platform_figure(platform)
-    (told,) = sentences(summary)
-    assert told.startswith(
+    (sentence,) = sentences(summary)
+    assert sentence.startswith(
         "No legs of its own are documented, and none are shown: those in the file (lent by davsi"
     )
     assert len(figure.axes) == 1
@@ -79,7 +79,7 @@ def test_a_file_whose_box_leaves_the_reach_is_told_so_axis_by_axis_and_at_once()
     assert at_once.startswith("All at once, the file's limits leave the legs' reach: of the poses that they")
     assert "3.4 %" in at_once
     within = sentences(platform_summary(load("davsi-4dof")))
-    assert any("limits stay within the legs' reach, in every pose that was tried" in told for told in within)
+    assert any("limits stay within the legs' reach, in every pose that was tried" in one for one in within)
     assert not any("Alone" in sentence for sentence in within)
 
 

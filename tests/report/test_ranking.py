@@ -55,14 +55,14 @@ def test_a_ranking_needs_the_same_algorithms_everywhere() -> None:
 
 def test_measures_add_up_what_the_summary_says() -> None:
     kinds = {kind: {"duration_s": 1.0} for kind in ("inverted", "unwanted", "missing", "scaled")}
-    told = {
+    summaries = {
         "false_cues": {"surge-pitch": kinds, "sway-roll": kinds},
         "perceived_rmse": {"surge-pitch": 3.0, "sway-roll": 4.0},
         "workspace": {"surge": {"largest": 0.4}, "pitch": {"largest": 1.2}},
     }
-    assert criterion_named("false-cues").of(told) == 6.0
-    assert criterion_named("perceived").of(told) == 5.0
-    assert USE.of(told) == pytest.approx(120.0)
+    assert criterion_named("false-cues").of(summaries) == 6.0
+    assert criterion_named("perceived").of(summaries) == 5.0
+    assert USE.of(summaries) == pytest.approx(120.0)
     assert all(math.isnan(one.of({})) for one in criteria().values())
 
 

@@ -25,12 +25,12 @@ def summary(rmse: float, *, use: float = 0.5, misled: float = 0.0, broken: int =
     }
 
 
-def said(**scenarios: dict[str, Any]) -> list[str]:
+def reasons_of(**scenarios: dict[str, Any]) -> list[str]:
     return why(scenarios, standings(scenarios, RMSE), RMSE)
 
 
 def test_the_lead_and_its_price_are_told() -> None:
-    (text,) = said(x={"a": summary(0.1, use=0.4), "b": summary(0.15, use=0.3, misled=1.2)})
+    (text,) = reasons_of(x={"a": summary(0.1, use=0.4), "b": summary(0.15, use=0.3, misled=1.2)})
     assert text == (
         "x: a is best, tracking error (RMSE) 0.1 m/s²; b has 50 % more. "
         "a used 40 % of the reach and misled for 0.0 s, b used 30 % of the reach and misled for 1.2 s."
@@ -46,33 +46,35 @@ def test_of_yaw_alone_nothing_is_said_of_false_cues_which_are_of_forces() -> Non
 
 
 def test_ties_are_said() -> None:
-    (text,) = said(x={"a": summary(0.1), "b": summary(0.1), "c": summary(0.2)})
+    (text,) = reasons_of(x={"a": summary(0.1), "b": summary(0.1), "c": summary(0.2)})
     first = "x: a and b tie for the first place, tracking error (RMSE) 0.1 m/s²; c has 100 % more"
     assert text.startswith(first)
-    over_all, *_ = said(x={"a": summary(0.1), "b": summary(0.2)}, y={"a": summary(0.3), "b": summary(0.2)})
+    over_all, *_ = reasons_of(
+        x={"a": summary(0.1), "b": summary(0.2)}, y={"a": summary(0.3), "b": summary(0.2)}
+    )
     assert over_all.startswith("Over all, a and b tie with a mean rank of 1.50; a stands first")
 
 
 def test_a_tie_over_all_is_decided_by_limits_before_the_measure() -> None:
     bold = {"x": summary(0.05, broken=1), "y": summary(0.1)}
     calm = {"x": summary(0.2), "y": summary(0.3)}
-    over_all, *_ = said(**{name: {"bold": bold[name], "calm": calm[name]} for name in "xy"})
+    over_all, *_ = reasons_of(**{name: {"bold": bold[name], "calm": calm[name]} for name in "xy"})
     assert over_all == (
         "Over all, calm and bold tie with a mean rank of 1.50; calm stands first, for it alone kept every "
         "hard limit."
     )
     third = {"x": summary(0.21), "y": summary(0.05)}
-    over_all, *_ = said(**{n: {"bold": bold[n], "calm": calm[n], "third": third[n]} for n in "xy"})
+    over_all, *_ = reasons_of(**{n: {"bold": bold[n], "calm": calm[n], "third": third[n]} for n in "xy"})
     assert "third is best" in over_all
 
 
 def test_a_small_lead_is_called_small() -> None:
-    (text,) = said(x={"a": summary(0.1), "b": summary(0.1005)})
+    (text,) = reasons_of(x={"a": summary(0.1), "b": summary(0.1005)})
     assert "b has only 0.5 % more" in text
 
 
 def test_who_would_be_better_but_broke_a_limit_is_named_with_the_limit() -> None:
-    (text,) = said(x={"bold": summary(0.05, use=1.4, broken=7), "calm": summary(0.1)})
+    (text,) = reasons_of(x={"bold": summary(0.05, use=1.4, broken=7), "calm": summary(0.1)})
     assert text.startswith("x: calm is best")
     assert "bold comes next" in text
     assert (
@@ -82,11 +84,13 @@ def test_who_would_be_better_but_broke_a_limit_is_named_with_the_limit() -> None
 
 
 def test_that_all_broke_a_limit_is_said() -> None:
-    (text,) = said(x={"a": summary(0.1, broken=1), "b": summary(0.2, broken=2)})
+    (text,) = reasons_of(x={"a": summary(0.1, broken=1), "b": summary(0.2, broken=2)})
     assert text.endswith("All of them passed a hard limit.")
 
 
 def test_the_best_over_all_is_named_with_its_wins() -> None:
-    over_all, *each = said(x={"a": summary(0.1), "b": summary(0.2)}, y={"a": summary(0.1), "b": summary(0.2)})
+    over_all, *each = reasons_of(
+        x={"a": summary(0.1), "b": summary(0.2)}, y={"a": summary(0.1), "b": summary(0.2)}
+    )
     assert over_all == "Over all, a is best, with a mean rank of 1.00 and 2 wins."
     assert len(each) == 2

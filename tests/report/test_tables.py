@@ -60,8 +60,8 @@ def test_headline_is_else_against_the_first_model_and_sets_off_the_best() -> Non
 
 
 def test_headline_prefers_the_percentages_that_the_summaries_tell() -> None:
-    told = [SUMMARY | {"changes_against_implicit_percent": p} for p in (-35.0, 0.0)]
-    table = plain(tables.headline(["hybrid", "implicit"], told))
+    summaries = [SUMMARY | {"changes_against_implicit_percent": p} for p in (-35.0, 0.0)]
+    table = plain(tables.headline(["hybrid", "implicit"], summaries))
     assert "Against implicit [%]" in table
     assert "<td>−35.0</td>" in table
     assert "<td>+0.0</td>" in table

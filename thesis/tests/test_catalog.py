@@ -10,9 +10,9 @@ from otolith_thesis import CHAPTERS, ITEMS, QUICK, Outcome, chosen, reproduce
 
 @pytest.fixture(scope="module")
 def quick() -> dict[str, Outcome]:
-    told: list[float] = []
-    found = reproduce(list(QUICK), processes=1, progress=lambda _, fraction: told.append(fraction))
-    assert told == sorted(told)
+    fractions: list[float] = []
+    found = reproduce(list(QUICK), processes=1, progress=lambda _, fraction: fractions.append(fraction))
+    assert fractions == sorted(fractions)
     return {outcome.name: outcome for outcome in found}
 
 

@@ -14,13 +14,13 @@ from otolith_thesis.published import published
 def test_rows_are_in_the_tables_order_and_hold_every_models_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(emulator, "MODELS", ("implicit",))
     monkeypatch.setattr(emulator, "SCENARIOS", {"Step signal": "step-0.1"})
-    told: list[str] = []
-    rows = list(emulator.table_rows(told.append))
+    reports: list[str] = []
+    rows = list(emulator.table_rows(reports.append))
     assert [(row["scenario"], row["plant"]) for row in rows] == [
         ("step-0.1", "emulator"),
         ("step-0.1", "offline"),
     ]
-    assert told == ["implicit on step-0.1, emulator", "implicit on step-0.1, offline"]
+    assert reports == ["implicit on step-0.1, emulator", "implicit on step-0.1, offline"]
     on, off = (row["implicit"] for row in rows)
     assert on["unsolved"] == off["unsolved"] == 0
     assert off["rmse"] < on["rmse"] < 2 * off["rmse"]

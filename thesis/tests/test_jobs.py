@@ -26,14 +26,14 @@ class Square:
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_every_job_is_done_once_the_long_ones_first(processes: int) -> None:
-    told: list[tuple[str, float]] = []
+    reports: list[tuple[str, float]] = []
     jobs = [Square(2), Square(3, cost=5.0), Square(2), Square(4)]
-    answers = do_all(jobs, processes=processes, progress=lambda *now: told.append(now))
+    answers = do_all(jobs, processes=processes, progress=lambda *now: reports.append(now))
     assert answers == {job: job.value**2 for job in jobs}
-    assert len(told) == 3
-    assert told[-1][1] == pytest.approx(1.0)
+    assert len(reports) == 3
+    assert reports[-1][1] == pytest.approx(1.0)
     if processes == 1:
-        assert [label for label, _ in told] == ["square of 3", "square of 2", "square of 4"]
+        assert [label for label, _ in reports] == ["square of 3", "square of 2", "square of 4"]
 
 
 @pytest.mark.parametrize("processes", [1, 2])

@@ -29,9 +29,9 @@ def test_printed_averages_follow_from_printed_percentages(percent: str) -> None:
 
 
 def test_the_lap_saves_what_the_text_says() -> None:
-    for model, said in MEANS["table-6.4"].items():
+    for model, stated in MEANS["table-6.4"].items():
         saved = [100.0 * (1.0 - row[model] / row["implicit"]) for row in published("table-6.4").rows]
-        assert sum(saved) / len(saved) == pytest.approx(said, abs=0.06)
+        assert sum(saved) / len(saved) == pytest.approx(stated, abs=0.06)
 
 
 def _cells(table: str, key: str) -> dict[str, float]:

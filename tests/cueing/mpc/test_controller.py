@@ -133,8 +133,8 @@ def test_a_preview_helps_and_a_constant_one_changes_nothing() -> None:
     mpc.reset(PlatformState())
     plain = mpc.step(PlatformState(), Reference(specific_force=force))
     mpc.reset(PlatformState())
-    told = mpc.step(PlatformState(), Reference(specific_force=force, preview=np.tile(force, (50, 1))))
-    assert_allclose(told.acceleration, plain.acceleration)
+    command = mpc.step(PlatformState(), Reference(specific_force=force, preview=np.tile(force, (50, 1))))
+    assert_allclose(command.acceleration, plain.acceleration)
 
 
 def test_a_guess_as_reference_moves_the_cost_and_as_primal_only_the_linearisation() -> None:

@@ -110,10 +110,10 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
     kernels.sense(problem.given, x, wanted)
     problem.write(memory, x, plan, wanted, None)
     qp = expand(problem.structure, memory)
-    z, told = qp.x0, []
+    z, errors = qp.x0, []
     for k in range(N):
         z = qp.problem.A @ z + qp.problem.B @ plan[k]
-        told.append(qp.output[k, 0] @ z + qp.error[k, 0])
+        errors.append(qp.output[k, 0] @ z + qp.error[k, 0])
 
     fine = 50  # steps per period
     X = np.empty((N * fine, 6))
@@ -129,7 +129,9 @@ def test_the_prediction_in_the_problem_is_what_is_then_sensed() -> None:
         there = A @ there + (B0[:, 0] + B1[:, 0]) * 0.8
         before = value
         seen.append(organ.C[0] @ (here - there))
-    assert_allclose(told, seen[fine - 1 :: fine], atol=2e-3)  # only what sin θ lacks of θ is held in the one
+    assert_allclose(
+        errors, seen[fine - 1 :: fine], atol=2e-3
+    )  # only what sin θ lacks of θ is held in the one
 
 
 @pytest.mark.parametrize("pair", [SURGE_PITCH, SWAY_ROLL])

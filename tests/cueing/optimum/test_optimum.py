@@ -81,11 +81,11 @@ def test_six_degrees_of_freedom_are_one_problem() -> None:
     """Tilts pull on heave to the second order, which Gauss-Newton steps do not see: they never settled."""
     found = best("sine-1", "davsi", *DOFS.values())
     assert found.certificate.worst < 1e-8
-    told = metrics.summarise(found.run)
-    assert told["violations"] == 0
+    entry = metrics.summarise(found.run)
+    assert entry["violations"] == 0
     alone = metrics.summarise(best("sine-1", "davsi", HEAVE).run)["rmse_per_pair"]["heave"]
-    assert told["rmse_per_pair"]["heave"] < alone  # tilting makes the driver lighter
-    assert told["rmse_per_pair"]["surge-pitch"] < 0.05
+    assert entry["rmse_per_pair"]["heave"] < alone  # tilting makes the driver lighter
+    assert entry["rmse_per_pair"]["surge-pitch"] < 0.05
 
 
 def test_what_it_cannot_do_is_refused_in_one_sentence() -> None:

@@ -36,8 +36,8 @@ def reference(force: float, preview: Mat | None = None) -> Reference:
 def fed(predictor: Predictor, forces: Vec, n: int = 40) -> Mat:
     """What a predictor says after a series of forces."""
     for force in forces:
-        said = predictor.ahead(reference(force), DT, n)
-    return said
+        predicted = predictor.ahead(reference(force), DT, n)
+    return predicted
 
 
 @pytest.mark.parametrize("kind", PREDICTIONS.values(), ids=list(PREDICTIONS))
@@ -48,11 +48,11 @@ def test_another_future_changes_nothing(kind: type, seed: int, now: int) -> None
     rng = np.random.default_rng(seed)
     past, one, other = rng.normal(size=now), rng.normal(size=30), 100.0 * rng.normal(size=30)
     predictors = kind().begin(), kind().begin()
-    said = [
+    predicted = [
         np.array([predictor.ahead(reference(force), DT, 20) for force in np.concatenate([past, coming])])
         for predictor, coming in zip(predictors, (one, other), strict=True)
     ]
-    assert_array_equal(said[0][:now], said[1][:now])
+    assert_array_equal(predicted[0][:now], predicted[1][:now])
 
 
 @pytest.mark.parametrize("kind", PREDICTIONS.values(), ids=list(PREDICTIONS))
@@ -66,8 +66,8 @@ def test_rates_are_held_and_the_past_is_forgotten(kind: type) -> None:
 
 
 def test_a_decay_has_fallen_to_37_percent_after_its_time() -> None:
-    said = Decay(time=0.2).begin().ahead(reference(3.0), DT, 20)
-    assert_allclose(said[19, :2], [3.0 / np.e, -6.0 / np.e])
+    predicted = Decay(time=0.2).begin().ahead(reference(3.0), DT, 20)
+    assert_allclose(predicted[19, :2], [3.0 / np.e, -6.0 / np.e])
 
 
 def test_the_oracle_uses_what_it_is_given_up_to_its_time_and_holds_its_end() -> None:
@@ -120,11 +120,11 @@ def test_what_is_no_number_of_this_world_is_passed_on_and_poisons_nothing(value:
     forces = np.sin(np.arange(60) * 0.1)
     fed(predictor, forces)
     fed(undisturbed, forces)
-    said = predictor.ahead(
+    predicted = predictor.ahead(
         Reference(specific_force=np.array([value, 1.0, 0.5]), angular_rate=np.zeros(3)), DT, 5
     )
-    assert_array_equal(said[:, 0], value)
-    assert np.isfinite(said[:, 1:]).all()
+    assert_array_equal(predicted[:, 0], value)
+    assert np.isfinite(predicted[:, 1:]).all()
     assert_array_equal(
         predictor.ahead(reference(0.2), DT, 5)[:, 0], undisturbed.ahead(reference(0.2), DT, 5)[:, 0]
     )

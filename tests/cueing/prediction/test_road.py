@@ -13,10 +13,10 @@ DT, N = 0.01, 200
 HUNDRED = np.sin(np.arange(4000) * 0.02)  # what comes true, 40 s of it
 
 
-def fed(predictor: RoadPredictor, said: Vec, until: int) -> Mat:
+def fed(predictor: RoadPredictor, foreseen: Vec, until: int) -> Mat:
     """What is predicted after `until` values of `HUNDRED`, of which `said` was foreseen."""
     for k in range(until):
-        preview = np.outer(said[k + 1 : k + 1 + 500], np.ones(3))
+        preview = np.outer(foreseen[k + 1 : k + 1 + 500], np.ones(3))
         reference = Reference(specific_force=np.full(3, HUNDRED[k]), preview=preview)
         coming = predictor.ahead(reference, DT, N)
     return coming
@@ -42,15 +42,15 @@ def test_what_never_comes_true_is_not_believed() -> None:
 def test_trust_is_the_least_squares_solution() -> None:
     """Against a regression over the whole history at once, with the same weights and ridge."""
     p, lead, until = Road(), 200, 1200
-    said = HUNDRED + 0.5 * np.sin(np.arange(4000) * 0.013)
+    foreseen = HUNDRED + 0.5 * np.sin(np.arange(4000) * 0.013)
     predictor, otherwise = p.begin(), Adaptive().begin()
-    fed(predictor, said, until)
+    fed(predictor, foreseen, until)
     plain = [
         otherwise.ahead(Reference(specific_force=np.full(3, force)), DT, N)[lead - 1, 0]
         for force in HUNDRED[:until]
     ]
     b = np.array(plain[: until - lead])
-    more, error = said[lead:until] - b, HUNDRED[lead:until] - b
+    more, error = foreseen[lead:until] - b, HUNDRED[lead:until] - b
     weight = DT * np.exp(-DT / p.memory * np.arange(len(b))[::-1])
     expected = (weight @ (more * error) + p.ridge) / (weight @ (more * more) + p.ridge)
     assert 0.2 < expected < 0.95

@@ -88,11 +88,11 @@ def test_heave_and_yaw_answer_to_their_own_signals_alone(make) -> None:
 @EVERY
 def test_a_reference_that_is_no_number_counts_as_none_and_is_reported(make) -> None:
     bad, none = make(Task()), make(Task())
-    told = bad.step(PlatformState(), Reference(specific_force=np.array([np.nan, 0.0, 0.0])))
+    command = bad.step(PlatformState(), Reference(specific_force=np.array([np.nan, 0.0, 0.0])))
     silent = none.step(PlatformState(), Reference(specific_force=np.zeros(3)))
-    assert told.outcome.status is Status.INVALID
+    assert command.outcome.status is Status.INVALID
     assert silent.outcome.status is Status.DECIDED
-    assert_allclose(told.acceleration, silent.acceleration)
+    assert_allclose(command.acceleration, silent.acceleration)
 
 
 @EVERY

@@ -91,11 +91,11 @@ def test_any_damage_gives_feedback_or_a_wire_error(place: int, value: int, mend:
     try:
         feedback = DRIVER.decode(bytes(data))
     except WireError as error:
-        said = str(error)
+        message = str(error)
     else:
         assert np.isfinite(feedback.pose).all()  # type: ignore[arg-type]
         return
-    assert "must be" in said
+    assert "must be" in message
 
 
 def test_checksum_of_mavlink_has_its_published_check_value():

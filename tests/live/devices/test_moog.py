@@ -106,11 +106,11 @@ def test_any_bytes_give_feedback_or_a_wire_error(data: bytes):
         try:
             feedback = DRIVER.decode(packet)
         except WireError as error:
-            said = str(error)
+            message = str(error)
         else:
             assert np.isfinite(feedback.pose).all()  # type: ignore[arg-type]
             continue
-        assert "must be" in said
+        assert "must be" in message
 
 
 class Session:
@@ -168,7 +168,7 @@ def test_engage_off_zero_is_refused():
     session = Session()
     assert session.raw(180, 0, 0, -0.1, 0, 0, 0) is DeviceState.IDLE
     assert session.raw(180, 1e-9, 0, 0, 0, 0, 0) is DeviceState.IDLE
-    assert all("exactly 0" in said for said in session.base.refusals)
+    assert all("exactly 0" in message for message in session.base.refusals)
     assert len(session.base.refusals) == 2
     assert session.raw(175, 0, 0, -0.46, 0, 0, 0) is DeviceState.IDLE
     assert session.raw(175, 0, 0, 0.01, 0, 0, 0) is DeviceState.IDLE
@@ -186,7 +186,7 @@ def test_words_must_be_held_until_engaged():
     session.send(Request.START)
     session.raw(175, 0, 0, -0.1, 0, 0, 0)
     session.send(Request.MOVE, POSE)
-    assert ["held until the base is engaged" in said for said in session.base.refusals] == [True, True]
+    assert ["held until the base is engaged" in message for message in session.base.refusals] == [True, True]
 
 
 def test_reset_and_park_only_where_they_are_valid():

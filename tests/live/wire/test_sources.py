@@ -52,12 +52,12 @@ def _parsed_or_refused(golden: Golden, data: bytes) -> None:
     try:
         sample = golden.source.parse(data)
     except WireError as error:
-        said = str(error)
+        message = str(error)
     else:
         assert sound(sample)
         return
-    assert "must be" in said
-    assert "\n" not in said
+    assert "must be" in message
+    assert "\n" not in message
 
 
 def test_damaged_packets_give_a_sound_sample_or_a_wire_error():

@@ -99,8 +99,8 @@ def random_case(rng: np.random.Generator) -> Case:
     events = bool(rng.random() < 0.15)
     if events:
         data, truth = _paused(data, truth, rng)
-    said = f"{kind}; {' '.join(keys)}; axes {axes}; {unit or 'SI'}{'; paused' if events else ''}"
-    return Case(said, data, names, truth, turned, events)
+    notes_found = f"{kind}; {' '.join(keys)}; axes {axes}; {unit or 'SI'}{'; paused' if events else ''}"
+    return Case(notes_found, data, names, truth, turned, events)
 
 
 def _in_other_units(data: Mapping[str, Vec], rng: np.random.Generator) -> tuple[str, dict[str, Vec]]:
@@ -128,7 +128,7 @@ def _paused(
 
 
 def outcome(case: Case) -> str:
-    """``right``, ``mirrored, and told``, ``refused, …``; else ``wrong: …``."""
+    """``right``, ``mirrored, and reported``, ``refused, …``; else ``wrong: …``."""
     settings = LogSettings(events="cut") if case.events else PLAIN
     log, sentence = _attempt(case, settings, {})
     if log is not None:
@@ -149,10 +149,10 @@ def judged(case: Case, log: Log) -> str:
         "unless the road is banked",
         "hardly goes with",
     )
-    said = [note for note in log.notes if any(word in note for word in words)]
+    notes_found = [note for note in log.notes if any(word in note for word in words)]
     mirror = {key: -values if key in case.turned else values for key, values in case.truth.items()}
-    if max(_errors(replace(case, truth=mirror), log).values()) <= TOLERANCE and said:
-        return "mirrored, and told"
+    if max(_errors(replace(case, truth=mirror), log).values()) <= TOLERANCE and notes_found:
+        return "mirrored, and reported"
     doubts = (
         "doubtful: {}",
         "reported only, since it is not cued: {} in",
@@ -163,7 +163,7 @@ def judged(case: Case, log: Log) -> str:
     doubted = {k for k in wrong if any(n.startswith(d.format(k)) for n in log.notes for d in doubts)}
     signs = [n.split(" is not proven")[0] for n in log.notes if re.match("the sign of .* is not proven", n)]
     doubted |= {key for key in wrong if any(re.search(rf"\b{key}\b", words) for words in signs)}
-    if set(wrong) <= doubted | ({"pitch_rate"} if said else set()):
+    if set(wrong) <= doubted | ({"pitch_rate"} if notes_found else set()):
         return "right but for what is said to be doubtful"
     return "wrong: " + ", ".join(f"{key} by {100.0 * error:.0f} %" for key, error in wrong.items())
 
@@ -202,12 +202,12 @@ def _followed(case: Case, settings: LogSettings, columns: Mapping[str, str], sen
         if axes and set(case.turned) != (set(SAE) & set(case.data) if axes == "sae" else set()):
             outcomes.append("right, had the user's word been true")
             continue
-        said = replace(settings, axes=axes or settings.axes)
-        log, again = _attempt(case, said, chosen)
+        notes_found = replace(settings, axes=axes or settings.axes)
+        log, again = _attempt(case, notes_found, chosen)
         if log is not None:
             outcomes.append(judged(case, log))
         else:
-            outcomes.append(_followed(case, said, chosen, again, more - 1) if more else "in circles")
+            outcomes.append(_followed(case, notes_found, chosen, again, more - 1) if more else "in circles")
     good = [one for one in outcomes if one.startswith(("right", "mirrored", "a remedy", "the remedy"))]
     if len(found) == 1:
         return "the remedy is right" if good else f"wrong remedy ({outcomes[0]}): {sentence}"

@@ -144,7 +144,7 @@ def test_what_can_be_repaired_is_and_a_note_says_so(kind: str) -> None:
         log = parse_log("\n".join([header, *exact]), "log.csv")
     else:
         log = read(drive)
-    assert any(note in said for said in log.notes)
+    assert any(note in text for text in log.notes)
     if key:
         column = {"ax": 0, "ay": 1, "az": 2}[key]
         assert_allclose(log.force[:, column], good()[key], atol=0.06)

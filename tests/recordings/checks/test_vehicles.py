@@ -68,8 +68,8 @@ def test_the_users_word_on_axes_ends_every_doubt_about_signs(name: str) -> None:
     one = RIDES[name]
     keys = ("ax", "ay", "yaw_rate", "vx")
     for axes, turned in (("iso", ()), ("sae", ("ay", "yaw_rate"))):
-        said = {"ay": "ay_mps2:m/s2"}  # some trains and motorcycles look as if the unit were another
-        log = read(written(one, keys, turned), LogSettings(axes=axes), **said)
+        mapping = {"ay": "ay_mps2:m/s2"}  # some trains and motorcycles look as if the unit were another
+        log = read(written(one, keys, turned), LogSettings(axes=axes), **mapping)
         assert max(differs(log, truth(one, keys)).values()) < 1e-6
 
 

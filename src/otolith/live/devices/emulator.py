@@ -71,8 +71,8 @@ class MoogEmulator:
         self.pressed = False  # the emergency stop
         self.position, self.velocity = np.zeros(6), np.zeros(6)  # in the words of `Envelope`
         self.target, self._start = np.zeros(6), np.zeros(6)
-        self._now, self._heard = now_ns, now_ns
-        self._told = now_ns  # when the target last changed
+        self._now, self._last_packet = now_ns, now_ns
+        self._target_since = now_ns  # [ns] when the target last changed
 
     def cycle_power(self, now_ns: int) -> None:
         """Switch the base off and on: it is at home and idle, whatever it was."""
@@ -113,7 +113,7 @@ class MoogEmulator:
             if self.state in (STANDBY, ENGAGED):
                 self._fail(INVALID)
             return self.reply()
-        self._heard = now_ns
+        self._last_packet = now_ns
         words = np.array([values[word][0] for word in _WORDS])
         self._obey(int(values["command"][0]), words)
         return self.reply()
@@ -122,7 +122,7 @@ class MoogEmulator:
         """Move on to a time [ns]; times before the last one change nothing."""
         while self._now + STEP_NS <= now_ns:
             self._now += STEP_NS
-            if self.state in (STANDBY, ENGAGED) and self._now - self._heard > WATCHDOG_NS:
+            if self.state in (STANDBY, ENGAGED) and self._now - self._last_packet > WATCHDOG_NS:
                 self._fail(WATCHDOG)
             self._move(STEP_NS * 1e-9)
 
@@ -187,11 +187,13 @@ class MoogEmulator:
         if np.any(words < self.envelope.low) or np.any(words > self.envelope.high):
             self._fail(RANGE)
             return
-        time = 1e-9 * (self._now - self._told) + 1.0 / moog.RATE_HZ  # a packet may come one period late
+        time = (
+            1e-9 * (self._now - self._target_since) + 1.0 / moog.RATE_HZ
+        )  # a packet may come one period late
         if np.any(np.abs(words - self.target) > self.envelope.speed * time):
             self._fail(ENVELOPE)
             return
-        self.target, self._told = words, self._now
+        self.target, self._target_since = words, self._now
 
     def _reset(self) -> None:
         if self.pressed:
@@ -233,6 +235,6 @@ class MoogEmulator:
         self.position = self.position + self.velocity * dt
         arrived = bool(np.all(np.abs(self.target - self.position) < HOME_WITHIN))
         if arrived and self.state == STANDBY:
-            self.state, self._told = ENGAGED, self._now
+            self.state, self._target_since = ENGAGED, self._now
         elif arrived and self.state == PARKING:
             self.state = IDLE
