@@ -106,6 +106,16 @@ def test_learn_from_a_capture(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert printed["evidence"]["straight"] > 0.99
 
 
+def test_learn_says_what_it_leaves_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    log = capture(tmp_path)
+    log.write_bytes(log.read_bytes() + packet_record(Packet(0, b"damage")) + b"cut")
+    run(["live", "learn", "--log", str(log), "--json"])
+    said = capsys.readouterr()
+    assert json.loads(said.out)["force"] == ["1", "2", "3"]
+    assert "1 of 3331 packets are left out, the first: size of Forza packet is 6 bytes" in said.err
+    assert "minute.otc ends within a packet" in said.err
+
+
 def test_learn_from_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """A table in the axes of motor sport (y right, z down) with gravity, in g and deg/s."""
     log = tmp_path / "drive.csv"

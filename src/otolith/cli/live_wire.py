@@ -8,10 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from otolith import files
-from otolith.cli.output import print_json, screen
+from otolith.cli.output import print_json, screen, warn
 from otolith.cli.stop import Stopped
 from otolith.core.disk import read_bytes, write_bytes
 from otolith.core.errors import InputError
+from otolith.live.messages import Telemetry
 from otolith.live.wire.capture import Capture, Packet, is_capture, packet_record, read_capture, session_record
 from otolith.live.wire.formats import OtherPacket, WireError
 from otolith.live.wire.learned import Learned, learn
@@ -143,18 +144,27 @@ def _minute(log: Path, source: str) -> Minute:
 
 
 def _captured(capture: Capture, source: str, name: str) -> Minute:
-    parser, samples, error = source_named(source, _text), [], None
+    parser = source_named(source, _text)
+    samples: list[tuple[float, Telemetry]] = []
+    refused: list[WireError] = []
     for packet in capture.packets:
         try:
             samples.append((1e-9 * packet.time_ns, parser.parse(packet.data)))
         except OtherPacket:
             continue
-        except WireError as refusal:
-            error = refusal
-    if not samples and error is not None:
-        raise error
+        except WireError as error:
+            refused.append(error)
+    if not samples and refused:
+        raise refused[0]
     if not samples:
         raise InputError(f"packets of {name}", 0, f"some of {parser.name}")
+    if refused:
+        warn(
+            screen(),
+            f"{len(refused)} of {len(capture.packets)} packets are left out, the first: {refused[0]}",
+        )
+    if capture.cut:
+        warn(screen(), f"{name} ends within a packet, as if its recorder had been killed")
     return minute_of(parser.name, samples)
 
 
