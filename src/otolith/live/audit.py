@@ -136,11 +136,11 @@ def _still(trace: Sequence[Row], time: Vec) -> list[Violation]:
 
 
 def _first(trace: Sequence[Row], time: Vec) -> list[Violation]:
-    """The first set-point that the device follows is the measured pose."""
+    """The first set-point that the device follows is the pose that it reported last."""
     far = np.zeros(len(trace))
     for k in range(1, len(trace)):
         if trace[k].moves and not trace[k - 1].moves:
-            off = np.abs(trace[k].motion[0] - trace[k].measured) / ENGAGED_AT
+            off = np.abs(trace[k].motion[0] - trace[k].reported) / ENGAGED_AT
             far[k] = float(off.max())
     return _beyond("first set-point from the measured pose, in tolerances", time, far, 1.0)
 

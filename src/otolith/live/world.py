@@ -259,7 +259,8 @@ class Row:
     sent: bool  # whether set-points are sent
     moves: bool  # whether the device has to follow
     follows: int
-    measured: Vec  # (6,)
+    measured: Vec  # (6,) where the platform is
+    reported: Vec  # (6,) where its latest reply says that it is
     device: DeviceState
 
 
@@ -319,6 +320,7 @@ class World:
         self._words: list[Word] = []
         self._plan: Plan | None = None
         self._feedback: Feedback | None = None
+        self._reported: Vec | None = None
         self._report: Report | None = None
         self._missed = 0
         for beginning in (self._send, self._output, self._control, self._reply):
@@ -462,6 +464,7 @@ class World:
 
     def _hear(self, feedback: Feedback) -> None:
         self._feedback = feedback
+        self._reported = feedback.pose
 
     def _note(self, out: OutputOutbox) -> None:
         self.trace.append(
@@ -474,6 +477,7 @@ class World:
                 moves=self.output.moves_device,
                 follows=out.report.follows,
                 measured=self.device.pose,
+                reported=self.device.pose if self._reported is None else self._reported,
                 device=self.device.state,
             )
         )
