@@ -6,8 +6,9 @@ import pytest
 from otolith.interfaces import Cueing
 from otolith.live.audit import audit
 from otolith.live.devices.moog import FAULTS
+from otolith.live.machines import MoogDevice
 from otolith.live.messages import DeviceState, State, Word
-from otolith.live.world import MoogDevice, World, arm_and_engage, sines, states
+from otolith.live.world import World, arm_and_engage, sines, states
 from otolith.platforms import Platform
 
 
