@@ -49,6 +49,8 @@ BESIDE: Final = {
     "implicit in blocks": (-30, 7),
     "linear-mpc": (6, -11),
     "optimal": (6, -11),
+    "implicit": (7, -4),
+    "predictive, liveliness 0.75": (-4, 7),
     "predictive": (-24, -15),
 }
 HARD: Final = 0.2  # [m/s²] of the best shipped

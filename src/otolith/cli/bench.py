@@ -22,7 +22,9 @@ from otolith.platforms import load
 from otolith.scenarios import scenario
 
 _SETS = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
-_USUAL: list[tuple[tuple[str, ...], tuple[Dof, ...]]] = [(("hybrid-all",), pairs) for pairs in _SETS]
+_USUAL: list[tuple[tuple[str, ...], tuple[Dof, ...]]] = [
+    (("predictive", "hybrid-all"), pairs) for pairs in _SETS
+]
 _SENSED = ("linear-mpc", "implicit-sensed")
 _ALONE = (HEAVE, YAW)
 _OTHERS = [(("implicit",), _ALONE), (_SENSED, _SETS[0]), (_SENSED, (*_SETS[1], *_ALONE))]
@@ -91,7 +93,7 @@ def warmup(
         ),
     ] = False,
 ) -> None:
-    """Compile and cache what the implicit MPC, hybrids (2, 4 DOF) and optimum need; --all: the rest."""
+    """Compile and cache what predictive, implicit, hybrids (2, 4 DOF) and optimum need; --all: the rest."""
     console = screen()
     for names, dofs in [*_USUAL, *(_OTHERS if every else [])]:
         what = f"{', '.join(names)} in {sum(len(dof.axes) for dof in dofs)} DOF"

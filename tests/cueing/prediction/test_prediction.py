@@ -78,9 +78,14 @@ def test_the_oracle_uses_what_it_is_given_up_to_its_time_and_holds_its_end() -> 
 
 def test_the_first_value_has_no_slope_and_dies_away_sooner_when_it_is_large() -> None:
     p = Adaptive()
-    small, large = (Adaptive().begin().ahead(reference(force), DT, 100)[99, 0] for force in (1e-6, 4.0))
+    small, large, strong = (
+        Adaptive().begin().ahead(reference(force), DT, 100)[99, 0] for force in (1e-6, 3.0, 7.0)
+    )
     assert small == pytest.approx(1e-6 * np.exp(-1.0 / p.near), rel=1e-3)
-    assert large == pytest.approx(4.0 * np.exp(-1.0 / p.far), rel=1e-9)
+    assert large == pytest.approx(3.0 * np.exp(-1.0 / p.far), rel=1e-9)
+    assert strong == pytest.approx(
+        7.0 * np.exp(-(2.0**2) / p.far), rel=1e-9
+    )  # twice r_strong: a quarter of T
 
 
 def trust_after(forces: Vec) -> float:

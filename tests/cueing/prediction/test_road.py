@@ -35,8 +35,8 @@ def test_what_never_comes_true_is_not_believed() -> None:
     coming = fed(predictor, noise, 1500)
     for force in HUNDRED[:1500]:
         plain = otherwise.ahead(Reference(specific_force=np.full(3, force)), DT, N)
-    assert (predictor.trust < 0.05).all()
-    assert np.sqrt(np.mean((coming - plain) ** 2)) < 0.1
+    assert (predictor.trust < 0.1).all()
+    assert np.sqrt(np.mean((coming - plain) ** 2)) < 0.2  # a tenth of what was said
 
 
 def test_trust_is_the_least_squares_solution() -> None:

@@ -30,8 +30,8 @@ HOMING: Final = 0.0387  # a_h [m/s²] at a liveliness of 1/2
 HOMING_RATE: Final = radians(2.0)  # [rad/s] for an angle whose rate is tracked
 RANGE: Final = 30.0  # largest factor by which liveliness changes the square of the homing
 DAMPING: Final = 0.45  # c
-TILT_RATE: Final = 0.02  # weight on the rate of a tilt [(rad/s)⁻²], small enough to decide only ties
-CONTROL: Final = 3e-5  # R
+TILT_RATE: Final = 0.05  # weight on the rate of a tilt [(rad/s)⁻²], small enough to decide only ties
+CONTROL: Final = 2e-5  # R
 DERIVED: Final = ("horizon", "blocks", "control_weight", "washout")  # settings that this algorithm replaces
 
 

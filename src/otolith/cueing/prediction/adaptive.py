@@ -4,13 +4,14 @@ Notation, per axis: f the present force, f' its slope through a low-pass with ti
 ahead;
 
     f̂(τ) = exp(−τ/T(|f|)) (f + γ s(τ) f'),   s(τ) = T_s (1 − exp(−τ/T_s)),
-    T(r) = T_far + (T_near − T_far) max(0, 1 − r/r_far).
+    T(r) = (T_far + (T_near − T_far) max(0, 1 − r/r_far)) min(1, (r_strong/r)²).
 
 A force decays with T, and faster if it is large: small forces can be produced by tilt and last in practice,
-while no platform can sustain large ones, and braking for their end must begin early. The slope continues for
-T_s. The trust γ is learned by least squares from past predictions: over all past times t, weighted by
-exp(−age/memory), it minimises Σ (f(t) − f(t−h) − γ s(h) f'(t−h))² + ridge γ². The slopes of noise do not
-predict anything, so noise reduces the trust by itself; the ridge makes the trust start from zero. The
+while no platform can sustain large ones, and braking for their end must begin early. A strong force, of hard
+braking, leaves a tilt that takes seconds to come down, so the tilt must be small when it ends. The slope
+continues for T_s. The trust γ is learned by least squares from past predictions: over all past times t,
+weighted by exp(−age/memory), it minimises Σ (f(t) − f(t−h) − γ s(h) f'(t−h))² + ridge γ². The slopes of noise
+do not predict anything, so noise reduces the trust by itself; the ridge makes the trust start from zero. The
 predictor is causal by construction, because it receives one reference after the other.
 """
 
@@ -44,16 +45,17 @@ class Adaptive:
     near: float = 1.3  # T_near [s] for a force near zero
     far: float = 0.6  # T_far [s] for a large force
     large: float = 1.5  # r_far [m/s²] from which a force is large
-    slope: float = 0.35  # T_s [s] for which a slope continues
-    smooth: float = 0.1  # T_f [s] of the slope's low-pass
+    strong: float = 3.5  # r_strong [m/s²] from which a force is strong
+    slope: float = 0.7  # T_s [s] for which a slope continues
+    smooth: float = 0.05  # T_f [s] of the slope's low-pass
     lead: float = 0.3  # h [s] after which a prediction is compared with the reference
     memory: float = 8.0  # [s] time constant of the learning
     ridge: float = 0.01  # [m²/s³] regularisation of the learning, which delays trust
-    most: float = 1.32  # largest γ
-    gain: float = 1.1  # factor on the learned γ: in closed loop a slightly larger γ is best
+    most: float = 1.68  # largest γ
+    gain: float = 1.4  # factor on the learned γ: in closed loop a larger γ than the signal's own is best
 
     def __post_init__(self) -> None:
-        for name in ("near", "far", "large", "slope", "smooth", "lead", "memory", "ridge", "gain"):
+        for name in ("near", "far", "large", "strong", "slope", "smooth", "lead", "memory", "ridge", "gain"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise InputError(
                     f"{name} of the adaptive prediction", getattr(self, name), "greater than 0 and finite"
@@ -121,7 +123,7 @@ class AdaptivePredictor:
         lead = p.slope * (1.0 - np.exp(-p.lead / p.slope))
         learning = (dt, dt / (p.smooth + dt), np.exp(-dt / p.memory), lead, p.ridge, p.most, p.gain)
         return _Memory(
-            np.array([*learning, p.near, p.far, p.large, p.slope]),
+            np.array([*learning, p.near, p.far, p.large, p.strong, p.slope]),
             np.zeros(_FORCES, dtype=np.int64),
             np.zeros((max(1, round(p.lead / dt)), 2, _FORCES)),
             *(np.zeros(_FORCES) for _ in range(4)),
@@ -135,7 +137,7 @@ def _adapt(of: Any, value: Vec, preview: Mat, coming: Mat) -> int:  # noqa: ARG0
     An implausible value is passed on unchanged and not learned from, because it would be remembered for
     minutes.
     """
-    dt, share, keep, lead, ridge, most, gain, near, far, large, lasting = of.constants
+    dt, share, keep, lead, ridge, most, gain, near, far, large, strong, lasting = of.constants
     seen, past, last, slope = of.seen, of.past, of.last, of.slope
     both, square = of.both, of.square
     ring = past.shape[0]
@@ -157,7 +159,10 @@ def _adapt(of: Any, value: Vec, preview: Mat, coming: Mat) -> int:  # noqa: ARG0
         past[place, 0, i], past[place, 1, i] = f, slope[i]
         seen[i] += 1
         trust = min(max(gain * both[i] / (square[i] + ridge), 0.0), most)
-        decay = np.exp(-dt / (far + (near - far) * max(0.0, 1.0 - abs(f) / large)))
+        T = far + (near - far) * max(0.0, 1.0 - abs(f) / large)
+        if abs(f) > strong:
+            T *= (strong / f) ** 2
+        decay = np.exp(-dt / T)
         fade = np.exp(-dt / lasting)
         level, remaining = 1.0, 1.0
         for k in range(coming.shape[0]):
