@@ -1,12 +1,10 @@
 """Machine code from the cache does what the source says now, whichever file was edited."""
 
 import os
-import pickle
 import subprocess
 import sys
 from pathlib import Path
 
-import numba
 import pytest
 
 import otolith
@@ -93,7 +91,7 @@ def test_code_of_functions_that_moved_is_removed(tmp_path: Path) -> None:
         (small / "caller.py").write_text("\n" * lines + CALLER)
         assert run(small) == (2.0, 0)
     kept = sorted(path.suffix for path in (small / "__pycache__").glob("caller.*.nb?"))
-    assert kept == [".nbc", ".nbi"]
+    assert kept == [".nbc"]
 
 
 @pytest.mark.parametrize("called", ["pair_of", "half_of"])
@@ -113,11 +111,36 @@ def test_code_for_a_type_whose_module_was_moved_is_made_anew(tmp_path: Path, cal
 
 def test_what_another_numba_has_written_is_left_alone(tmp_path: Path) -> None:
     small = package(tmp_path)
-    foreign = small / "__pycache__" / "caller.call-99.py311.nbi"
-    foreign.parent.mkdir()
-    foreign.write_bytes(pickle.dumps("0.0") + b"unreadable")
-    damaged = foreign.with_name("caller.call-98.py311.nbi")
-    damaged.write_bytes(pickle.dumps(numba.__version__))
+    beside = small / "__pycache__"
+    beside.mkdir()
+    foreign = [beside / f"caller.call-99.py311.{end}" for end in ("nbi", "1.nbc", "numba0_1-0.0.nbc")]
+    for file in foreign:
+        file.write_bytes(b"unreadable")
     assert run(small) == (2.0, 0)
-    assert foreign.exists()
-    assert damaged.exists()
+    assert all(file.exists() for file in foreign)
+
+
+def test_a_damaged_file_of_code_is_made_anew(tmp_path: Path) -> None:
+    small = package(tmp_path)
+    assert run(small) == (2.0, 0)
+    (code,) = (small / "__pycache__").glob("caller.call*.nbc")
+    code.write_bytes(code.read_bytes()[:20])
+    assert run(small) == (2.0, 0)
+    assert run(small) == (2.0, 1)
+
+
+def test_every_signature_has_a_file_of_its_own_whoever_writes_it(tmp_path: Path) -> None:
+    """Numba's index gives two signatures that two processes compile at once one number, and so one file."""
+    small = package(tmp_path)
+    names = set()
+    for value in ("1.0", "1", "1j"):
+        before = set((small / "__pycache__").glob("caller.call*"))
+        python(f"from small.caller import call; call({value})", small)
+        (new,) = set((small / "__pycache__").glob("caller.call*")) - before
+        new.rename(small / new.name)  # the next process sees none, as one that began at the same time
+        names.add(new.name)
+    assert len(names) == 3
+    for name in names:
+        (small / name).rename(small / "__pycache__" / name)
+    said = "print(*(call(x) for x in (1.0, 1, 1j)), sum(call.stats.cache_hits.values()))"
+    assert python(f"from small.caller import call; {said}", small) == "2.0 2.0 2j 3"

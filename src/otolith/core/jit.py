@@ -8,6 +8,7 @@ that differs from the source, whatever the order in which functions are called. 
 may have come with the package (`otolith.core.shipped`); the rest is compiled.
 """
 
+import hashlib
 import pickle
 import warnings
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from otolith.core import shipped
 from otolith.core.sources import fingerprint
@@ -31,6 +32,7 @@ _FREEDOMS: Final = {
 
 # The exceptions that unpickling raises when cached code refers to a type that was moved or renamed.
 _MOVED: Final = (ImportError, AttributeError)
+_NUMBA: Final = "numba" + numba.__version__.replace(".", "_")  # in the names of files of machine code
 _swept: set[tuple[str, str]] = set()  # (folder, module) whose stale code this process has already removed
 
 
@@ -110,14 +112,53 @@ def _cache_of(function: Callable[..., Any]) -> FunctionCache | None:
         return None
 
 
+class _Files(IndexDataCacheFile):
+    """Files of one function's machine code: one for each signature and source, named by a hash of both.
+
+    Numba's own index gives a number to every signature and is written before the code. Two processes that
+    compile different signatures at the same time give both the same number, and code is then called with the
+    arguments of another signature. Without an index, nothing can be mixed up.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Store the code for a key of numba's; the file appears whole."""
+        self._save_data(self._name(key), data)  # type: ignore[no-untyped-call]
+
+    def load(self, key: Any) -> Any:
+        """Load the code for a key of numba's; None if there is none, or only a damaged file."""
+        try:
+            return self._load_data(self._name(key))  # type: ignore[no-untyped-call]
+        except (FileNotFoundError, EOFError, pickle.UnpicklingError):
+            return None
+
+    def remove(self, key: Any) -> None:
+        """Remove the code for a key of numba's."""
+        Path(self._data_path(self._name(key))).unlink(missing_ok=True)  # type: ignore[no-untyped-call]
+
+    def remove_others(self, stem: str) -> None:
+        """Remove what this numba has stored for a module's functions under other fingerprints."""
+        for file in Path(self._cache_path).glob(f"{stem}.*.{_NUMBA}-*.nbc"):
+            if self._stamp not in file.name:
+                file.unlink(missing_ok=True)
+
+    @property
+    def _stamp(self) -> str:
+        return f"{_NUMBA}-{self._source_stamp[:16]}"
+
+    def _name(self, key: Any) -> str:
+        base = self._index_name.removesuffix(".nbi")
+        return f"{base}.{self._stamp}.{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.nbc"
+
+
 class SourceCache(FunctionCache):
     """Numba's cache for one function, stamped with the fingerprint of all source compiled into it."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        _ = self._cache_file._source_stamp  # fail here with AttributeError rather than run stale code later
         self._module = function.__module__
         self._file = function.__code__.co_filename
+        self._files = _Files(self._cache_path, self._impl.filename_base, "")  # type: ignore[no-untyped-call]
+        self._cache_file = self._files
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load the machine code for a signature, from the cache or as shipped; None if there is none."""
@@ -125,8 +166,10 @@ class SourceCache(FunctionCache):
         try:
             found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except _MOVED:
-            _remove(Path(self._cache_file._index_path))
+            self._files.remove(self._index_key(sig, target_context.codegen()))  # type: ignore[no-untyped-call]
             found = None
+        if found is not None and tuple(found.signature.args) != tuple(sig):
+            found = None  # types of equal names are not equal
         return found if found is not None else self._shipped(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -159,31 +202,6 @@ class SourceCache(FunctionCache):
         every edit.
         """
         folder, stem = self.cache_path, Path(self._file).stem
-        if (folder, stem) in _swept:
-            return
-        _swept.add((folder, stem))
-        for index in Path(folder).glob(f"{stem}.*.nbi"):
-            if _stamp_of(index) not in (None, self._cache_file._source_stamp):
-                _remove(index)
-
-
-def _remove(index: Path) -> None:
-    """Remove one of numba's index files and the machine code that it lists."""
-    for stale in (*index.parent.glob(f"{index.stem}.*.nbc"), index):
-        stale.unlink(missing_ok=True)
-
-
-def _stamp_of(index: Path) -> Any:
-    """Read the stamp in one of numba's index files; None if it is damaged or of another numba version.
-
-    An index that names a type which was moved or renamed yields the stamp "", which no source has.
-    """
-    try:
-        with index.open("rb") as file:
-            if pickle.load(file) != numba.__version__:  # noqa: S301 (numba loads the same file)
-                return None
-            return pickle.load(file)[0]  # noqa: S301
-    except _MOVED:
-        return ""
-    except (OSError, EOFError, pickle.UnpicklingError):
-        return None
+        if (folder, stem) not in _swept:
+            _swept.add((folder, stem))
+            self._files.remove_others(stem)
