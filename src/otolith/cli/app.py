@@ -74,7 +74,7 @@ COMMANDS: Final = {
     ),
     "warmup": (
         "bench:warmup",
-        "Compile and cache what the implicit MPC, hybrids (2, 4 DOF) and optimum need; --all: the rest.",
+        "Compile and cache what predictive, implicit, hybrids (2, 4 DOF) and optimum need; --all: the rest.",
     ),
 }
 

@@ -292,7 +292,7 @@ def record(log: Log, code: int, leg: int, behind: float, dt: float) -> None:
     late = 0.0 if code == _INVALID else behind
     if last >= 0 and rows[last, 2] == code and now - rows[last, 1] <= APART:
         rows[last, 1], rows[last, 4] = now, max(rows[last, 4], late)
-    elif at[1] < KEPT:
+    elif at[1] < len(rows):
         rows[last + 1, 0], rows[last + 1, 1] = now - dt, now
         rows[last + 1, 2], rows[last + 1, 3], rows[last + 1, 4] = code, leg + 1, late
         at[1] += 1
