@@ -18,7 +18,7 @@ from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.guess import HeldPlan, NoGuess
 from otolith.cueing.mpc.settings import BLOCKS, Entry, MpcSettings, parse_entry
-from otolith.cueing.prediction import Oracle
+from otolith.cueing.prediction import Decay, Oracle
 from otolith.interfaces import PlatformState, Reference, Status
 from otolith.loop import Run, simulate
 from otolith.plant import Ideal
@@ -229,3 +229,15 @@ def test_settings_at_their_bounds_are_taken_and_work() -> None:
     command = mpc.step(PlatformState(), Reference(specific_force=np.array([0.3, 0.0, 0.0])))
     assert command.outcome.status is Status.DECIDED
     assert command.acceleration[0] > 0.0
+
+
+def test_a_controller_keeps_its_prediction_whatever_others_are_made() -> None:
+    """Its kernel reads the prediction's data by address; hundreds of others would take their place."""
+    wanted = Reference(specific_force=np.array([1.0, 0.0, 0.0]))
+    mpc = controller(prediction=Decay(time=0.3), horizon=20, engine=CondensedEngine)
+    mpc.reset(PlatformState())
+    before = mpc.step(PlatformState(), wanted).acceleration
+    for k in range(300):
+        Decay(time=1.0 + k).begin().ahead(wanted, 0.01, 5)
+    mpc.reset(PlatformState())
+    assert_allclose(mpc.step(PlatformState(), wanted).acceleration, before, rtol=0.0, atol=0.0)

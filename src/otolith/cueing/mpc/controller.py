@@ -90,12 +90,14 @@ class Mpc:
         settings, problem = self.settings, self.problem
         N, M, nu = settings.horizon, len(settings.lengths), len(problem.axes.axis)
         predicts = getattr(self._predictor, "compiled", None)
+        # Kernels know the prediction by address only, so its data must live as long as this controller.
+        self._prediction: Bound | None = predicts(settings.period) if predicts else None
         return Program(
             given=problem.given,
             memory=self.engine.memory,
             engine=self.engine.entrance if isinstance(self.engine, StructuredEngine) else NO_ENTRANCE,
             words=_WORDS,
-            predict=predicts(settings.period).method if predicts else NO_METHOD,
+            predict=NO_METHOD if self._prediction is None else self._prediction.method,
             period=settings.period,
             lengths=np.array(settings.lengths),
             belief=self._stopping.belief,
