@@ -61,8 +61,6 @@ def test_run_writes_its_results_and_prints_only_json(
     assert "<html" in (tmp_path / "report.html").read_text()
     assert {path.name for path in tmp_path.iterdir()} == {
         ".otolith",
-        "figure.pdf",
-        "figure.png",
         "report.html",
         "run.h5",
         "summary.json",
@@ -269,10 +267,11 @@ def test_results_are_replaced_whole_and_other_files_are_not_touched(
 ) -> None:
     out = tmp_path / "o"
     again = ["run", "sine:duration=2", "--cueing", "classical", "--out", str(out)]
-    done([*again, "--dofs", "surge-pitch,sway-roll"])
-    assert (out / "figure-sway-roll.png").exists()
+    done([*again, "--dofs", "surge-pitch,sway-roll", "--figures"])
+    figures = {f"figure-{dof}.{ending}" for dof in ("surge-pitch", "sway-roll") for ending in ("pdf", "png")}
+    assert {path.name for path in out.glob("figure*")} == figures
     done(again)
-    assert not (out / "figure-sway-roll.png").exists()
+    assert not list(out.glob("figure*"))
     (out / "notes.txt").write_text("mine")
     capsys.readouterr()
     assert "what 'otolith run' did not write (notes.txt)" in refused(again, capsys)

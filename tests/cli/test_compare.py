@@ -16,7 +16,9 @@ WASHOUTS = ["--cueing", "classical", "--cueing", "adaptive"]
 def test_several_scenarios_come_in_one_report_with_a_ranking(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    done(["compare", *SCENARIOS, *WASHOUTS, "--by", "perceived", "--out", str(tmp_path), "--json"])
+    done(
+        ["compare", *SCENARIOS, *WASHOUTS, "--by", "perceived", "--out", str(tmp_path), "--figures", "--json"]
+    )
     output = capsys.readouterr()
     summary = json.loads(output.out)
     assert summary == json.loads((tmp_path / "summary.json").read_text())
@@ -84,7 +86,7 @@ def test_six_degrees_of_freedom_are_run_judged_and_shown(
     small = ["--solver", "dense", "--horizon", "20", "--platform", "davsi"]
     dofs = ["--dofs", "yaw,heave,sway-roll,surge-pitch"]  # in any order
     cueing = ["--cueing", "classical", "--cueing", "implicit"]
-    done(["compare", SCENARIOS[0], *small, *dofs, *cueing, "--out", str(tmp_path), "--json"])
+    done(["compare", SCENARIOS[0], *small, *dofs, *cueing, "--figures", "--out", str(tmp_path), "--json"])
     summary = json.loads(capsys.readouterr().out)
     assert summary["implicit"]["dofs"] == "surge-pitch,sway-roll,heave,yaw"
     assert summary["implicit"]["violations"] == 0

@@ -69,6 +69,7 @@ def test_an_algorithm_and_a_drive_of_ones_own_are_found_again(
     done(["run", *log, "--cueing", "mine.py:HighPass", "--out", "a"])
     Path("ex/rig.toml").unlink()  # the run holds its platform
     assert "--cueing is absent, must be given" in refused(["rerun", "a/run.h5"], capsys)
+    assert "--figures is given without --out" in refused(["rerun", "a/run.h5", "--figures"], capsys)
     again = ["rerun", "a/run.h5", "--cueing", "mine.py:HighPass"]
     done(again)
     assert "equal bit for bit" in capsys.readouterr().err

@@ -64,7 +64,7 @@ def test_strict_exits_with_3_when_a_hard_limit_broke_and_all_is_written(
     assert "hard limit broken: surge position by up to" in output.err
     stored = json.loads((tmp_path / "summary.json").read_text())
     assert json.loads(output.out) == stored
-    assert {"report.html", "figure.png"} <= {path.name for path in tmp_path.iterdir()}
+    assert {"report.html", "summary.json"} <= {path.name for path in tmp_path.iterdir()}
     done([command, *FAR, "--out", str(tmp_path)])
 
 

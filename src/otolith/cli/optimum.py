@@ -10,7 +10,7 @@ from otolith import files, registry
 from otolith.cli.loop import Prepared
 from otolith.cli.options import RunOptions, with_run_options
 from otolith.cli.output import Force, file_name, print_json, screen, sentence, warn, working
-from otolith.cli.results import Json, Out, write_results
+from otolith.cli.results import Figures, Json, Out, write_results
 from otolith.core.errors import InputError, OtolithError
 from otolith.cueing.optimum import NAME, Optimum, check, measure_of
 from otolith.loop import Run
@@ -21,7 +21,13 @@ _ON_FIRST_USE: Final = "the solver is compiled on first use (some 5 s), then cac
 
 
 @with_run_options
-def optimum(choices: RunOptions, out: Out = None, force: Force = False, json: Json = False) -> None:
+def optimum(
+    choices: RunOptions,
+    out: Out = None,
+    figures: Figures = False,
+    force: Force = False,
+    json: Json = False,
+) -> None:
     """Find the best motion for a scenario or a drive that is known as a whole, and write it as a run.
 
     No algorithm that has to decide without knowing the future can do better within the same limits.
@@ -34,7 +40,7 @@ def optimum(choices: RunOptions, out: Out = None, force: Force = False, json: Js
     files.check_folder(folder, command="optimum", force=force)
     with working(console, f"solving; {_ON_FIRST_USE}"):
         found = choices.experiment(NAME, design).optimum(scenario)
-    summary = write_results(found.run, folder, command="optimum", force=force, best=found)
+    summary = write_results(found.run, folder, command="optimum", force=force, best=found, figures=figures)
     if json:
         print_json(summary)
     console.print(sentence(summary), highlight=False, soft_wrap=True)

@@ -8,6 +8,7 @@ import typer
 from otolith import files
 from otolith.cli.figures import write_figure
 from otolith.cli.output import Force, group, print_json, progress_bar, screen
+from otolith.cli.results import Figures
 from otolith.core.errors import InputError
 from otolith.platforms.fit import as_toml, fit
 from otolith.platforms.template import template
@@ -29,10 +30,11 @@ def show(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results (default: out/platform-NAME).")
     ] = None,
+    figures: Figures = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Draw a platform's legs, their reach, cuts across two axes and conditioning, as page and figure."""
+    """Draw a platform's legs, their reach, cuts across two axes and conditioning, as a page."""
     console = screen()
     shown = files.read_platform(platform)
     recorded = files.read_run(run) if run is not None else None
@@ -47,12 +49,13 @@ def show(
     with files.whole_folder(folder, command="platform show", force=force) as made:
         files.write_text(made / "platform.html", report.platform_page(shown, summary, figure, run=recorded))
         files.write_json(made / "platform.json", summary)
-        write_figure(made, "platform", figure)
+        if figures:
+            write_figure(made, "platform", figure)
     if json:
         print_json(summary)
     for line in [*report.range_lines(summary), *report.sentences(summary)]:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
-    console.print(f"written to {folder}: platform.html, .json, .pdf, .png", highlight=False, soft_wrap=True)
+    console.print(f"written to {folder}: platform.html, platform.json", highlight=False, soft_wrap=True)
 
 
 @app.command("new")

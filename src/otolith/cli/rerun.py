@@ -7,7 +7,8 @@ import typer
 
 from otolith import __version__, files
 from otolith.cli.output import Force, print_json, progress_bar, screen, warn
-from otolith.cli.results import write_results
+from otolith.cli.results import Figures, write_results
+from otolith.core.errors import InputError
 from otolith.experiment import Experiment, differences
 from otolith.metrics.against_best import NOT_COMPUTED
 
@@ -28,11 +29,14 @@ def rerun(
     ] = None,
     hint: Annotated[Path | None, typer.Option(help="The hint, if it is no longer where it was.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for results (default: none are written).")] = None,
+    figures: Figures = False,
     force: Force = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Make a run again from its file, and say whether it is equal bit for bit."""
     result, console = files.read_run(run), screen()
+    if out is None and figures:
+        raise InputError("--figures", "given without --out, the folder that they would be in", "left out")
     if out is not None:
         files.check_folder(out, command="rerun", force=force)
     experiment = Experiment.of(result, cueing=cueing, log=log, road=road, law=law, hint=hint)
@@ -42,8 +46,8 @@ def rerun(
         again = experiment.run(progress=progress)
     differ = differences(result, again)
     if out is not None:
-        write_results(again, out, command="rerun", force=force, best=NOT_COMPUTED)
-        console.print(f"written to {out}: report.html, figures, summary.json, run data", soft_wrap=True)
+        write_results(again, out, command="rerun", force=force, best=NOT_COMPUTED, figures=figures)
+        console.print(f"written to {out}: report.html, summary.json, run data", soft_wrap=True)
     if json:
         print_json({"run": str(run), "equal": not differ, "differ": differ})
     verdict = f"differs in {', '.join(differ)}" if differ else "equal bit for bit, times left out"

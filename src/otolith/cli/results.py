@@ -1,4 +1,4 @@
-"""The files that commands write of their runs: run.h5, summary.json, report.html and figures."""
+"""The files that commands write of their runs: run.h5, summary.json, report.html and, if asked, figures."""
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -20,15 +20,21 @@ Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else there.")
 ]
 
+# Drawing takes as long as all the rest of a short run, and most runs are looked at on their page alone.
+Figures = Annotated[
+    bool, typer.Option("--figures", help="Draw figures for papers besides, each as PDF and as PNG.")
+]
+
 
 def write_results(
-    result: Run, folder: Path, *, command: str, force: bool, best: Optimum | str
+    result: Run, folder: Path, *, command: str, force: bool, best: Optimum | str, figures: bool = False
 ) -> dict[str, Any]:
-    """Write run.h5, summary.json, report.html and figures of one run; return the key figures.
+    """Write run.h5, summary.json and report.html of one run; return the key figures.
 
     Parameters
     ----------
     best : the optimum of the run's drive, or in words why it is unknown.
+    figures : draw a figure for each degree of freedom, too.
     """
     from otolith import metrics, report
 
@@ -37,8 +43,11 @@ def write_results(
     with files.whole_folder(folder, command=command, force=force) as made:
         files.write_run(result, made / "run.h5")
         page = report.render(result, summary, date=today(), best=drawn)
-        figures = figures_of(result.dofs, lambda dof: report.cueing_figure(result, dof, best=drawn))
-        write_all(made, summary, page, figures)
+        write_all(made, summary, page)
+        if figures:
+            write_figures(
+                made, figures_of(result.dofs, lambda dof: report.cueing_figure(result, dof, best=drawn))
+            )
     return summary
 
 
@@ -47,10 +56,14 @@ def figures_of(dofs: Sequence[str], draw: Callable[[str], "Figure"]) -> dict[str
     return {"figure" if len(dofs) == 1 else f"figure-{dof}": draw(dof) for dof in dofs}
 
 
-def write_all(folder: Path, summary: dict[str, Any], page: str, figures: dict[str, "Figure"]) -> None:
-    """Write the summary, the page, and the figures by file name."""
+def write_all(folder: Path, summary: dict[str, Any], page: str) -> None:
+    """Write the summary and the page."""
     files.write_json(folder / "summary.json", summary)
     files.write_text(folder / "report.html", page)
+
+
+def write_figures(folder: Path, figures: dict[str, "Figure"]) -> None:
+    """Write figures by file name."""
     for name, figure in figures.items():
         write_figure(folder, name, figure)
 

@@ -13,7 +13,16 @@ from otolith.cli.loop import prepare, simulate_all
 from otolith.cli.optimum import LONGEST, Yardstick
 from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
 from otolith.cli.output import Force, file_name, print_json, screen, sentence
-from otolith.cli.results import Json, Out, figures_of, today, write_all, write_results
+from otolith.cli.results import (
+    Figures,
+    Json,
+    Out,
+    figures_of,
+    today,
+    write_all,
+    write_figures,
+    write_results,
+)
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
 from otolith.loop import Run
@@ -58,18 +67,20 @@ def run(
     tuning: Tuning = None,
     optimum: Best = None,
     out: Out = None,
+    figures: Figures = False,
     force: Force = False,
     strict: Strict = False,
     json: Json = False,
 ) -> None:
-    """Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures."""
+    """Cue one scenario, or a recorded drive, and write run.h5, summary.json and report.html."""
     console = screen()
     prepared = prepare([choices], [cueing], tuning, console)
     folder = out or Path("out") / f"{file_name(prepared.scenarios[0].name)}-{file_name(cueing)}"
     files.check_folder(folder, command="run", force=force)
     yardstick = Yardstick(prepared, optimum, console)
     ((result,),) = simulate_all(prepared, console)
-    summary = write_results(result, folder, command="run", force=force, best=yardstick.best(0, cueing))
+    best = yardstick.best(0, cueing)
+    summary = write_results(result, folder, command="run", force=force, best=best, figures=figures)
     _print_results(summary if json else None, [summary], folder, console)
     _judge([summary], strict)
 
@@ -91,6 +102,7 @@ def compare(
     tuning: Tuning = None,
     optimum: Best = None,
     out: Out = None,
+    figures: Figures = False,
     force: Force = False,
     strict: Strict = False,
     json: Json = False,
@@ -128,6 +140,8 @@ def compare(
                 name = f"{file_name(scenario)}-{own}" if several else own
                 files.write_run(result, made / f"{name}.h5")
         account = _write_comparison(made, contest, (by, criterion), ranked, best)
+        if figures:
+            write_figures(made, _contest_figures(contest, best))
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _print_results(account if json else None, every, folder, console)
     for one in ranked:
@@ -148,7 +162,7 @@ def _write_comparison(
     ranked: Sequence["Standing"],
     best: Mapping[str, Run | None],
 ) -> dict[str, Any]:
-    """Write page, figures and key figures of a comparison; return the key figures."""
+    """Write page and key figures of a comparison; return the key figures."""
     from otolith import report
 
     name, criterion = by
@@ -157,21 +171,25 @@ def _write_comparison(
         ranking = [one.as_json() for one in ranked]
         summary: dict[str, Any] = {"ranked_by": name, "ranking": ranking, "scenarios": summaries}
         page = report.render_contest(contest, by=criterion, date=today(), best=best)
-        figures = _contest_figures(contest, best)
     else:
         ((only, account),) = contest.values()
         summary = dict(account)
-        drawn = best[only[0].scenario]
-        page = report.render_comparison(only, summary, by=criterion, date=today(), best=drawn)
-        figures = figures_of(only[0].dofs, lambda dof: report.comparison_figure(only, dof, best=drawn))
-    write_all(folder, summary, page, figures)
+        page = report.render_comparison(
+            only, summary, by=criterion, date=today(), best=best[only[0].scenario]
+        )
+    write_all(folder, summary, page)
     return summary
 
 
 def _contest_figures(contest: "Contest", best: Mapping[str, Run | None]) -> dict[str, "Figure"]:
-    """Return the overview, and one figure per scenario and degree of freedom, by file name."""
+    """Return one figure per scenario and degree of freedom, and of several scenarios the overview, by file
+    name.
+    """
     from otolith.report import comparison_figure, overview_figure
 
+    if len(contest) == 1:
+        ((name, (only, _)),) = contest.items()
+        return figures_of(only[0].dofs, lambda dof: comparison_figure(only, dof, best=best[name]))
     figures = {"figure": overview_figure({name: of_one for name, (_, of_one) in contest.items()})}
     for scenario, (runs, _) in contest.items():
         for dof in runs[0].dofs:
@@ -187,7 +205,7 @@ def _print_results(
     for summary in summaries:
         console.print(sentence(summary), highlight=False, soft_wrap=True)
     console.print(
-        f"written to {folder}: report.html, figures, summary.json, run data", highlight=False, soft_wrap=True
+        f"written to {folder}: report.html, summary.json, run data", highlight=False, soft_wrap=True
     )
 
 
