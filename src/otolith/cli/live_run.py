@@ -1,5 +1,6 @@
 """`otolith live run` and `live demo`: a session in real time."""
 
+import contextlib
 import multiprocessing
 import select
 import sys
@@ -167,15 +168,16 @@ def _address(option: str, url: str) -> tuple[str, tuple[str, int]]:
 
 def _drive(session: "Session", seconds: float | None) -> None:
     """Run a session until it is interrupted, or for a time."""
-    from otolith.live.shell.supervise import Live, only_session
+    from otolith.live.shell.supervise import Latched, Live, only_session
 
     console, begin = screen(stderr=False), time.monotonic()
 
     def tell(sentence: str) -> None:
-        console.print(f"{time.monotonic() - begin:7.2f} s  {sentence}", highlight=False, soft_wrap=True)
+        with contextlib.suppress(OSError):  # a terminal that was closed must not keep us from parking
+            console.print(f"{time.monotonic() - begin:7.2f} s  {sentence}", highlight=False, soft_wrap=True)
 
-    with only_session(session.device):
-        live = Live(session, tell)
+    with only_session(session.device, tell) as lock:
+        live = Live(session, tell, lock=lock)
         try:
             tell("starting; what is not compiled yet takes up to a minute")
             live.start()
@@ -185,6 +187,8 @@ def _drive(session: "Session", seconds: float | None) -> None:
             raise
         finally:
             live.end()
+    if live.fault:
+        raise Latched(live.fault)
 
 
 def _converse(live: "Live", seconds: float | None) -> None:

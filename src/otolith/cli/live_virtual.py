@@ -117,6 +117,7 @@ def bench(
         "computed_in_s": round(took, 1),
         "cued_seconds": round(account.cued_seconds, 1),
         "engagements": account.engagements,
+        "restarts": account.restarts,
         "decisions": account.decisions,
         "set_points": account.set_points,
         "fallbacks": account.fallbacks,

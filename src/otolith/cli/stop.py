@@ -14,6 +14,8 @@ from typing import NoReturn
 
 _AGAIN = 0.02  # [s] after which a lost request is repeated
 _WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+if hasattr(signal, "SIGHUP"):
+    _WORDS[signal.SIGHUP] = "left without a terminal"
 
 
 class Stopped(BaseException):
@@ -26,7 +28,8 @@ class Stopped(BaseException):
 
 @contextlib.contextmanager
 def signals_stop() -> Iterator[None]:
-    """Let SIGINT (Ctrl-C) and SIGTERM end the block with one sentence and the shell's exit code.
+    """Let SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal) end the block with one sentence and the
+    shell's exit code.
 
     The signals raise `Stopped` inside the block; afterwards their former handlers are restored. A signal that
     is ignored, as under nohup, stays ignored. Only the main thread can do this.

@@ -64,6 +64,7 @@ class Account:
     set_points: int = 0
     decisions: int = 0
     engagements: int = 0
+    restarts: int = 0  # after the supervisor had ended a session
     cued_seconds: float = 0.0
     fallbacks: int = 0  # decisions in whose place a fallback was published
     refused_plans: int = 0  # by the gate, in the controller
@@ -114,19 +115,29 @@ def endurance(
         except Exception as error:  # noqa: BLE001 (what a core lets out is what is looked for)
             account.exceptions.append(f"{type(error).__name__}: {error} at {world.seconds:.3f} s")
             break
-        _operate(world, rng)
+        _operate(world, rng, account)
         _judge(world, platform, account, injected)
         progress(world.seconds / seconds)
     account.compilations = compiled() - before
     account.seconds = world.seconds
-    account.engagements = world.output.session.generation
-    account.refused_plans = world.controller.refused
-    account.refused_set_points = world.output.refusals
+    _close(world, account)
     return account
 
 
-def _operate(world: World, rng: np.random.Generator) -> None:
-    """Say what an impatient operator says."""
+def _close(world: World, account: Account) -> None:
+    """Take over what the processes of a session have counted."""
+    account.engagements += world.output.session.generation
+    account.refused_plans += world.controller.refused
+    account.refused_set_points += world.output.refusals
+
+
+def _operate(world: World, rng: np.random.Generator, account: Account) -> None:
+    """Say what an impatient operator says, and start anew what the supervisor has ended."""
+    if world.latched:
+        account.restarts += 1
+        _close(world, account)
+        world.restart()
+        return
     words = {
         State.IDLE: (Word.ARM,),
         State.PARKED: (Word.REARM, Word.ARM),
@@ -200,8 +211,8 @@ def _hang(world: World, rng: np.random.Generator, _: set[str]) -> None:
 
 
 def _late(world: World, rng: np.random.Generator, injected: set[str]) -> None:
-    """Let the output hang for up to 40 ms, or now and then so long that the device's watchdog acts."""
-    seconds = float(rng.uniform(0.0, 0.03))
+    """Let the output hang for up to 12 ms, or now and then so long that the supervisor ends the session."""
+    seconds = float(rng.uniform(0.0, 0.012))
     if rng.random() < 0.1:
         seconds = 0.2
         injected.add("watchdog")

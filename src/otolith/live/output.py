@@ -17,11 +17,11 @@ from otolith.live.core.ladder import NO_REACTION, InARow, Lasting, Reaction, str
 from otolith.live.core.moves import Move
 from otolith.live.core.rollout import Rollout
 from otolith.live.core.session import POWERED, Seen, Session
+from otolith.live.core.watchdog import ControllerWatch
 from otolith.live.devices.driver import Request
 from otolith.live.messages import DeviceState, Feedback, Plan, Report, Rung, SetPoint, State, Word
 
 MS: Final = 1_000_000  # [ns]
-WATCHDOG: Final = 3  # periods without a plan (it is then overdue by two) after which the controller is dead
 GAP: Final = 1000 * MS  # between two ticks: the machine was suspended, and the device's watchdog has acted
 LONGEST_STEP: Final = 5e-3  # [s] that the motion advances at once
 ALIKE: Final = np.array([1e-3] * 3 + [np.radians(0.1)] * 3)  # first set-point and measured pose [m, rad]
@@ -53,6 +53,7 @@ class OutputInbox:
     """What reached the output since its last tick."""
 
     plan: Plan | None = None  # the latest
+    beats: int = 0  # decisions that the controller has begun
     feedback: Feedback | None = None  # the latest
     words: tuple[Word, ...] = ()
     reaction: Reaction = NO_REACTION  # of whoever else watches: the shell's signals, the operator's page
@@ -85,7 +86,7 @@ class Output:
         self._move: Move | None = None
         self._move_s = 0.0  # [s] of the move that have passed
         self._plan: Plan | None = None
-        self._plan_ns = 0  # arrival of the latest sign of life of the controller
+        self._watch = ControllerWatch()
         self._followed = -1
         self._feedback = Feedback()
         self._feedback_ns: int | None = None
@@ -116,7 +117,7 @@ class Output:
         seen = Seen(
             words=inbox.words,
             reaction=strongest(gap, inbox.reaction, self._reached, self._of_device(now_ns)),
-            cueing=self._of_controller(now_ns),
+            cueing=self._of_controller(now_ns, inbox.beats),
             brought=self._brought,
             passed_checks=before is State.CHECKING and self._check(now_ns),
             done=self._is_done(before),
@@ -141,18 +142,14 @@ class Output:
         if inbox.feedback is not None:
             self._feedback, self._feedback_ns = inbox.feedback, now_ns
         plan = inbox.plan
-        if plan is None or (self._plan is not None and plan.sequence <= self._plan.sequence):
-            return
-        self._plan_ns = now_ns
-        self._plan = plan
+        if plan is not None and (self._plan is None or plan.sequence > self._plan.sequence):
+            self._plan = plan
 
-    def _of_controller(self, now_ns: int) -> Reaction:
+    def _of_controller(self, now_ns: int, beats: int) -> Reaction:
         plan = self._plan
-        if plan is None:
-            return Reaction(Rung.RETURN, "the controller has not spoken yet")
-        age = now_ns - self._plan_ns
-        if age > WATCHDOG * plan.period_ns:
-            return Reaction(Rung.RETURN, f"no plan from the controller for {age // MS} ms")
+        dead = self._watch.look(now_ns, beats, plan)
+        if plan is None or dead.rung is not Rung.NONE:
+            return dead
         return strongest(Reaction(plan.rung, plan.reason), self._refusals.reaction)
 
     def _of_device(self, now_ns: int) -> Reaction:

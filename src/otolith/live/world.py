@@ -22,6 +22,8 @@ from otolith.live.controller import Controller, ControllerInbox
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
 from otolith.live.core.ladder import NO_REACTION, Reaction
+from otolith.live.core.session import Event
+from otolith.live.core.watchdog import LOOK_NS, OUTPUT_NS, Silence
 from otolith.live.devices.driver import Request
 from otolith.live.machines import IdealDevice, Machine
 from otolith.live.messages import DeviceState, Feedback, Flag, Plan, Report, SetPoint, State, Word
@@ -152,11 +154,10 @@ class World:
         self.now_ns = 0
         self.gate, self.travel = gate, travel
         self.source = Source(drive)
-        self.controller = Controller(cueing, gate, parse=Generic().parse, health=Health())
-        self.output = Output(gate, travel, Device.at(park))
-        self.device: Any = IdealDevice(park=np.asarray(park, dtype=np.float64)) if device is None else device
+        self._park = np.asarray(park, dtype=np.float64)
+        self.device: Any = IdealDevice(park=self._park) if device is None else device
         self.links = {name: Link() for name in ("telemetry", "device", "feedback")}
-        self.cores = {name: _Core() for name in ("controller", "output", "source", "device")}
+        self.cores = {name: _Core() for name in ("controller", "output", "supervisor", "source", "device")}
         self.costs_ns: list[int] = []  # of the controller's next steps
         self.trace: list[Row] = []
         self.plans: list[Plan] = []
@@ -165,15 +166,30 @@ class World:
         self._tick_ns, self._period_ns = round(1e9 * tick), round(1e9 * cueing.period)
         self._events: list[tuple[int, int, Callable[[], None]]] = []
         self._count = 0
-        self._packets: list[tuple[int, bytes]] = []
         self._words: list[Word] = []
+        self._begin(cueing)
+        for beginning in (self._send, self._reply):
+            self._after(0, beginning)
+
+    def _begin(self, cueing: Cueing) -> None:
+        """Start a session: its processes, and the memory between them."""
+        self.controller = Controller(cueing, self.gate, parse=Generic().parse, health=Health())
+        self.output = Output(self.gate, self.travel, Device.at(self._park))
+        self.latched = ""  # why the supervisor has ended the session
+        self._packets: list[tuple[int, bytes]] = []
         self._plan: Plan | None = None
         self._feedback: Feedback | None = None
         self._reported: Vec | None = None
         self._report: Report | None = None
-        self._missed = 0
-        for beginning in (self._send, self._output, self._control, self._reply):
-            self._after(0, beginning)
+        self._missed = self._beats = self._reports = 0
+        self._silence = Silence(2 * LOOK_NS)
+        for name, run in (
+            ("output", self._output),
+            ("controller", self._control),
+            ("supervisor", self._supervise),
+        ):
+            self.cores[name] = _Core()
+            self._after(0, run)
 
     # What a script says.
 
@@ -210,6 +226,10 @@ class World:
         self.now_ns = max(self.now_ns, end)
         return self
 
+    def restart(self) -> None:
+        """Let the operator start the session anew after the supervisor has ended it, one second from now."""
+        self._after(SECOND, partial(self._begin, self.controller.cueing))
+
     def again(self) -> "World":
         """Return a copy of this world that goes on by itself.
 
@@ -225,7 +245,7 @@ class World:
     @property
     def state(self) -> State:
         """Return the state of the session."""
-        return self.output.session.state
+        return State.FAULT if self.latched else self.output.session.state
 
     @property
     def seconds(self) -> float:
@@ -269,6 +289,7 @@ class World:
     def _control(self) -> None:
         if not self._runs("controller", self._control):
             return
+        self._beats += 1
         inbox = ControllerInbox(packets=tuple(self._packets), report=self._report, missed=self._missed)
         self._packets.clear()
         plan = self.controller.tick(self.now_ns, inbox)
@@ -286,16 +307,35 @@ class World:
         if not self._runs("output", self._output):
             return
         inbox = OutputInbox(
-            plan=self._plan, feedback=self._feedback, words=tuple(self._words), reaction=self.reaction
+            plan=self._plan,
+            beats=self._beats,
+            feedback=self._feedback,
+            words=tuple(self._words),
+            reaction=self.reaction,
         )
         self._feedback = None
         self._words.clear()
         out = self.output.tick(self.now_ns, inbox)
         self._report = out.report
+        self._reports += 1
         self._note(out)
         if out.set_point is not None:
             self._to_device(out.set_point, out.request)
         self._after(self._tick_ns + self.cores["output"].late_ns, self._output)
+
+    def _supervise(self) -> None:
+        """Watch the output; where it is silent, end the session."""
+        if not self._runs("supervisor", self._supervise):
+            return
+        silent = self._silence.look(self.now_ns, self._reports)
+        if silent <= OUTPUT_NS:
+            self._after(LOOK_NS, self._supervise)
+            return
+        self.latched = f"the output has said nothing for {silent // MS} ms"
+        session = self.output.session
+        session.events.append(Event(self.now_ns, session.state, State.FAULT, self.latched))
+        for name in ("output", "controller", "supervisor"):
+            self.cores[name].stopped = True
 
     def _to_device(self, set_point: SetPoint, request: Request) -> None:
         for time_ns in self.links["device"].times(self.now_ns, self.rng):

@@ -18,11 +18,13 @@ from otolith.core.errors import OtolithError
 from otolith.live.messages import Plan, Report, Rung, State, Word
 
 MAGIC: Final = 0x4F544C4D454D3031  # "OTLMEM01"
-VERSION: Final = 1  # of the layout of header, slots and messages
+VERSION: Final = 2  # of the layout of header, slots and messages
 SLOTS: Final = 4
 SIZE: Final = 65_536  # [bytes] of a slot
 _HEAD: Final = struct.Struct("<QQQ")  # magic, version, size of a slot
 _COUNTER: Final = _HEAD.size
+_BEATS: Final = _COUNTER + 8  # signs of life
+_FINISHED: Final = _BEATS + 8  # whether the writer ended as it was asked to
 _FIRST: Final = 64  # [bytes] before the first slot
 _LENGTH: Final = struct.Struct("<Q")
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
@@ -74,6 +76,24 @@ class Channel:
     def published(self) -> int:
         """Return how many messages there were."""
         return int(_LENGTH.unpack_from(self._buffer, _COUNTER)[0])
+
+    @property
+    def beats(self) -> int:
+        """Return how many signs of life the writer gave beside its messages."""
+        return int(_LENGTH.unpack_from(self._buffer, _BEATS)[0])
+
+    def beat(self) -> None:
+        """Give a sign of life."""
+        _LENGTH.pack_into(self._buffer, _BEATS, self.beats + 1)
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the writer has ended as it was asked to."""
+        return bool(_LENGTH.unpack_from(self._buffer, _FINISHED)[0])
+
+    def finish(self) -> None:
+        """Say that no message follows, and that this is right."""
+        _LENGTH.pack_into(self._buffer, _FINISHED, 1)
 
     def write(self, message: bytes) -> None:
         """Publish a message of at most `SIZE` - 8 bytes."""

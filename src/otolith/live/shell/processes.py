@@ -3,6 +3,8 @@
 The only things here are clocks, sockets and shared memory; what is decided, the cores decide.
 """
 
+import multiprocessing
+import os
 import signal
 import socket
 import time
@@ -69,7 +71,7 @@ class Session:
         return Gate(self.platform, lag=self.platform.actuators.lag_s, period=self.period, park=park)
 
 
-def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any) -> None:
+def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any, _: Any) -> None:
     """Be the controller, until the parent ends this process."""
     _begin_child()
     controller = _controller(session)
@@ -83,6 +85,7 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
         while True:
             packets = _until_due(listening, last, period_ns)
             now = time.monotonic_ns()
+            plans.beat()
             message = reports.read()
             report = report if message is None else unpack_report(message)
             plan = controller.tick(now, ControllerInbox(packets=packets, report=report, missed=missed))
@@ -126,8 +129,11 @@ def _until_due(listening: socket.socket, last: int, period_ns: int) -> tuple[tup
             return tuple(packets)
 
 
-def run_output(session: Session, names: dict[str, str], ready: Event, said: Any) -> None:
-    """Be the output: until it is asked to end, and the platform rests without power or in a fault."""
+def run_output(session: Session, names: dict[str, str], ready: Event, said: Any, _lock: Any) -> None:
+    """Be the output: until it is asked to end, and the platform rests without power or in a fault.
+
+    It keeps the lock of the device as long as it lives.
+    """
     _begin_child()
     output = Output(
         session.gate(),
@@ -199,6 +205,7 @@ def _roll(
             now,
             OutputInbox(
                 plan=plan,
+                beats=plans.beats,
                 feedback=line.hear(),
                 words=given,
                 reaction=line.reaction,
@@ -217,6 +224,7 @@ def _roll(
             said.put(("event", *(f"{event.after}: {event.reason}" for event in events[told:])))
             told = len(events)
         if asked and out.report.state in {State.IDLE, State.PARKED, State.FAULT}:
+            reports.finish()
             said.put(("output", *_account(ticks, latencies)))
             return
 
@@ -231,6 +239,11 @@ def _account(ticks: Ticks, latencies: list[int]) -> list[str]:
 
 
 def _begin_child() -> None:
-    """Let the session's parent decide about interrupts, and go where it goes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    die_with_parent(signal.SIGTERM)
+    """Let the session's parent decide about signals of the terminal, and go where it goes.
+
+    Ctrl-Z, too: a session that stands still for a while is a fault, not a pause.
+    """
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTSTP, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    die_with_parent(signal.SIGTERM, os.getppid() if parent is None or parent.pid is None else parent.pid)

@@ -7,6 +7,7 @@ and then, and the start says so with the two lines that change it.
 import ctypes
 import gc
 import os
+import signal
 from typing import Final
 
 _ALL_NOW_AND_LATER: Final = 3  # MCL_CURRENT | MCL_FUTURE
@@ -33,6 +34,8 @@ def take_rights(priority: int) -> list[str]:
     return said
 
 
-def die_with_parent(signal_number: int) -> None:
-    """Let the system send this process a signal when its parent dies."""
+def die_with_parent(signal_number: int, parent: int) -> None:
+    """Let the system send this process a signal when its parent, of that number, dies or has died."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal_number)
+    if os.getppid() != parent:
+        signal.raise_signal(signal_number)

@@ -1,8 +1,8 @@
 """Starts a session, passes on the operator's words, tells what happens, and brings it to an end.
 
 A lock that the system releases with its holder keeps a second session from the same device. The controller
-may end at any time: the output then brakes and returns. When the output ends, nothing is sent any more, and
-the device's own watchdog acts.
+may end at any time: the output then brakes and returns. When the output ends or hangs, a fault is latched
+(`otolith.live.shell.watch`): nothing is sent any more, and the device's own watchdog acts.
 """
 
 import contextlib
@@ -13,6 +13,7 @@ import queue
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from multiprocessing import reduction
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,10 +21,26 @@ from otolith.core.errors import OtolithError
 from otolith.live.messages import Report, State, Word
 from otolith.live.shell.memory import Channel, pack_words, unpack_report
 from otolith.live.shell.processes import Session, run_controller, run_output
+from otolith.live.shell.watch import OutputWatch
 
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler
 ENDS: Final = 60.0  # [s] that returning and parking may take
 NAMES: Final = ("plans", "reports", "words")
+
+
+class Handle:
+    """A file descriptor that a process passes on to its child, which keeps it open."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let the child have it: this is called while a child is started."""
+        return _handed_over, (reduction.DupFd(self.number),)
+
+
+def _handed_over(handle: Any) -> Handle:
+    return Handle(handle.detach())
 
 
 class Occupied(OtolithError):
@@ -35,8 +52,12 @@ class DidNotStart(OtolithError):
 
 
 @contextlib.contextmanager
-def only_session(device: tuple[str, int]) -> Iterator[None]:
-    """Hold the lock of a device.
+def only_session(device: tuple[str, int], tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
+    """Hold the lock of a device; yield its file descriptor, which the output holds too.
+
+    The lock is free when all who hold it have ended: also an output that still parks without its supervisor
+    keeps others away. A session that ends in order leaves the file empty; a number that is found in a free
+    one is of a process that died, which is told.
 
     Raises
     ------
@@ -45,17 +66,28 @@ def only_session(device: tuple[str, int]) -> Iterator[None]:
     host, port = device
     path = Path(tempfile.gettempdir()) / f"otolith-live-{host}-{port}.lock"
     with path.open("a+") as file:
+        file.seek(0)
+        holder = file.read().strip()
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            file.seek(0)
-            raise Occupied(
-                f"device {host}:{port} is driven by process {file.read().strip()} already"
-            ) from None
+            what = f"process {holder} already" if _runs(holder) else f"what process {holder} left behind"
+            raise Occupied(f"device {host}:{port} is driven by {what}") from None
+        if holder:
+            tell(f"the lock of {host}:{port} is taken over from process {holder}, which has died")
         file.truncate(0)
         file.write(str(os.getpid()))
         file.flush()
-        yield
+        yield file.fileno()
+        file.truncate(0)
+
+
+def _runs(holder: str) -> bool:
+    return holder.isdigit() and Path(f"/proc/{holder}").exists()
+
+
+class Latched(OtolithError):
+    """The supervisor has ended a session, because its output died or hung."""
 
 
 class Live:
@@ -64,17 +96,21 @@ class Live:
     Parameters
     ----------
     tell : is called with every sentence about it.
+    lock : file descriptor of `only_session`.
     """
 
-    def __init__(self, session: Session, tell: Callable[[str], None]) -> None:
+    def __init__(self, session: Session, tell: Callable[[str], None], *, lock: int) -> None:
         self._context = multiprocessing.get_context("spawn")
         self._names = {name: f"otolith-{os.getpid()}-{name}" for name in NAMES}
         self._channels = {name: Channel(where, create=True) for name, where in self._names.items()}
         self._reports = self._channels["reports"]
         self._said: Any = self._context.Queue()
-        self._tell, self._session = tell, session
+        self._tell, self._session, self._lock = tell, session, lock
         self._children: dict[str, Any] = {}
+        self._watch: OutputWatch | None = None
         self.report: Report | None = None
+        self.fault = ""  # why a fault is latched here; it is never taken back
+        self._told: set[str] = set()
 
     def start(self) -> None:
         """Start both processes and wait until they are ready.
@@ -83,17 +119,29 @@ class Live:
         ------
         DidNotStart : one of them is not.
         """
+        begun = {}
         for name, run in (("controller", run_controller), ("output", run_output)):
-            ready = self._context.Event()
-            arguments = (self._session, self._names, ready, self._said)
-            child = self._context.Process(target=run, args=arguments, name=f"otolith {name}")
-            child.start()
-            self._children[name] = child
-            begin = time.monotonic()
-            while not ready.wait(0.05):
+            begun[name] = self._context.Event()
+            arguments = (self._session, self._names, begun[name], self._said, Handle(self._lock))
+            self._children[name] = self._context.Process(target=run, args=arguments, name=f"otolith {name}")
+            self._children[name].start()
+        begin = time.monotonic()
+        for name, child in self._children.items():
+            while not begun[name].wait(0.05):
                 if not child.is_alive() or time.monotonic() - begin > STARTS:
                     raise DidNotStart(f"the {name} did not start; its own message stands above")
+        self._watch = OutputWatch(
+            self._children["output"],
+            self._reports,
+            others=(self._children["controller"],),
+            latched=self._latch,
+        )
+        self._watch.start()
         self.look()
+
+    def _latch(self, reason: str) -> None:
+        """Keep why the session is over; called by the watch's thread, told by `look`."""
+        self.fault = reason
 
     def say(self, *words: Word) -> None:
         """Pass on words of the operator."""
@@ -106,10 +154,23 @@ class Live:
                 who, *sentences = self._said.get_nowait()
                 for sentence in sentences:
                     self._tell(sentence if who == "event" else f"{who}: {sentence}")
+        for news in self._deaths():
+            if news not in self._told:
+                self._told.add(news)
+                self._tell(news)
+        if self.fault:
+            return State.FAULT
         message = self._reports.read() if self._channels else None
         if message is not None:
             self.report = unpack_report(message)
         return None if self.report is None else self.report.state
+
+    def _deaths(self) -> Iterator[str]:
+        """Tell what cannot be undone by a word."""
+        if self.fault:
+            yield f"{State.FAULT}: {self.fault}"
+        elif "controller" in self._children and not self.alive("controller"):
+            yield "the controller has died: the platform can be parked, but not be engaged again"
 
     def alive(self, name: str) -> bool:
         """Return whether a process runs."""
@@ -119,15 +180,17 @@ class Live:
     def end(self) -> None:
         """Let the output return and park, then end the controller; give up after `ENDS`."""
         output, controller = self._children.get("output"), self._children.get("controller")
-        if output is not None and output.is_alive():
+        if output is not None and output.is_alive() and not self.fault:
             output.terminate()  # it parks first
             begin = time.monotonic()
             while output.is_alive() and time.monotonic() - begin < ENDS:
                 output.join(0.05)
                 self.look()
-            if output.is_alive():
-                self._tell("the platform did not park in time; packets end, and its own watchdog acts")
-                output.kill()
+        if self._watch is not None:
+            self._watch.end()
+        if output is not None and output.is_alive():
+            self._tell("the platform did not park in time; packets end, and its own watchdog acts")
+            output.kill()
         for child in (controller, output):
             if child is not None and child.is_alive():
                 child.kill()
