@@ -5,97 +5,124 @@ import multiprocessing
 import select
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 from urllib.parse import urlsplit
 
 import typer
 
 from otolith import files
-from otolith.cli.live_virtual import CueingName, Tuning, machine_named
-from otolith.cli.options import Dofs, PlatformName
+from otolith.cli.live_virtual import CueingName, Tuning
+from otolith.cli.options import CUEING_HELP, Dofs, PlatformName
 from otolith.cli.output import screen
 from otolith.cli.stop import Stopped
 from otolith.core.errors import InputError, one_of
 
 if TYPE_CHECKING:
-    from otolith.live.devices.driver import Driver
-    from otolith.live.shell.processes import Session
+    from otolith.live.session import Session
     from otolith.live.shell.supervise import Live
 
 DEVICES: Final = ("moog", "generic")
-PERIOD: Final = 0.01  # [s] of the algorithms that are run live
 LOOK: Final = 0.05  # [s] between looks at the session
-_Heave = Annotated[float, typer.Option(help="Moog's own heave [m] at our neutral pose, 0 to -0.4572.")]
+_Heave = Annotated[
+    float | None,
+    typer.Option(help="Moog's own heave [m] at our neutral pose, 0 to -0.4572 (default: -0.2)."),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """What the user chose; see the options of `run`."""
+    """What the user chose; see the options of `run`. What is None is left to the session's file."""
 
-    incoming: str
-    outgoing: str
-    cueing: str
-    platform: str
-    dofs: str
-    tuning: str | None
+    incoming: str | None = None
+    outgoing: str | None = None
+    cueing: str | None = None
+    platform: str | None = None
+    dofs: str | None = None
+    tuning: str | None = None
     axes: Path | None = None
-    neutral_heave: float = -0.2
+    neutral_heave: float | None = None
     pauses_silently: bool = False
+    file: Path | None = None
+    preset: str | None = None
 
     def session(self) -> "Session":
         """Return the session; every invalid choice is refused before anything is opened."""
-        from otolith.live.shell.processes import Session
-        from otolith.live.wire.axes import axes_from_toml
-        from otolith.live.wire.sources import source_named
+        from otolith.live.session import session_of
+        from otolith.live.settings import settings_from
+        from otolith.live.wire.axes import SECTION, axes_from, axes_from_toml
+        from otolith.platforms.validation_messages import toml_fields
 
-        source, listen = _address("--in", self.incoming)
-        device, line = _address("--out", self.outgoing)
-        axes = None if self.axes is None else files.read_text(self.axes, "axis map")
-        park = (0.0, 0.0, self.neutral_heave if device == "moog" else 0.0, 0.0, 0.0, 0.0)
-        return Session(
-            platform=machine_named(self.platform, self.dofs),
-            cueing=self.cueing,
-            dofs=self.dofs,
-            tuning=self.tuning,
-            source=source_named(source, lambda name: files.read_text(Path(name), "file of channels")),
-            listen=listen,
-            driver=self._driver(device),
-            device=line,
-            park=park,
-            period=PERIOD,
-            axes=None if axes is None else axes_from_toml(axes, str(self.axes)),
-            pauses_silently=self.pauses_silently,
+        source = "the command line" if self.file is None else self.file.name
+        fields: dict[str, Any] = {"platform": "davsi-4dof"}
+        if self.file is not None:
+            fields = toml_fields(files.read_text(self.file, "session"), source)
+        stated = fields.pop(SECTION, None)
+        axes = None if stated is None else axes_from(stated, source)
+        if self.axes is not None:
+            axes = axes_from_toml(files.read_text(self.axes, "axis map"), str(self.axes))
+        settings = settings_from(self._over(fields), source).under(self.preset)
+        named = {"session": self.file, "axes": self.axes}
+        return session_of(
+            settings,
+            axes,
+            source=source,
+            named={what: path for what, path in named.items() if path is not None},
             token=time.time_ns() & 0x7FFFFFFF,
         )
 
-    def _driver(self, name: str) -> "Driver":
-        from otolith.live.devices.generic import Generic
-        from otolith.live.devices.moog import Moog
-
-        if name == "moog":
-            return Moog(interface="CDS7237", neutral_heave=self.neutral_heave)
-        if name == "generic":
-            return Generic(on_silence="falls")  # the strictest: it is braked before packets end
-        raise InputError("device of --out", repr(name), one_of(DEVICES, name))
+    def _over(self, fields: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the fields of a session's file with those that the command line states in their place."""
+        given = {name: getattr(self, name) for name in ("cueing", "platform", "dofs", "tuning")}
+        changed = {**fields, **{name: value for name, value in given.items() if value is not None}}
+        if self.incoming is not None:
+            source, listen = _address("--in", self.incoming)
+            changed["input"] = {**changed.get("input", {}), "source": source, "listen": listen}
+        if self.pauses_silently and "input" in changed:
+            changed["input"] = {**changed["input"], "pauses_silently": True}
+        if self.outgoing is not None:
+            kind, address = _address("--out", self.outgoing)
+            if kind not in DEVICES:
+                raise InputError("device of --out", repr(kind), one_of(DEVICES, kind))
+            known: dict[str, Any] = changed.get("device", {})
+            if known.get("kind") != kind:  # what the file says is of another device
+                known = {"interface": "CDS7237", "neutral_heave_m": -0.2} if kind == "moog" else {}
+            changed["device"] = {**known, "kind": kind, "address": address}
+        if self.neutral_heave is not None and "device" in changed:
+            changed["device"] = {**changed["device"], "neutral_heave_m": self.neutral_heave}
+        for option, table in (("--in", "input"), ("--out", "device")):
+            if table not in changed:
+                raise InputError(option, "missing", f"given, or [{table}] in the file of --session")
+        return changed
 
 
 def run(
     incoming: Annotated[
-        str, typer.Option("--in", metavar="URL", help="Telemetry, SOURCE+udp://HOST:PORT to listen on.")
-    ],
+        str | None,
+        typer.Option("--in", metavar="URL", help="Telemetry, SOURCE+udp://HOST:PORT to listen on."),
+    ] = None,
     outgoing: Annotated[
-        str, typer.Option("--out", metavar="URL", help="Device, moog+udp://HOST:PORT or generic+udp://…")
-    ],
-    cueing: CueingName = "predictive",
-    platform: PlatformName = "davsi-4dof",
-    dofs: Dofs = "surge-pitch,sway-roll",
+        str | None,
+        typer.Option("--out", metavar="URL", help="Device, moog+udp://HOST:PORT or generic+udp://…"),
+    ] = None,
+    session: Annotated[
+        Path | None, typer.Option(help="Session file (.toml); other options go before what it says.")
+    ] = None,
+    preset: Annotated[str | None, typer.Option(help="A preset of the session file.")] = None,
+    cueing: Annotated[str | None, typer.Option(help=f"{CUEING_HELP} (default: predictive)")] = None,
+    platform: Annotated[
+        str | None, typer.Option(help="A shipped platform's name or a platform file (default: davsi-4dof).")
+    ] = None,
+    dofs: Annotated[
+        str | None, typer.Option(help="Axis pairs to cue, with commas (default: surge-pitch,sway-roll).")
+    ] = None,
     tuning: Tuning = None,
     axes: Annotated[
         Path | None, typer.Option(help="Axis map of the source, written by `otolith live learn`.")
     ] = None,
-    neutral_heave: _Heave = -0.2,
+    neutral_heave: _Heave = None,
     pauses_silently: Annotated[
         bool, typer.Option("--pauses-silently", help="The source sends nothing in its menus.")
     ] = False,
@@ -115,6 +142,8 @@ def run(
         axes=axes,
         neutral_heave=neutral_heave,
         pauses_silently=pauses_silently,
+        file=session,
+        preset=preset,
     )
     _drive(choices.session(), seconds)
 
@@ -152,8 +181,8 @@ def demo(
             child.kill()
 
 
-def _address(option: str, url: str) -> tuple[str, tuple[str, int]]:
-    """Return who is at a URL such as moog+udp://127.0.0.1:9910, and where."""
+def _address(option: str, url: str) -> tuple[str, str]:
+    """Return who is at a URL such as moog+udp://127.0.0.1:9910, and the address."""
     bound = "a name and an address, e.g. forza+udp://127.0.0.1:5300"
     who, separator, rest = url.partition("+udp://")
     try:
@@ -163,7 +192,7 @@ def _address(option: str, url: str) -> tuple[str, tuple[str, int]]:
         host, port = None, None
     if not (who and separator and host and port):
         raise InputError(option, repr(url), bound)
-    return who, (host, port)
+    return who, rest
 
 
 def _drive(session: "Session", seconds: float | None) -> None:

@@ -17,13 +17,13 @@ from otolith.interfaces import Command, Cueing, PlatformState, Status
 from otolith.live.core.gate import Gate, Verdict
 from otolith.live.core.health import Condition, Health
 from otolith.live.core.ladder import FAILURES, LATE, LATE_MOST, InARow, Reaction, strongest
-from otolith.live.core.reference import BLEND_BACK, FADE_IN, Fader, Observer, reference
+from otolith.live.core.reference import BLEND_BACK, FADE_IN, Cued, Fader, Observer, reference
 from otolith.live.core.rollout import Rollout, ahead
 from otolith.live.core.session import CUED
 from otolith.live.messages import Plan, Report, Rung, Telemetry
 from otolith.live.wire.formats import OtherPacket
 
-LARGEST: Final = 12.0  # [m/s²] force that is cued at most; a crash is a crash, not a cue
+ALL: Final = Cued()
 UNTRUSTED: Final = 1e-3  # residual of the optimality conditions from which an answer is none
 
 Parse = Callable[[bytes], Telemetry]
@@ -69,7 +69,7 @@ class Controller:
     gate : of the platform, in the algorithm's own period.
     parse : makes a sample of a packet, or raises an error of `otolith.core.errors`.
     wanted : makes of a sample what should be felt (6,), in our axes: the axis map.
-    preview : number of future periods whose force the algorithm is given.
+    cued : how much of it is cued.
     """
 
     def __init__(
@@ -80,11 +80,11 @@ class Controller:
         parse: Parse,
         wanted: Wanted = plain,
         health: Health | None = None,
-        preview: int = 0,
+        cued: Cued = ALL,
     ) -> None:
         self.health = Health() if health is None else health
         self.cueing, self._gate = cueing, gate
-        self._parse, self._wanted, self._preview = parse, wanted, preview
+        self._parse, self._wanted, self._cued = parse, wanted, cued
         self._observer, self._fader = Observer(), Fader()
         self._counters = _Counters()
         self._rollout = Rollout(gate)
@@ -149,14 +149,7 @@ class Controller:
             self._rise = FADE_IN if self._plan is None else BLEND_BACK
         if self._counters.late.count >= LATE:
             return self._fallback(now_ns, motion), "too late"
-        wanted = reference(
-            self._observer,
-            now_ns,
-            weight=weight,
-            largest=LARGEST,
-            steps=self._preview,
-            period=self.cueing.period,
-        )
+        wanted = reference(self._observer, now_ns, self._cued, weight=weight, period=self.cueing.period)
         try:
             command = self.cueing.step(_state(motion), wanted)
         except Exception as error:  # noqa: BLE001 (an algorithm may be anybody's; its failure must not stop us)

@@ -77,6 +77,8 @@ def _one(detail: ErrorDetails, model: type[BaseModel], source: str) -> InputErro
 def _fields(model: type[BaseModel], path: list[str]) -> list[str]:
     """Return the names that the table at `path` may hold."""
     for part in path:
+        if part not in model.model_fields:
+            continue  # a name that the user gives, in a table of tables
         annotation: Any = model.model_fields[part].annotation
         choices = get_args(annotation) or (annotation,)
         model = next(c for c in choices if isinstance(c, type) and issubclass(c, BaseModel))

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from otolith.live.core.reference import CLIPPED, TIME_CONSTANT, Fader, Observer, clipped, reference
+from otolith.live.core.reference import (
+    CLIPPED,
+    TIME_CONSTANT,
+    Cued,
+    Fader,
+    Observer,
+    clipped,
+    reference,
+)
 
 MS = 1_000_000
 
@@ -79,8 +87,17 @@ def test_a_force_is_clipped_in_its_own_direction() -> None:
 
 def test_a_reference_is_weighted_and_previewed() -> None:
     observer = fed({k * 10 * MS: np.ones(6) for k in range(20)})
-    found = reference(observer, 190 * MS, weight=0.5, largest=10.0, steps=3, period=0.01)
+    found = reference(observer, 190 * MS, Cued(steps=3), weight=0.5, period=0.01)
     np.testing.assert_allclose(found.specific_force, 0.5, atol=1e-6)
     assert found.preview is not None
     assert found.preview.shape == (3, 3)
-    assert reference(observer, 190 * MS, weight=0.5, largest=10.0, steps=0, period=0.01).preview is None
+    assert reference(observer, 190 * MS, Cued(), weight=0.5, period=0.01).preview is None
+
+
+def test_a_reference_is_scaled_before_it_is_clipped() -> None:
+    observer = fed({k * 10 * MS: np.full(6, 2.0) for k in range(20)})
+    found = reference(observer, 190 * MS, Cued(scale=0.25), weight=1.0, period=0.01)
+    np.testing.assert_allclose([*found.specific_force, *found.angular_rate], 0.5, atol=1e-6)
+    clipped = reference(observer, 190 * MS, Cued(scale=0.5, largest=1.0), weight=1.0, period=0.01)
+    assert np.linalg.norm(clipped.specific_force) == pytest.approx(1.0)
+    np.testing.assert_allclose(clipped.angular_rate, 1.0, atol=1e-6)

@@ -11,8 +11,8 @@ import numpy as np
 from otolith.cli.live_run import Choices
 from otolith.core.arrays import Vec
 from otolith.live.devices.emulator import ENGAGED, HOME_WITHIN, IDLE, MoogEmulator
+from otolith.live.session import Session
 from otolith.live.shell.datagrams import LOCAL, opened, receive
-from otolith.live.shell.processes import Session
 from otolith.live.shell.virtual import RATE_HZ, driven, free_port
 
 PATIENCE = 120.0  # [s] for a start with a cold compiler on a busy machine

@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 from otolith.live.messages import Plan, Report, Rung, State, Word
-from otolith.live.shell.memory import (
-    SIZE,
-    SLOTS,
-    Channel,
-    WrongMemory,
+from otolith.live.packed import (
     pack_plan,
     pack_report,
     pack_words,
@@ -19,6 +15,7 @@ from otolith.live.shell.memory import (
     unpack_report,
     unpack_words,
 )
+from otolith.live.shell.memory import SIZE, SLOTS, Channel, WrongMemory
 
 
 def name(what: str) -> str:

@@ -15,6 +15,7 @@ the algorithm always decides from where the platform is.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -97,20 +98,29 @@ def clipped(wanted: Vec, largest: float) -> Vec:
     return np.concatenate([wanted[:3] * (largest / force), wanted[3:]])
 
 
-def reference(
-    observer: Observer, now_ns: int, *, weight: float, largest: float, steps: int, period: float
-) -> Reference:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cued:
+    """How much of what is wanted is cued."""
+
+    scale: float = 1.0  # of force and rate
+    largest: float = 12.0  # [m/s²] force that is cued at most, after scaling; a crash is a crash, not a cue
+    steps: int = 0  # number of future periods for which a preview is given
+
+
+def reference(observer: Observer, now_ns: int, cued: Cued, *, weight: float, period: float) -> Reference:
     """Return the reference for a decision now.
 
     Parameters
     ----------
     weight : of the fade.
-    largest : [m/s²] magnitude to which the force is clipped.
-    steps : number of future periods [s] for which a preview is given; 0: none.
+    period : [s] of the algorithm.
     """
-    now = weight * clipped(observer.wanted(now_ns), largest)
+
+    def at(ahead: float) -> Vec:
+        return weight * clipped(cued.scale * observer.wanted(now_ns, ahead), cued.largest)
+
+    now = at(0.0)
     preview: Mat | None = None
-    if steps > 0:
-        ahead = (observer.wanted(now_ns, (k + 1) * period) for k in range(steps))
-        preview = np.array([weight * clipped(wanted, largest)[:3] for wanted in ahead])
+    if cued.steps > 0:
+        preview = np.array([at((k + 1) * period)[:3] for k in range(cued.steps)])
     return Reference(specific_force=now[:3], angular_rate=now[3:], preview=preview)

@@ -9,72 +9,32 @@ import signal
 import socket
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.synchronize import Event
 from typing import Any, Final
 
 import numpy as np
 
 from otolith.core.errors import OtolithError
-from otolith.core.frames import dofs_named
-from otolith.cueing.design import Design
-from otolith.cueing.washout.tuning import load_tuning
-from otolith.interfaces import PlatformState, Reference
-from otolith.live.controller import Controller, ControllerInbox, plain
-from otolith.live.core.gate import Gate
-from otolith.live.core.health import Health
+from otolith.live.controller import ControllerInbox
 from otolith.live.core.ladder import NO_REACTION, Reaction
 from otolith.live.devices.driver import Driver
 from otolith.live.messages import Feedback, Report, Rung, State, Word
-from otolith.live.output import Device, Output, OutputInbox
+from otolith.live.output import Output, OutputInbox
+from otolith.live.packed import pack_plan, pack_report, unpack_plan, unpack_report, unpack_words
+from otolith.live.session import Session
 from otolith.live.shell.clock import Ticks
 from otolith.live.shell.datagrams import LARGEST, opened
-from otolith.live.shell.memory import (
-    Channel,
-    pack_plan,
-    pack_report,
-    unpack_plan,
-    unpack_report,
-    unpack_words,
-)
+from otolith.live.shell.memory import Channel
 from otolith.live.shell.rights import die_with_parent, take_rights
-from otolith.live.wire.axes import AxisMap
-from otolith.live.wire.source import Source
-from otolith.platforms import Platform
-from otolith.registry import make_cueing
 
 TICK_NS: Final = 1_000_000  # [ns] of the output
 CONTROLLER, OUTPUT = 10, 20  # real-time priorities
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Session:
-    """All that the two processes of a session have to know; it travels to them once, at their start."""
-
-    platform: Platform
-    cueing: str
-    dofs: str
-    source: Source
-    listen: tuple[str, int]  # host and port of the telemetry
-    driver: Driver
-    device: tuple[str, int]  # host and port
-    park: tuple[float, ...]  # (6,) [m, rad]
-    period: float  # [s] of the algorithm
-    tuning: str | None = None
-    axes: AxisMap | None = None  # None: the source is in our axes
-    pauses_silently: bool = False
-    token: int = 0
-
-    def gate(self, *, travel: bool = False) -> Gate:
-        """Return the gate of cueing, or of the moves from and to the park pose."""
-        park = np.array(self.park) if travel else None
-        return Gate(self.platform, lag=self.platform.actuators.lag_s, period=self.period, park=park)
-
-
 def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any, _: Any) -> None:
     """Be the controller, until the parent ends this process."""
     _begin_child()
-    controller = _controller(session)
+    controller = session.controller()
     plans, reports = Channel(names["plans"]), Channel(names["reports"])
     said.put(("controller", *take_rights(CONTROLLER)))
     with opened(session.listen[1], host=session.listen[0]) as listening:
@@ -92,23 +52,6 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
             plans.write(pack_plan(plan))
             missed = (time.monotonic_ns() - now) // period_ns
             last = now
-
-
-def _controller(session: Session) -> Controller:
-    """Return the core, after everything it needs is compiled and has run once."""
-    dofs = dofs_named(session.dofs.split(","))
-    washout = None if session.tuning is None else load_tuning(session.tuning)
-    cueing = make_cueing(session.cueing, Design(platform=session.platform, dofs=dofs, washout=washout))
-    for force in (0.0, 0.1, -0.1):  # compiled now
-        cueing.step(PlatformState(), Reference(specific_force=np.array([force, force, 0.0])))
-    cueing.reset(PlatformState())
-    return Controller(
-        cueing,
-        session.gate(),
-        parse=session.source.parse,
-        wanted=plain if session.axes is None else session.axes.wanted,
-        health=Health(pauses_silently=session.pauses_silently),
-    )
 
 
 def _until_due(listening: socket.socket, last: int, period_ns: int) -> tuple[tuple[int, bytes], ...]:
@@ -135,14 +78,7 @@ def run_output(session: Session, names: dict[str, str], ready: Event, said: Any,
     It keeps the lock of the device as long as it lives.
     """
     _begin_child()
-    output = Output(
-        session.gate(),
-        session.gate(travel=True),
-        Device.at(
-            np.array(session.park), rate_hz=session.driver.rate_hz, on_silence=session.driver.on_silence
-        ),
-        token=session.token,
-    )
+    output = session.output()
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
     plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))

@@ -19,8 +19,10 @@ from typing import Any, Final
 
 from otolith.core.errors import OtolithError
 from otolith.live.messages import Report, State, Word
-from otolith.live.shell.memory import Channel, pack_words, unpack_report
-from otolith.live.shell.processes import Session, run_controller, run_output
+from otolith.live.packed import pack_words, unpack_report
+from otolith.live.session import Session
+from otolith.live.shell.memory import Channel
+from otolith.live.shell.processes import run_controller, run_output
 from otolith.live.shell.watch import OutputWatch
 
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler

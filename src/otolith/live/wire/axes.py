@@ -101,6 +101,10 @@ class AxisMap:
         wanted = self.wanted(telemetry)
         return Reference(specific_force=wanted[:3], angular_rate=wanted[3:])
 
+    def to_record(self) -> dict[str, Any]:
+        """Return the map as plain values, with its hash."""
+        return {**asdict(self), "sha256": self.digest}
+
     def to_toml(self) -> str:
         """Return the section of a session file."""
         lines = [f"[{SECTION}]"]
@@ -133,6 +137,12 @@ def axes_from_toml(text: str, source: str) -> AxisMap:
         raise InputError(f"session {source}", f"not TOML ({error})", "a session file") from None
     if not isinstance(section, dict):
         raise InputError(f"[{SECTION}] of {source}", "missing", "as 'otolith live learn' writes it")
+    return axes_from(section, source)
+
+
+def axes_from(fields: Mapping[str, Any], source: str) -> AxisMap:
+    """Return the axis map of its fields, hash included; see `axes_from_toml`."""
+    section = dict(fields)
     stated = section.pop("sha256", None)
     found = _axis_map(section, source)
     if stated != found.digest:

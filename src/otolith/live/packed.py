@@ -1,0 +1,82 @@
+"""Messages between the processes of a session as bytes: in shared memory, and in the log.
+
+All numbers are little endian and keep their bits, so a message that is packed and unpacked is the same.
+"""
+
+import struct
+from typing import Final
+
+import numpy as np
+
+from otolith.live.messages import Plan, Report, Rung, State, Word
+
+_PLAN: Final = struct.Struct("<qqqqqqd?qq")
+_REPORT: Final = struct.Struct("<qqq")
+
+
+def pack_plan(plan: Plan) -> bytes:
+    """Return a plan as bytes; texts are cut at 200 bytes."""
+    reason, outcome = (text.encode()[:200] for text in (plan.reason, plan.outcome))
+    head = _PLAN.pack(
+        plan.sequence,
+        plan.generation,
+        plan.time_ns,
+        plan.period_ns,
+        plan.rung,
+        plan.telemetry_ns,
+        plan.residual,
+        plan.healthy,
+        len(reason),
+        len(outcome),
+    )
+    return head + reason + outcome + plan.stages.tobytes()
+
+
+def unpack_plan(message: bytes) -> Plan:
+    """Return the plan of `pack_plan`."""
+    sequence, generation, time_ns, period_ns, rung, telemetry_ns, residual, healthy, m, n = _PLAN.unpack_from(
+        message
+    )
+    at = _PLAN.size
+    return Plan(
+        sequence=sequence,
+        generation=generation,
+        time_ns=time_ns,
+        period_ns=period_ns,
+        rung=Rung(rung),
+        telemetry_ns=telemetry_ns,
+        residual=residual,
+        healthy=healthy,
+        reason=message[at : at + m].decode(errors="ignore"),
+        outcome=message[at + m : at + m + n].decode(errors="ignore"),
+        stages=np.frombuffer(message[at + m + n :]).reshape(-1, 6),
+    )
+
+
+def pack_report(report: Report) -> bytes:
+    """Return a report as bytes."""
+    head = _REPORT.pack(report.time_ns, report.generation, report.follows)
+    return head + report.motion.tobytes() + str(report.state).encode()
+
+
+def unpack_report(message: bytes) -> Report:
+    """Return the report of `pack_report`."""
+    time_ns, generation, follows = _REPORT.unpack_from(message)
+    at = _REPORT.size
+    return Report(
+        time_ns=time_ns,
+        generation=generation,
+        follows=follows,
+        motion=np.frombuffer(message[at : at + 144]).reshape(3, 6),
+        state=State(message[at + 144 :].decode()),
+    )
+
+
+def pack_words(words: tuple[Word, ...]) -> bytes:
+    """Return the operator's words as bytes."""
+    return " ".join(words).encode()
+
+
+def unpack_words(message: bytes) -> tuple[Word, ...]:
+    """Return the words of `pack_words`."""
+    return tuple(Word(word) for word in message.decode().split())

@@ -1,0 +1,82 @@
+"""Sessions: what they read, that they come back from a log as they were, and what they refuse."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from otolith import files
+from otolith.cli.live_run import Choices
+from otolith.core.errors import CorruptFile, InputError
+from otolith.core.frames import SURGE_PITCH
+from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
+from otolith.live.session import session_from_record
+from otolith.live.wire.axes import AxisMap
+from otolith.mpqp import enumerate_regions
+from otolith.platforms import load
+from tests.live.test_settings import SESSION
+
+AXES = AxisMap(source="generic", force=("2", "-1", "3"), evidence={"circle": 0.99})
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    made = tmp_path / "s.toml"
+    made.write_text(SESSION + AXES.to_toml())
+    return made
+
+
+def test_a_session_comes_back_from_its_record_as_it_was(path: Path) -> None:
+    session = Choices(file=path).session()
+    assert session.axes == AXES
+    assert session.park == (0.0, 0.0, -0.2, 0.0, 0.0, 0.0)
+    assert session.driver.name == "moog CDS7237"
+    assert session.platform.circle == 0.12
+    record = json.loads(json.dumps(session.to_record()))
+    again = session_from_record(record, "s.otl")
+    assert again == session
+    with pytest.raises(CorruptFile, match=r"s\.otl states no session of this version"):
+        session_from_record({**record, "platform": 3}, "s.otl")
+
+
+def test_the_command_line_goes_before_the_file(path: Path) -> None:
+    session = Choices(
+        file=path, outgoing="generic+udp://127.0.0.1:9", cueing="adaptive", preset="gentle"
+    ).session()
+    assert (session.settings.device.kind, session.settings.cueing) == ("generic", "adaptive")
+    assert session.settings.scale == 0.4
+
+
+def test_files_that_a_session_read_and_that_change_are_named(path: Path, tmp_path: Path) -> None:
+    """Row 20: what runs is what was read at the start."""
+    mine = tmp_path / "mine.toml"
+    mine.write_text((Path(files.__file__).parent / "platforms/catalog/davsi-4dof.toml").read_text())
+    session = Choices(file=path, platform=str(mine)).session()
+    assert session.changed() == []
+    mine.write_text(mine.read_text() + "\n")
+    path.unlink()
+    said = session.changed()
+    assert len(said) == 2
+    assert any("session" in one and "no longer there" in one for one in said)
+    assert any(one.startswith("SHA-256 of platform") for one in said)
+    assert all("the session goes on with what it read at its start" in one for one in said)
+
+
+def test_laws_of_another_model_and_damaged_ones_are_refused(path: Path, tmp_path: Path) -> None:
+    """Row 21: SHA-256, version and model of a table, before anything is opened."""
+    text = path.read_text().replace('"classical"', '"explicit"').replace('tuning = "davsi"\n', "")
+    laws = tmp_path / "laws.h5"
+    path.write_text(text.replace("scale = 0.8", f'scale = 0.8\nlaws = "{laws}"\ndofs = "surge-pitch"'))
+    with pytest.raises(InputError, match=r"laws\.h5 is not readable"):
+        Choices(file=path).session()
+    settings = ExplicitSettings(horizon=2)
+    other = load("davsi")
+    problem = explicit_problem(SURGE_PITCH, other.limits(SURGE_PITCH), other.braking, settings)
+    files.write_laws((enumerate_regions(problem),), laws)
+    with pytest.raises(InputError, match=r"the stored law's model is .* of platform davsi-4dof as chosen"):
+        Choices(file=path).session()
+    damaged = bytearray(laws.read_bytes())
+    damaged[-100] ^= 1
+    laws.write_bytes(damaged)
+    with pytest.raises(CorruptFile, match="does not match its SHA-256"):
+        Choices(file=path).session()
