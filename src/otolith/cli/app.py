@@ -1,8 +1,11 @@
 """The program `otolith`: its commands, and how it reports errors."""
 
+import gc
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Annotated, Any, Final, NoReturn
 
@@ -32,7 +35,7 @@ COMMANDS: Final = {
     ),
     "run": (
         "run:run",
-        "Cue one scenario, or a recorded drive, and write run.h5, summary.json, report.html and figures.",
+        "Cue one scenario, or a recorded drive, and write run.h5, summary.json and report.html.",
     ),
     "compare": (
         "run:compare",
@@ -147,7 +150,8 @@ def run_program(arguments: list[str] | None = None) -> None:
         sys.stdout.write(f"otolith {__version__}\n")
         return
     try:
-        command = typer.main.get_command(program(_called(line)))
+        with imports_uncollected():
+            command = typer.main.get_command(program(_called(line)))
         refuse_lost(command, line)
         command(line, prog_name="otolith")
     except OtolithError as error:
@@ -157,6 +161,22 @@ def run_program(arguments: list[str] | None = None) -> None:
         sys.exit(128 + signal.SIGPIPE)
     except OSError as error:
         _refuse(f"{error.filename or 'output'} could not be read or written: {error.strerror}", debug)
+
+
+@contextmanager
+def imports_uncollected() -> Iterator[None]:
+    """Let the collector of garbage rest while a command is imported, and leave out afterwards what was made.
+
+    What an import makes stays, so looking through it is in vain; it would take a seventh of a short command.
+    """
+    before = len(sys.modules)
+    gc.disable()
+    try:
+        yield
+        if len(sys.modules) > before:  # in a process that calls many commands, garbage is not left out
+            gc.freeze()
+    finally:
+        gc.enable()
 
 
 def _called(line: list[str]) -> str:
