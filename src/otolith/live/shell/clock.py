@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from otolith.core.errors import OtolithError
+from otolith.live.core.times import Times
 
 _MONOTONIC: Final = 1
 _ABSOLUTE: Final = 1
@@ -31,7 +32,7 @@ class Ticks:
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
         self.skipped = 0  # periods in which nobody woke us
-        self.latest_ns = 0  # largest lateness
+        self.late = Times()  # from every deadline to the moment in which we were awake
         try:
             self._sleep = ctypes.CDLL(None).clock_nanosleep
         except (AttributeError, OSError, TypeError) as error:
@@ -42,7 +43,7 @@ class Ticks:
         while True:
             self._wait(deadline)
             now = time.monotonic_ns()
-            self.latest_ns = max(self.latest_ns, now - deadline)
+            self.late.note(now - deadline)
             yield now
             behind = max(0, (time.monotonic_ns() - deadline) // self._period_ns)
             self.skipped += behind

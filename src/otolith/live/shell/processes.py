@@ -12,8 +12,6 @@ from collections.abc import Callable
 from multiprocessing.synchronize import Event
 from typing import Any, Final
 
-import numpy as np
-
 from otolith.core.errors import OtolithError
 from otolith.live.controller import ControllerInbox
 from otolith.live.core.ladder import NO_REACTION, Reaction
@@ -26,14 +24,16 @@ from otolith.live.shell.clock import Ticks
 from otolith.live.shell.datagrams import LARGEST, opened
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.rights import die_with_parent, take_rights
+from otolith.live.shell.timing import ControllerTiming, OutputTiming
 
 TICK_NS: Final = 1_000_000  # [ns] of the output
 CONTROLLER, OUTPUT = 10, 20  # real-time priorities
 
 
 def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any, _: Any) -> None:
-    """Be the controller, until the parent ends this process."""
+    """Be the controller, until the parent asks this process to end."""
     _begin_child()
+    asked = _asked_to_end()
     controller = session.controller()
     plans, reports = Channel(names["plans"]), Channel(names["reports"])
     said.put(("controller", *take_rights(CONTROLLER)))
@@ -42,20 +42,34 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
         period_ns = round(1e9 * session.period)
         last, missed = time.monotonic_ns(), 0
         report: Report | None = None
-        while True:
-            packets = _until_due(listening, last, period_ns)
-            now = time.monotonic_ns()
+        timing = ControllerTiming()
+        packets: tuple[tuple[int, bytes], ...] = ()
+        while not asked:
+            # A packet after a tick without one is answered at once; others at twice the rate at most.
+            soonest = last + period_ns // 2 if packets else last
+            packets = _until_due(listening, last, period_ns, soonest=soonest)
+            now, cpu = time.monotonic_ns(), time.thread_time_ns()
             plans.beat()
             message = reports.read()
             report = report if message is None else unpack_report(message)
             plan = controller.tick(now, ControllerInbox(packets=packets, report=report, missed=missed))
             plans.write(pack_plan(plan))
-            missed = (time.monotonic_ns() - now) // period_ns
+            end = time.monotonic_ns()
+            missed = (end - now) // period_ns
+            if len(plan.stages):
+                timing.decisions += 1
+                timing.missed += missed
+                if packets:
+                    timing.cpu.note(time.thread_time_ns() - cpu)
+                    timing.plan.note(end - packets[-1][0])
             last = now
+    said.put(("timing", timing))
 
 
-def _until_due(listening: socket.socket, last: int, period_ns: int) -> tuple[tuple[int, bytes], ...]:
-    """Collect packets until one comes half a period after the last tick or later, or a period has passed."""
+def _until_due(
+    listening: socket.socket, last: int, period_ns: int, *, soonest: int
+) -> tuple[tuple[int, bytes], ...]:
+    """Collect packets until one comes at `soonest` [ns] or later, or a period has passed since `last`."""
     packets: list[tuple[int, bytes]] = []
     while True:
         left = last + period_ns - time.monotonic_ns()
@@ -68,7 +82,7 @@ def _until_due(listening: socket.socket, last: int, period_ns: int) -> tuple[tup
             return tuple(packets)
         now = time.monotonic_ns()
         packets.append((now, packet))
-        if now - last >= period_ns // 2:
+        if now >= soonest:
             return tuple(packets)
 
 
@@ -79,8 +93,7 @@ def run_output(session: Session, names: dict[str, str], ready: Event, said: Any,
     """
     _begin_child()
     output = session.output()
-    asked: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
+    asked = _asked_to_end()
     plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
     said.put(("output", *take_rights(OUTPUT)))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
@@ -129,7 +142,7 @@ def _roll(
     """Make one set-point per tick until asked to end and nothing moves any more."""
     plans, reports, words = channels
     ticks, told, parking = Ticks(TICK_NS), 0, False
-    latencies: list[int] = []  # [ns] from a packet to the first set-point that answers it
+    timing = OutputTiming(late=ticks.late)
     answered = 0
     for now in ticks:
         message, spoken = plans.read(), words.read()
@@ -153,7 +166,7 @@ def _roll(
             line.send(driver.encode(out.set_point, out.request))
         if plan is not None and out.report.follows == plan.sequence and plan.telemetry_ns > answered:
             answered = plan.telemetry_ns
-            latencies.append(time.monotonic_ns() - answered)
+            timing.answer.note(time.monotonic_ns() - answered)
         reports.write(pack_report(out.report))
         events = output.session.events
         if len(events) > told:
@@ -161,17 +174,17 @@ def _roll(
             told = len(events)
         if asked and out.report.state in {State.IDLE, State.PARKED, State.FAULT}:
             reports.finish()
-            said.put(("output", *_account(ticks, latencies)))
+            timing.skipped = ticks.skipped
+            said.put(("timing", timing))
             return
+        timing.work.note(time.monotonic_ns() - now)
 
 
-def _account(ticks: Ticks, latencies: list[int]) -> list[str]:
-    """Return how punctual the output was, in sentences."""
-    told = [f"{ticks.skipped} ticks skipped, the latest {1e-6 * ticks.latest_ns:.2f} ms late"]
-    if latencies:
-        p50, p99 = 1e-6 * np.percentile(latencies, [50, 99])
-        told.append(f"packet to set-point: median {p50:.2f} ms, p99 {p99:.2f} ms, {len(latencies)} packets")
-    return told
+def _asked_to_end() -> list[int]:
+    """Return a list that SIGTERM makes longer, so that a loop can end where it stands well."""
+    asked: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
+    return asked
 
 
 def _begin_child() -> None:

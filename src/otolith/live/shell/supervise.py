@@ -23,10 +23,12 @@ from otolith.live.packed import pack_words, unpack_report
 from otolith.live.session import Session
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.processes import run_controller, run_output
+from otolith.live.shell.timing import ControllerTiming, OutputTiming
 from otolith.live.shell.watch import OutputWatch
 
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler
 ENDS: Final = 60.0  # [s] that returning and parking may take
+LEAVES: Final = 5.0  # [s] that a controller may take to end
 NAMES: Final = ("plans", "reports", "words")
 
 
@@ -113,6 +115,8 @@ class Live:
         self.report: Report | None = None
         self.fault = ""  # why a fault is latched here; it is never taken back
         self._told: set[str] = set()
+        self._ending = False
+        self.output_timing, self.controller_timing = OutputTiming(), ControllerTiming()  # at their end
 
     def start(self) -> None:
         """Start both processes and wait until they are ready.
@@ -153,8 +157,11 @@ class Live:
         """Tell what was said, read the latest report, and return the state."""
         with contextlib.suppress(queue.Empty):
             while True:
-                who, *sentences = self._said.get_nowait()
-                for sentence in sentences:
+                who, *said = self._said.get_nowait()
+                if who == "timing":
+                    self._take(said[0])
+                    continue
+                for sentence in said:
                     self._tell(sentence if who == "event" else f"{who}: {sentence}")
         for news in self._deaths():
             if news not in self._told:
@@ -167,11 +174,21 @@ class Live:
             self.report = unpack_report(message)
         return None if self.report is None else self.report.state
 
+    def _take(self, timing: OutputTiming | ControllerTiming) -> None:
+        """Keep and tell what a process that ends has noted about its time."""
+        name = "output" if isinstance(timing, OutputTiming) else "controller"
+        for sentence in timing.sentences():
+            self._tell(f"{name}: {sentence}")
+        if isinstance(timing, OutputTiming):
+            self.output_timing = timing
+        else:
+            self.controller_timing = timing
+
     def _deaths(self) -> Iterator[str]:
         """Tell what cannot be undone by a word."""
         if self.fault:
             yield f"{State.FAULT}: {self.fault}"
-        elif "controller" in self._children and not self.alive("controller"):
+        elif not self._ending and "controller" in self._children and not self.alive("controller"):
             yield "the controller has died: the platform can be parked, but not be engaged again"
 
     def alive(self, name: str) -> bool:
@@ -181,6 +198,7 @@ class Live:
 
     def end(self) -> None:
         """Let the output return and park, then end the controller; give up after `ENDS`."""
+        self._ending = True
         output, controller = self._children.get("output"), self._children.get("controller")
         if output is not None and output.is_alive() and not self.fault:
             output.terminate()  # it parks first
@@ -193,6 +211,9 @@ class Live:
         if output is not None and output.is_alive():
             self._tell("the platform did not park in time; packets end, and its own watchdog acts")
             output.kill()
+        if controller is not None and controller.is_alive():
+            controller.terminate()
+            controller.join(LEAVES)
         for child in (controller, output):
             if child is not None and child.is_alive():
                 child.kill()
