@@ -34,7 +34,8 @@ class Times:
         for k, count in enumerate(self.bins):
             left -= count
             if left <= 1e-9 * self.count:
-                return min(float(self.largest), 2.0 ** ((k + 1) / PER_OCTAVE))
+                edge: float = 2.0 ** ((k + 1) / PER_OCTAVE)
+                return min(float(self.largest), edge)
         return float(self.largest)
 
     def __str__(self) -> str:
