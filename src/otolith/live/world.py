@@ -25,78 +25,17 @@ from otolith.live.core.ladder import NO_REACTION, Reaction
 from otolith.live.core.session import Event
 from otolith.live.core.watchdog import LOOK_NS, OUTPUT_NS, Silence
 from otolith.live.devices.driver import Request
+from otolith.live.links import Link, Source
 from otolith.live.machines import IdealDevice, Machine
-from otolith.live.messages import DeviceState, Feedback, Flag, Plan, Report, SetPoint, State, Word
+from otolith.live.messages import DeviceState, Feedback, Plan, Report, SetPoint, State, Word
 from otolith.live.output import Device, Output, OutputInbox, OutputOutbox
-from otolith.live.wire.generic import TELEMETRY, Generic, seal
+from otolith.live.recorder import EVERY_NS
+from otolith.live.virtual_log import VirtualLog
+from otolith.live.wire.generic import Generic
 from otolith.platforms import Platform
 
 SECOND: Final = 1_000_000_000  # [ns]
 MS: Final = 1_000_000  # [ns]
-
-
-@dataclass(slots=True)
-class Link:
-    """A link for packets, with everything that networks do to them."""
-
-    delay_ns: int = MS
-    jitter_ns: int = 0  # largest further delay
-    loss: float = 0.0  # share of packets
-    duplication: float = 0.0
-    reordering: float = 0.0  # share of packets that come 40 ms later
-    corruption: float = 0.0
-    silent_until_ns: int = 0
-
-    def times(self, now_ns: int, rng: np.random.Generator) -> list[int]:
-        """Return when a packet that is sent now arrives: not at all, once, or twice."""
-        if now_ns < self.silent_until_ns or rng.random() < self.loss:
-            return []
-        late = 40 * MS if rng.random() < self.reordering else 0
-        arrival = now_ns + self.delay_ns + late + int(rng.integers(0, self.jitter_ns + 1))
-        return [arrival, arrival + MS] if rng.random() < self.duplication else [arrival]
-
-    def content(self, packet: bytes, rng: np.random.Generator) -> bytes:
-        """Return what arrives of a packet."""
-        if rng.random() >= self.corruption:
-            return packet
-        broken = bytearray(packet)
-        broken[int(rng.integers(len(packet)))] ^= 1 << int(rng.integers(8))
-        return bytes(broken) if rng.random() < 0.5 else bytes(broken[: int(rng.integers(len(packet)))])
-
-
-@dataclass(slots=True)
-class Source:
-    """A vehicle that sends the generic packet.
-
-    Parameters
-    ----------
-    drive : time [s] -> specific force and angular rate (6,) in our axes.
-    change : makes other numbers of those of a packet: a fault of the source.
-    """
-
-    drive: Callable[[float], Vec]
-    rate_hz: float = 60.0
-    sequence: int = 0
-    clock_ns: int = 100 * SECOND  # what the sender's clock shows when ours shows zero
-    flags: Flag = Flag.RUNNING
-    speed: float = 20.0  # [m/s]
-    change: Callable[[dict[str, tuple[Any, ...]]], dict[str, tuple[Any, ...]]] | None = None
-
-    def packet(self, now_ns: int) -> bytes:
-        """Return the next packet."""
-        self.sequence += 1
-        wanted = self.drive(1e-9 * now_ns)
-        values: dict[str, tuple[Any, ...]] = {
-            "sequence": (self.sequence,),
-            "time": (now_ns + self.clock_ns,),
-            "flags": (int(self.flags),),
-            "source": (0,),
-            "specific force": tuple(wanted[:3]),
-            "angular rate": tuple(wanted[3:]),
-            "attitude": (1.0, 0.0, 0.0, 0.0),
-            "velocity": (self.speed, 0.0, 0.0),
-        }
-        return seal(TELEMETRY, values if self.change is None else self.change(values))
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +102,7 @@ class World:
         self.plans: list[Plan] = []
         self.on_plan: Callable[[Plan], Plan] | None = None  # what becomes of a plan in the memory
         self.reaction: Reaction = NO_REACTION  # of the shell
+        self.log: VirtualLog | None = None
         self._tick_ns, self._period_ns = round(1e9 * tick), round(1e9 * cueing.period)
         self._events: list[tuple[int, int, Callable[[], None]]] = []
         self._count = 0
@@ -216,6 +156,12 @@ class World:
         """Let every run of a core come late by a time [s], from now on for a time [s]."""
         self.cores[core].late_ns = round(1e9 * late)
         self.at(self.seconds + seconds, partial(setattr, self.cores[core], "late_ns", 0))
+
+    def record(self, log: VirtualLog) -> "World":
+        """Log the session from now on."""
+        self.log, self.cores["recorder"] = log, _Core()
+        self._record()
+        return self
 
     def run(self, until: float) -> "World":
         """Let the world go on until a time [s]."""
@@ -293,6 +239,8 @@ class World:
         inbox = ControllerInbox(packets=tuple(self._packets), report=self._report, missed=self._missed)
         self._packets.clear()
         plan = self.controller.tick(self.now_ns, inbox)
+        if self.log is not None:
+            self.log.controller.note(self.now_ns, inbox, plan)
         cost = self.costs_ns.pop(0) if self.costs_ns else 300_000
         self._missed = cost // self._period_ns
         self._after(cost, partial(self._publish, plan))
@@ -315,13 +263,22 @@ class World:
         )
         self._feedback = None
         self._words.clear()
+        told = len(self.output.session.events)
         out = self.output.tick(self.now_ns, inbox)
+        if self.log is not None:
+            self.log.output.note(self.now_ns, inbox, out, self.output.session.events[told:])
         self._report = out.report
         self._reports += 1
         self._note(out)
         if out.set_point is not None:
             self._to_device(out.set_point, out.request)
         self._after(self._tick_ns + self.cores["output"].late_ns, self._output)
+
+    def _record(self) -> None:
+        if self.log is None or not self._runs("recorder", self._record):
+            return
+        self.log.recorder.tick(self.now_ns)
+        self._after(EVERY_NS, self._record)
 
     def _supervise(self) -> None:
         """Watch the output; where it is silent, end the session."""

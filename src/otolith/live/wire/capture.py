@@ -1,23 +1,23 @@
-"""Captured packets in a file: append only, one record after the other, each with its length and checksum.
+"""Captured packets in a file of records (`otolith.live.records`).
 
-A record is u32 length of the payload, u32 CRC-32 of kind and payload, u8 kind, payload; little endian. The
-first record of a capture says in JSON what was captured; those of kind `TELEMETRY` hold a packet as it
-came, after the time of its arrival.
+The first record of a capture says in JSON what was captured; those of kind `TELEMETRY` hold a packet as it
+came, after the time of its arrival. The log of a session is a capture, too, with records of other kinds
+between.
 """
 
 import json
 import struct
-import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from otolith.core.errors import CorruptFile
+from otolith.live.records import HEAD, Records, record
 
 SESSION, TELEMETRY = 1, 2  # kinds of records
-FORMAT: Final = "otolith-capture"
+FORMAT, LOG = "otolith-capture", "otolith-log"
 VERSION: Final = 1
-LONGEST: Final = 65_535  # longest payload of a UDP packet [bytes]
-_HEAD: Final = struct.Struct("<IIB")
+MOST: Final = 1 << 20  # longest payload of a record [bytes]
+KINDS: Final = {SESSION: "of the session", TELEMETRY: "of telemetry"}
 _TIME: Final = struct.Struct("<Q")
 
 
@@ -36,11 +36,6 @@ class Capture(NamedTuple):
     cut: bool  # whether the last record is incomplete, as when the recorder was killed
 
 
-def record(kind: int, payload: bytes) -> bytes:
-    """Return a record, ready to be appended to a file."""
-    return _HEAD.pack(len(payload), zlib.crc32(bytes([kind]) + payload), kind) + payload
-
-
 def session_record(source: str) -> bytes:
     """Return the first record of a capture."""
     return record(SESSION, json.dumps({"format": FORMAT, "version": VERSION, "source": source}).encode())
@@ -53,7 +48,10 @@ def packet_record(packet: Packet) -> bytes:
 
 def is_capture(data: bytes) -> bool:
     """Return whether a file begins as a capture does."""
-    return len(data) > _HEAD.size and data[8] == SESSION and FORMAT.encode() in data[: _HEAD.size + 200]
+    begin = data[: HEAD.size + 200]
+    return (
+        len(data) > HEAD.size and data[8] == SESSION and any(name.encode() in begin for name in (FORMAT, LOG))
+    )
 
 
 def read_capture(data: bytes, source: str) -> Capture:
@@ -67,39 +65,17 @@ def read_capture(data: bytes, source: str) -> Capture:
     ------
     CorruptFile : a checksum is wrong, a record is impossible, or the first one is not that of a capture.
     """
-    found, cut = list(_records(data, source)), False
-    if found and found[-1] is None:
-        cut = True
-    complete = [one for one in found if one is not None]
-    if not complete or complete[0][0] != SESSION:
+    records = Records(data, source, KINDS, most=MOST)
+    found = [(one.kind, one.payload) for one in records if one.kind in KINDS]
+    if not found or found[0][0] != SESSION:
         raise CorruptFile(f"{source} does not begin as a capture of packets")
-    said = _said(complete[0][1], source)
+    said = _said(found[0][1], source)
     packets = [
         Packet(_TIME.unpack_from(payload)[0], payload[_TIME.size :])
-        for kind, payload in complete
+        for kind, payload in found
         if kind == TELEMETRY and len(payload) >= _TIME.size
     ]
-    return Capture(said, packets, cut)
-
-
-def _records(data: bytes, source: str) -> Iterator[tuple[int, bytes] | None]:
-    """Yield kind and payload of each record, and None for one that is cut off at the end."""
-    place = 0
-    while place < len(data):
-        if len(data) - place < _HEAD.size:
-            yield None
-            return
-        length, checksum, kind = _HEAD.unpack_from(data, place)
-        if length > LONGEST + _TIME.size:
-            raise CorruptFile(f"{source} is damaged at byte {place}: a record of {length:,} bytes")
-        payload = data[place + _HEAD.size : place + _HEAD.size + length]
-        if len(payload) < length:
-            yield None
-            return
-        if zlib.crc32(bytes([kind]) + payload) != checksum:
-            raise CorruptFile(f"{source} is damaged at byte {place}: the checksum of its record is wrong")
-        yield kind, payload
-        place += _HEAD.size + length
+    return Capture(said, packets, records.cut)
 
 
 def _said(payload: bytes, source: str) -> str:
@@ -107,6 +83,10 @@ def _said(payload: bytes, source: str) -> str:
         said = json.loads(payload)
     except ValueError:
         said = None
-    if not isinstance(said, dict) or said.get("format") != FORMAT or said.get("version") != VERSION:
+    if (
+        not isinstance(said, dict)
+        or said.get("format") not in (FORMAT, LOG)
+        or said.get("version") != VERSION
+    ):
         raise CorruptFile(f"{source} is no capture of packets of version {VERSION}")
     return str(said.get("source", ""))
