@@ -1,6 +1,6 @@
 """CPU time of a decision in Python and of a period of a closed loop, of one source tree or of two in turns.
 
-    python benchmarks/loop_speed.py [OTHER_SRC] [--turns N] [--only WORDS]
+    python benchmarks/loop_speed.py [OTHER_SRC] [--turns N] [--only WORDS] [--json FILE]
 
 A decision is `Cueing.step`, called from Python along a reference of 20 s. A period is the whole of `simulate`
 divided by its periods: decision, plant, record. Every case runs three times in one process, and of every
@@ -21,6 +21,7 @@ from functools import reduce
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from otolith import registry
@@ -32,6 +33,7 @@ from otolith.interfaces import Cueing, Plant, PlatformState, Reference
 from otolith.loop import simulate
 from otolith.platforms import Platform, load
 from otolith.scenarios import Scenario, scenario
+from rows import Row, write_rows
 
 REFERENCE = "multisine:seed=7,amplitude=1.5,duration=20"
 TWO: tuple[Dof, ...] = (SURGE_PITCH,)
@@ -53,6 +55,7 @@ CASES: dict[str, tuple[str, str, str, tuple[Dof, ...], MpcSettings]] = {
     "predictive, 2 DOF, hexapod": ("predictive", "davsi", "hexapod", TWO, FULL),
 }
 PASSES, TURNS = 3, 2
+Floats = NDArray[np.float64]
 Times = dict[str, list[float]]  # decision: median, p99, max; loop: per period [µs]
 
 
@@ -120,7 +123,7 @@ def kernels_of(src: str) -> Path:
 def of_tree(src: str, only: str) -> Times:
     """The figures of a source tree, from a process of its own."""
     run = subprocess.run(  # noqa: S603 (this very file)
-        [sys.executable, __file__, "--json", "--only", only],
+        [sys.executable, __file__, "--times", "--only", only],
         env=os.environ | {"PYTHONPATH": src, "OTOLITH_CACHE": str(kernels_of(src))},
         capture_output=True,
         text=True,
@@ -135,13 +138,15 @@ def main() -> None:
     parser.add_argument("other", nargs="?", metavar="OTHER_SRC")
     parser.add_argument("--turns", type=int, default=TURNS)
     parser.add_argument("--only", default="")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--times", action="store_true", help="Print this tree's own times as JSON.")
+    parser.add_argument("--json", type=Path, help="File for the rows of the table of speed.")
     chosen = parser.parse_args()
-    if chosen.json:
+    if chosen.times:
         print(json.dumps(all_times(chosen.only)))
         return
     trees = [*([chosen.other] if chosen.other else []), str(Path(__file__).parents[1] / "src")]
     turns = [[of_tree(tree, chosen.only) for tree in trees] for _ in range(chosen.turns)]
+    rows: list[Row] = []
     print(f"{'':34}  decision, median/p99/max us       whole period, us")
     for case in turns[0][0]:
         best = np.array([np.min([turn[i][case] for turn in turns], axis=0) for i in range(len(trees))])
@@ -150,6 +155,23 @@ def main() -> None:
         faster = best[0] / best[-1]
         ratio = f"   x {faster[0]:.1f} (p99 {faster[1]:.1f}), x {faster[3]:.1f}" if len(trees) > 1 else ""
         print(f"{case:34}  {steps}   {loops}{ratio}")
+        rows += rows_of(case, best)
+    if chosen.json:
+        write_rows(chosen.json, rows)
+
+
+def rows_of(case: str, best: Floats) -> list[Row]:
+    """The rows of one case; `best` has the figures of both trees, the other one's first."""
+    goal = 10.0 if "hexapod" in case else 20.0
+    rows = [
+        Row(what=f"period of a closed loop, {case}", before=best[0, 3], now=best[-1, 3], unit="us", goal=goal)
+    ]
+    if case.startswith("implicit,"):
+        goal = 5.0 if "2 DOF" in case else 4.0
+        for name, k, aim in (("median", 0, goal), ("p99", 1, 4.0)):
+            what = f"decision in Python, {case}, {name}"
+            rows.append(Row(what=what, before=best[0, k], now=best[-1, k], unit="us", goal=aim))
+    return rows
 
 
 if __name__ == "__main__":
