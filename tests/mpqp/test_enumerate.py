@@ -1,17 +1,22 @@
 """The regions found are all regions, and nothing else."""
 
+import tracemalloc
 from dataclasses import replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from otolith.core.errors import InputError
 from otolith.mpqp import Law, ParametricQp, Progress, enumerate_regions
-from otolith.mpqp.geometry import affine_multipliers, affine_slacks
+from otolith.mpqp import enumerate as enumeration
+from otolith.mpqp.geometry import affine_multipliers, affine_slacks, exact_rows
 from otolith.mpqp.leastdistance import LeastDistance, least_distance
 from otolith.mpqp.prune import inscribed
+from otolith.sealed import write_laws
 from tests.mpqp.models import random_problem, saturated_line, surge_pitch
 
 
@@ -150,3 +155,45 @@ def test_a_coarser_tolerance_keeps_fewer_regions(blocked: Law) -> None:
     coarse = enumerate_regions(blocked.problem, tolerance=1e-3)
     assert len(coarse) < len(blocked)
     assert coarse.radius.min() >= 1e-3
+
+
+@pytest.mark.parametrize(("workers", "chunk"), [(1, 256), (2, 256), (2, 3), (5, 17)])
+def test_the_file_is_the_same_whoever_examines_which_set_when(
+    blocked: Law, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, workers: int, chunk: int
+) -> None:
+    monkeypatch.setattr(enumeration, "CHUNK", chunk)
+    again = enumerate_regions(blocked.problem, workers=workers)
+    write_laws([blocked], tmp_path / "one.h5")
+    write_laws([again], tmp_path / "other.h5")
+    assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "other.h5").read_bytes()
+
+
+def test_regions_are_sorted_by_their_active_sets(blocked: Law) -> None:
+    """Words of a key are compared from the last to the first, the highest bit first."""
+    assert blocked.alone == 1
+    keys = [tuple(key[::-1].tolist()) for key in blocked.keys[1:]]
+    assert keys == sorted(keys)
+
+
+def test_rows_are_those_of_the_active_sets(blocked: Law) -> None:
+    """The half-spaces that the kernel writes at the end are those that numpy finds, rounded to 32 bits."""
+    for s in range(0, len(blocked.radius), 7):
+        facets = slice(blocked.start[s], blocked.start[s + 1])
+        exact = exact_rows(blocked.form, blocked.form_rows(s), blocked.facets(s))
+        np.testing.assert_allclose(blocked.rows[facets], exact, rtol=0.0, atol=1e-6)
+
+
+def test_no_worker_is_refused(blocked: Law) -> None:
+    with pytest.raises(InputError, match="workers is 0, must be at least 1"):
+        enumerate_regions(blocked.problem, workers=0)
+
+
+def test_memory_while_enumerating_stays_below_300_bytes_per_region() -> None:
+    enumerate_regions(saturated_line())  # compiles
+    tracemalloc.start()
+    try:
+        law = enumerate_regions(surge_pitch(6), workers=2)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak <= 300 * len(law)

@@ -56,6 +56,9 @@ def build(
     tolerance: Annotated[
         float, typer.Option(help="Least radius of a region, parameters in a unit box.")
     ] = 1e-7,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads (default: one per processor); the law is the same.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Enumerate the explicit law of a set of axes; independent parts are found and solved apart."""
@@ -80,6 +83,7 @@ def build(
             settings,
             tolerance=tolerance,
             progress=lambda now: progress(progress_line(now)),
+            workers=workers,
         )
     files.write_laws(law.laws, out)
     seconds = sum(part.seconds for part in law.laws)
@@ -151,7 +155,6 @@ def show(law: LawFile, json: Json = False) -> None:
             "constraints": len(part.problem.w),
             "tolerance": part.tolerance,
             "bytes": part.nbytes,
-            "seconds": part.seconds,
             "model": part.problem.digest[:12],
         }
         for part in files.read_laws(law)

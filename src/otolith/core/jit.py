@@ -77,6 +77,14 @@ def jit_entry(function: F) -> F:
     return _lean(function, no_cfunc_wrapper=True)
 
 
+def jit_unlocked(function: F) -> F:
+    """Compile like `jit_entry` a function during which other threads run Python, or another such function.
+
+    It must not write to what another thread uses.
+    """
+    return _lean(function, no_cfunc_wrapper=True, nogil=True)
+
+
 def jit_allocating(function: F) -> F:
     """Compile like `kernel` a function that creates arrays and is called only from other kernels."""
     return _lean(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)

@@ -19,13 +19,12 @@ STORED: Final = {
     "constraint": np.int16, "beyond": np.int32,
 }  # fmt: skip
 _PROBLEM: Final = ("H", "F", "f", "G", "w", "S", "lower", "upper")
-_SCALARS: Final = ("tolerance", "seconds", "compile_seconds")
 
 
 def pack(law: "Law") -> dict[str, NDArray[Any]]:
-    """Return the arrays of a law by name."""
+    """Return the arrays of a law by name; how long it took to make is not part of it."""
     arrays = {name: getattr(law, name) for name in STORED}
-    arrays |= {name: np.array(getattr(law, name)) for name in ("alone", *_SCALARS)}
+    arrays |= {name: np.array(getattr(law, name)) for name in ("alone", "tolerance")}
     arrays |= {f"problem.{name}": getattr(law.problem, name) for name in _PROBLEM}
     arrays["rows_kept"] = law.form.rows
     arrays["symmetric"] = np.array(len(law.form.mirror) > 0)
@@ -43,14 +42,13 @@ def unpack(arrays: Arrays) -> dict[str, Any]:
         problem = ParametricQp(**{name: arrays[f"problem.{name}"] for name in _PROBLEM})
         form = _form(problem, arrays)
         stored = {name: np.array(arrays[name], dtype=kind, order="C") for name, kind in STORED.items()}
-        scalars = {name: float(arrays[name]) for name in _SCALARS}
-        alone = int(arrays["alone"])
+        tolerance, alone = float(arrays["tolerance"]), int(arrays["alone"])
     except KeyError as error:
         raise CorruptFile(f"the explicit law lacks the array {error.args[0]}") from error
     except (OtolithError, ValueError, TypeError, IndexError) as error:
         raise CorruptFile(f"the explicit law is damaged: {error}") from error
     _check(stored, form, alone)
-    return {"problem": problem, "form": form, "alone": alone, **stored, **scalars}
+    return {"problem": problem, "form": form, "alone": alone, "tolerance": tolerance, **stored}
 
 
 def _form(problem: ParametricQp, arrays: Arrays) -> LeastDistance:

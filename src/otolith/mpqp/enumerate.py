@@ -14,34 +14,39 @@ Limit: rows whose distance from the span of the active ones is below 1e-5 (`dual
 as dependent. Very fine discretisations have many of these: with N = 50, Ts = 0.01 s and two blocks a few of
 70,721 regions are missed and answers have errors of up to 1e-7, which `verify` reports.
 
-Memory: 8·(words + 4) bytes per active set found and about 12 facets of 4·(p + 2) + 2 bytes per region, all
-doubled while buffers grow.
+Several threads examine sets at the same time, a few hundred each, and hand over what they have found; what is
+found about a set does not depend on when and by whom it is examined. The regions are sorted by their active
+sets in the end, so the law is the same, bit for bit, for any number of threads.
+
+Memory: per active set 8·words bytes and 16 bytes of index, both doubled while the table grows; per region
+8·(p + 1) + 8 bytes, and 6 per facet. The half-spaces are computed at the end, where they are stored.
 """
 
+import os
 import time
+from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from otolith.core.arrays import Mat, Vec
-from otolith.mpqp.assemble import assemble
-from otolith.mpqp.expand import NOWHERE, UNKNOWN, Found, Ints32, expand_many, found_memory, insert_many
+from otolith.core.errors import InputError
+from otolith.mpqp.assemble import Regions, assemble, half_spaces
+from otolith.mpqp.bench import CHUNK, Batch, Bench, Block
+from otolith.mpqp.expand import merge, seed_many
 from otolith.mpqp.law import Law
 from otolith.mpqp.leastdistance import LeastDistance, least_distance
-from otolith.mpqp.lookup import UNSOLVED, answers, evaluate
-from otolith.mpqp.packed import Packed, pack, plain
 from otolith.mpqp.problem import NoRegions, ParametricQp
 from otolith.mpqp.prune import flat_directions, prune
-from otolith.mpqp.region import Form, Work, kernel_form, work_memory
-from otolith.mpqp.sets import SetTable, grown, set_table
+from otolith.mpqp.region import Form, kernel_form
+from otolith.mpqp.sets import SetTable, Words, grown, set_table
 
-T = TypeVar("T", bound=np.generic)
-_BATCH = 2000  # sets examined between two checks of the clock and the keyboard
-_SEEDS = 2000  # random parameters per round
-_ROUNDS = 50
+_AHEAD: Final = 2  # chunks per thread that are handed out in advance
+_SEEDS: Final = 2000  # random parameters per round
+_ROUNDS: Final = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,29 +67,45 @@ def enumerate_regions(
     tolerance: float = 1e-7,
     progress: Report | None = None,
     symmetry: bool = True,
+    workers: int | None = None,
 ) -> Law:
     """Compute the explicit solution of `problem`: all regions whose scaled Chebyshev radius reaches
     `tolerance`.
 
     `progress` is called between batches; an exception or KeyboardInterrupt ends the work and leaves nothing
-    behind. `symmetry=False` ignores central symmetry (the law is the same).
+    behind. `symmetry=False` ignores central symmetry (the law is the same). `workers` is the number of
+    threads, by default the number of processors that this process may use; the law does not depend on it.
 
     Raises
     ------
     NoRegions : the problem is infeasible, or feasible only on a flat set of parameters.
+    InputError : `workers` is less than 1.
     """
+    threads = processors() if workers is None else workers
+    if threads < 1:
+        raise InputError("workers", threads, "at least 1")
     compile_seconds = _compile()
     start = time.perf_counter()
+
+    def report(regions: int, waiting: int) -> None:
+        if progress is not None:
+            progress(Progress(regions, waiting, time.perf_counter() - start))
+
     pruned = prune(least_distance(problem))
     form = pruned.form if symmetry else pruned.form.unsymmetric()
-    search = _Search(form, tolerance)
-    search.run(pruned.inside, lambda regions, waiting: _report(progress, regions, waiting, start))
-    if search.found.used[0] == 0:
+    regions = _found(form, pruned.inside, tolerance, threads, report)
+    if len(regions.radius) == 0:
         raise NoRegions(_why_flat(form))
-    return assemble(
-        problem, form, search.table, search.found, tolerance=tolerance,
-        seconds=time.perf_counter() - start, compile_seconds=compile_seconds,
+    rows = half_spaces(form, regions)
+    return Law(
+        problem=problem, form=form, rows=rows, tolerance=tolerance, seconds=time.perf_counter() - start,
+        compile_seconds=compile_seconds, **regions._asdict(),
     )  # fmt: skip
+
+
+def processors() -> int:
+    """Number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _why_flat(form: LeastDistance) -> str:
@@ -96,103 +117,91 @@ def _why_flat(form: LeastDistance) -> str:
     return f"the feasible set leaves no room for parameter {names}; fix it and leave it out"
 
 
-def _report(progress: Report | None, regions: int, waiting: int, start: float) -> None:
-    if progress is not None:
-        progress(Progress(regions, waiting, time.perf_counter() - start))
+def _found(
+    form: LeastDistance, inside: Vec, tolerance: float, threads: int, report: Callable[[int, int], None]
+) -> Regions:
+    """Find all regions and sort them; the memory of the search is free afterwards."""
+    with _Search(form, tolerance, threads) as search:
+        search.run(inside, report)
+    return assemble(form, search.table, search.blocks)
 
 
 class _Search:
-    """The growing memory of one enumeration."""
+    """The active sets and regions found so far, and the threads that look for more."""
 
-    def __init__(self, form: LeastDistance, tolerance: float) -> None:
-        self.form: Form = kernel_form(form)
-        self.work: Work = work_memory(self.form)
-        m, _, p = form.sizes
-        self.table: SetTable = set_table(m, np.array(form.mirror))
-        self.found: Found = found_memory(p, 1 << 10, 1 << 14)
-        self.oracle = _oracle(form)
-        self.refused = np.zeros(8, dtype=np.int64)
-        self.unsolved = 0
-        self.tolerance, self.p = tolerance, p
-        self.images = 2 if len(form.mirror) else 1
-        self.examined = np.zeros(2, dtype=np.int64)  # next set to examine, end of the batch
+    def __init__(self, form: LeastDistance, tolerance: float, threads: int) -> None:
+        self.form, self.tolerance, self.threads = form, tolerance, threads
+        self.kernel: Form = kernel_form(form)
+        self.table: SetTable = set_table(len(form.rows), np.array(form.mirror))
+        self.blocks: list[Block] = []
+        self.examined = 0  # sets, in the order of the table
+        self._idle = deque(Bench(form, self.kernel) for _ in range(threads))
+        self._pool = ThreadPoolExecutor(threads)
+
+    def __enter__(self) -> "_Search":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+    @property
+    def regions(self) -> int:
+        """Number of regions found, mirror images included."""
+        return (2 if len(self.form.mirror) else 1) * sum(len(block.radius) for block in self.blocks)
+
+    @property
+    def waiting(self) -> int:
+        """Number of sets found that have not been examined."""
+        return int(self.table.used[0]) - self.examined
 
     def run(self, inside: Vec, progress: Callable[[int, int], None]) -> None:
         """Seed and expand until a round of random parameters finds no new set."""
-        rng = np.random.default_rng(0)
-        points = np.vstack([inside, np.zeros(self.p), rng.uniform(-1, 1, (20, self.p))])
+        rng, p = np.random.default_rng(0), len(self.form.half)
+        points = np.vstack([inside, np.zeros(p), rng.uniform(-1, 1, (20, p))])
         for _ in range(_ROUNDS):
-            before = int(self.table.used[0])
-            self._solve(points)
-            if self.table.used[0] == before:
+            self._seed(points)
+            if self.waiting == 0:
                 return
             self._expand_all(progress)
-            points = rng.uniform(-1, 1, (_SEEDS, self.p))
+            points = rng.uniform(-1, 1, (_SEEDS, p))
 
-    def _solve(self, points: Mat) -> Ints32:
-        """Solve the QP at τ (N, p) and enter its optimal sets; return their codes, or NOWHERE, or UNKNOWN."""
+    def _seed(self, points: Mat) -> None:
+        """Solve the QP at τ (N, p) and enter its optimal sets."""
         self.table = grown(self.table, int(self.table.used[0]) + len(points))
-        found = answers(len(points), self.form.n)
-        evaluate(self.oracle, points, -1, found)
-        self.unsolved += int((found.region == UNSOLVED).sum())
-        codes = np.where(found.region == UNSOLVED, UNKNOWN, NOWHERE).astype(np.int32)
-        insert_many(self.table, np.ascontiguousarray(found.A), np.ascontiguousarray(found.size), codes)
-        return codes
+        seed_many(self.kernel, self._idle[0].work, self.table, points)
 
     def _expand_all(self, progress: Callable[[int, int], None]) -> None:
-        while self.examined[0] < self.table.used[0]:
-            self.examined[1] = self.examined[0] + _BATCH
-            self._make_room()
-            expand_many(
-                self.form, self.work, self.table, self.found, self.examined, self.tolerance, self.refused
-            )
-            self._settle()
-            progress(self.images * int(self.found.used[0]), int(self.table.used[0] - self.examined[0]))
+        """Let the threads examine sets until none is left; enter what they find in the order of the sets."""
+        jobs: deque[Future[Batch]] = deque()
+        given = self.examined
+        while self.waiting:
+            for _ in range(_AHEAD * self.threads - len(jobs)):
+                keys = self._some(given)
+                if len(keys):
+                    jobs.append(self._pool.submit(self._examine, keys))
+                    given += len(keys)
+            self._enter(jobs.popleft().result())
+            progress(self.regions, self.waiting)
 
-    def _settle(self) -> None:
-        """Solve the QPs that the last batch postponed, and record what lies beyond those facets."""
-        waiting = int(self.found.used[2])
-        points = np.clip(self.found.point[:waiting], -1.0, 1.0)
-        self.found.beyond[self.found.facet[:waiting]] = self._solve(points)
-        self.found.used[2] = 0
+    def _some(self, given: int) -> Words:
+        """Copy the next sets to be examined; few when few are left, so that every thread has some."""
+        left = int(self.table.used[0]) - given
+        share = -(-left // (_AHEAD * self.threads))
+        return self.table.keys[given : given + min(CHUNK, share)].copy()
 
-    def _make_room(self) -> None:
-        rows = len(self.work.ids)
-        self.table = grown(self.table, int(self.table.used[0]) + 2 * rows * (self.form.n + 2))
-        self.found = _grown(self.found, 2 * rows)
+    def _examine(self, keys: Words) -> Batch:
+        bench = self._idle.pop()
+        try:
+            return bench.examine(keys, self.tolerance)
+        finally:
+            self._idle.append(bench)
 
-
-def _oracle(form: LeastDistance) -> Packed:
-    """Make a law without regions: evaluating it, in τ, always solves the QP."""
-    m, _, p = form.sizes
-    none = np.zeros(0, dtype=np.int32)
-    return pack(
-        form, set_table(m, np.array(form.mirror)), np.zeros(1, dtype=np.int32),
-        np.zeros((0, p + 1), dtype=np.float32), none, 0, plain(form, np.zeros(p), np.ones(p)),
-    )  # fmt: skip
-
-
-def _grown(found: Found, facets: int) -> Found:
-    """Copy the regions into arrays with room for more."""
-    regions, used = int(found.used[0]), int(found.used[1])
-    if regions + 2 >= len(found.radius):
-        found = found._replace(
-            owner=_doubled(found.owner), centre=_doubled(found.centre),
-            radius=_doubled(found.radius), start=_doubled(found.start),
-        )  # fmt: skip
-    if used + facets > len(found.beyond):
-        found = found._replace(
-            rows=_doubled(found.rows, facets), constraint=_doubled(found.constraint, facets),
-            beyond=_doubled(found.beyond, facets), point=_doubled(found.point, facets),
-            facet=_doubled(found.facet, facets),
-        )  # fmt: skip
-    return found
-
-
-def _doubled(array: NDArray[T], extra: int = 1) -> NDArray[T]:
-    larger = np.zeros((2 * len(array) + extra, *array.shape[1:]), dtype=array.dtype)
-    larger[: len(array)] = array
-    return larger
+    def _enter(self, batch: Batch) -> None:
+        """Enter what a thread has found about the sets that come next."""
+        self.table = grown(self.table, int(self.table.used[0]) + len(batch.sets))
+        merge(self.table, batch.sets, np.empty(len(batch.sets), dtype=np.int32), batch.block.beyond)
+        self.blocks.append(batch.block._replace(owner=batch.block.owner + np.int32(self.examined)))
+        self.examined += batch.examined
 
 
 def _compile() -> float:
@@ -203,9 +212,11 @@ def _compile() -> float:
         H=one, F=-one, f=np.zeros(1), G=np.vstack([one, -one]), w=np.ones(2), S=np.zeros((2, 1)),
         lower=np.array([-2.0]), upper=np.array([2.0]),
     )  # fmt: skip
-    form = prune(least_distance(tiny)).form
-    search = _Search(form, 1e-7)
-    search.run(np.zeros(1), lambda *_: None)
-    law = assemble(tiny, form, search.table, search.found, tolerance=1e-7, seconds=0.0, compile_seconds=0.0)
+    pruned = prune(least_distance(tiny))
+    regions = _found(pruned.form, pruned.inside, 1e-7, 1, lambda *_: None)
+    law = Law(
+        problem=tiny, form=pruned.form, rows=half_spaces(pruned.form, regions), tolerance=1e-7,
+        **regions._asdict(),
+    )  # fmt: skip
     law.evaluate(law.evaluate_many(np.zeros((2, 1))).z[0])
     return time.perf_counter() - start

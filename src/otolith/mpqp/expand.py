@@ -3,8 +3,11 @@
 The notation is that of `region`. Crossing a facet of constraint i removes i from the active set if it was
 active, else adds it. If the enlarged set is dependent, an active row with a positive coefficient in M_i = Σ
 x_a M_a must leave instead; if there is none, the far side is infeasible (Farkas). A test at a point STEP
-beyond the facet's centre shows which candidate is the neighbour; if none is, the QP is solved there after the
-batch. All candidates are entered, since one facet may have several neighbours.
+beyond the facet's centre shows which candidate is the neighbour; if none is, the QP is solved there. All
+candidates are entered, since one facet may have several neighbours.
+
+What is found about a set depends on that set alone. So sets may be examined in any order and by several
+threads: each enters the sets that it meets in a table of its own, and `merge` enters those in the common one.
 """
 
 from typing import NamedTuple
@@ -13,24 +16,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.jit import jit_entry, jit_inner
-from otolith.mpqp.dualqp import cholesky, optimality, right_hand_side, substitute, tie
+from otolith.core.jit import jit_inner, jit_unlocked
+from otolith.mpqp.dualqp import (
+    FAILED,
+    cholesky,
+    optimality,
+    right_hand_side,
+    solve_qp,
+    substitute,
+    tie,
+    untie,
+)
 from otolith.mpqp.region import (
-    FLAT,
     SEEN,
-    TIED,
     Form,
     Work,
     facet_test,
     facet_threshold,
     halfspaces,
+    inside_domain,
     keep_basis,
+    multiplier_rows,
     position_of,
     start_ball,
     survey,
 )
-from otolith.mpqp.sets import SetTable, insert, unpack
-from otolith.mpqp.simplex import UNDECIDED, solve
+from otolith.mpqp.sets import SetTable, Words, insert, insert_key, unpack
+from otolith.mpqp.simplex import solve
 
 STEP = 1e-6  # distance of the test point beyond a facet, in the unit box
 INSIDE = 1e-12  # largest violation at which a candidate set is optimal at that point
@@ -48,22 +60,18 @@ class Found(NamedTuple):
     owner: Ints32  # (capacity,) int32 index of the active set
     centre: Mat  # (capacity, p)
     radius: Vec  # (capacity,)
-    start: Ints  # (capacity + 1,) first facet of each region
-    rows: Rows32  # (facet capacity, p + 1) float32, a'τ ≤ b
+    start: Ints32  # (capacity + 1,) first facet of each region
     constraint: Ints16  # (facet capacity,) int16
     beyond: Ints32  # (facet capacity,) int32 code of the set beyond, NOWHERE or UNKNOWN
-    point: Mat  # (points capacity, p) τ beyond a facet where the QP is to be solved
-    facet: Ints  # (points capacity,) that facet
-    used: Ints  # (3,) regions, facets, points
+    used: Ints  # (3,) regions, facets, sets examined
 
 
 def found_memory(p: int, regions: int, facets: int) -> Found:
     """Allocate memory without entries."""
     return Found(
         np.zeros(regions, dtype=np.int32), np.zeros((regions, p)), np.zeros(regions),
-        np.zeros(regions + 1, dtype=np.int64), np.zeros((facets, p + 1), dtype=np.float32),
-        np.zeros(facets, dtype=np.int16), np.zeros(facets, dtype=np.int32), np.zeros((facets, p)),
-        np.zeros(facets, dtype=np.int64), np.zeros(3, dtype=np.int64),
+        np.zeros(regions + 1, dtype=np.int32), np.zeros(facets, dtype=np.int16),
+        np.zeros(facets, dtype=np.int32), np.zeros(3, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -133,18 +141,23 @@ def untied(form: Form, work: Work, table: SetTable, k: int) -> bool:
 
 
 @jit_inner
-def postpone(work: Work, found: Found) -> int:
-    """Record that the QP at work.tau must be solved to find what lies beyond the next facet."""
-    t = found.used[2]
+def solved(form: Form, work: Work, table: SetTable) -> int:
+    """Solve the QP at work.tau; enter its active set and return the code, or NOWHERE, or UNKNOWN."""
     for c in range(work.tau.shape[0]):
-        found.point[t, c] = work.tau[c]
-    found.facet[t] = found.used[1]
-    found.used[2] = t + 1
-    return UNKNOWN
+        work.tau[c] = min(max(work.tau[c], -1.0), 1.0)
+    if not inside_domain(form, work.tau):
+        return NOWHERE
+    right_hand_side(form.d, work.tau, work.dv)
+    Q, A, L = form.Q, work.near, work.L
+    k = solve_qp(Q, work.dv, form.n, A, work.lam, L, work.x, work.slack, form.grain)
+    if k < 0:
+        return UNKNOWN if k == FAILED else NOWHERE
+    k = untie(Q, form.delta, work.dv, A, k, L, work.lam, work.slack, work.x)
+    return insert(table, A, k)
 
 
 @jit_inner
-def cross(form: Form, work: Work, table: SetTable, k: int, j: int, found: Found) -> int:
+def cross(form: Form, work: Work, table: SetTable, k: int, j: int) -> int:
     """Return the code of the set beyond facet j, whose centre is in lp.y; all candidates are entered."""
     lp, i = work.lp, work.ids[j]
     for c in range(work.tau.shape[0]):
@@ -163,17 +176,13 @@ def cross(form: Form, work: Work, table: SetTable, k: int, j: int, found: Found)
         code = insert(table, work.near, size)
         if beyond == UNKNOWN and optimal_at(form, work, size):
             beyond = code
-    return postpone(work, found) if beyond == UNKNOWN else beyond
+    return solved(form, work, table) if beyond == UNKNOWN else beyond
 
 
 @jit_inner
 def record_facet(work: Work, found: Found, j: int, code: int) -> None:
     """Append facet j and what lies beyond it."""
-    lp, f = work.lp, found.used[1]
-    p = lp.A.shape[0]
-    for c in range(p):
-        found.rows[f, c] = lp.A[c, j]
-    found.rows[f, p] = lp.b[j]
+    f = found.used[1]
     found.constraint[f] = work.ids[j]
     found.beyond[f] = code
     found.used[1] = f + 1
@@ -185,34 +194,26 @@ def has_room(table: SetTable, found: Found, rows: int, n: int) -> bool:
     sets = table.used[0] + rows * (n + 2) <= table.keys.shape[0]
     regions = found.used[0] + 1 < found.radius.shape[0]
     facets = found.used[1] + rows <= found.beyond.shape[0]
-    return bool(sets and regions and facets and found.used[2] + rows <= found.facet.shape[0])
+    return bool(sets and regions and facets)
 
 
-@jit_entry
-def expand_many(
-    form: Form, work: Work, table: SetTable, found: Found, span: Ints, tolerance: float, refused: Ints
-) -> None:
-    """Examine sets from span[0] up to span[1] while there is room, and advance span[0].
+@jit_unlocked
+def expand_many(form: Form, work: Work, keys: Words, table: SetTable, found: Found, tolerance: float) -> None:
+    """Examine the sets `keys` (N, words) while there is room; found.used[2] counts those that are done.
 
-    A set that is a region is recorded, and all sets beyond its facets are entered; `refused` (8,) counts the
-    others by reason.
+    A set that is a region is recorded, and all sets beyond its facets are entered in `table`.
     """
     lp = work.lp
-    while span[0] < min(span[1], table.used[0]) and has_room(table, found, work.ids.shape[0], form.n):
-        index = span[0]
-        span[0] += 1
-        k = unpack(table.keys, index, work.A)
+    while found.used[2] < keys.shape[0] and has_room(table, found, work.ids.shape[0], form.n):
+        index = found.used[2]
+        found.used[2] += 1
+        k = unpack(keys, index, work.A)
         M = halfspaces(form, work, k)
         if M < 0:
-            refused[-M] += 1
             continue
         start_ball(work, M)
         r = solve(lp, M, -1, tolerance)
-        if r < tolerance:
-            refused[-FLAT if r > UNDECIDED else 5] += 1
-            continue
-        if not untied(form, work, table, k):
-            refused[-TIED] += 1
+        if r < tolerance or not untied(form, work, table, k):
             continue
         region = found.used[0]
         centre = found.centre[region]
@@ -225,16 +226,55 @@ def expand_many(
         for j in range(form.fixed.shape[1], M):
             place = facet_test(work, M, j, centre, r)
             if place == SEEN or (place >= 0 and solve(lp, M, place, threshold) >= threshold):
-                record_facet(work, found, j, cross(form, work, table, k, j, found))
+                record_facet(work, found, j, cross(form, work, table, k, j))
         found.used[0] = region + 1
         found.start[region + 1] = found.used[1]
 
 
-@jit_entry
-def insert_many(table: SetTable, A: Ints, count: Ints, codes: Ints32) -> None:
-    """Enter the sets A[t, :count[t]] and store their codes; where the count is negative the code is
-    unchanged.
+@jit_unlocked
+def seed_many(form: Form, work: Work, table: SetTable, points: Mat) -> None:
+    """Solve the QP at τ (N, p) and enter the optimal sets."""
+    for t in range(points.shape[0]):
+        for c in range(points.shape[1]):
+            work.tau[c] = points[t, c]
+        solved(form, work, table)
+
+
+@jit_unlocked
+def merge(table: SetTable, keys: Words, place: Ints32, beyond: Ints32) -> None:
+    """Enter a thread's sets `keys` (N, words) in the common table, and convert its codes in `beyond`.
+
+    `place` (N,) is working memory. The caller provides room.
     """
-    for t in range(count.shape[0]):
-        if count[t] >= 0:
-            codes[t] = insert(table, A[t], count[t])
+    for i in range(keys.shape[0]):
+        for w in range(keys.shape[1]):
+            table.key[0, w] = keys[i, w]
+        place[i] = insert_key(table)
+    for f in range(beyond.shape[0]):
+        if beyond[f] >= 0:
+            beyond[f] = 2 * place[beyond[f] >> 1] + (beyond[f] & 1)
+
+
+@jit_unlocked
+def write_rows(form: Form, work: Work, keys: Words, start: Ints32, constraint: Ints16, rows: Rows32) -> None:
+    """Compute the half-spaces a'τ ≤ b of the facets of regions `keys` (N, words): rows (facets, p + 1).
+
+    Facets start[s] to start[s + 1] belong to region s.
+    """
+    Q, d, p, row = form.Q, form.d, form.d.shape[0] - 1, work.lp.step
+    for s in range(keys.shape[0]):
+        k = unpack(keys, s, work.A)
+        multiplier_rows(form, work, k)
+        for f in range(start[s], start[s + 1]):
+            i = constraint[f]
+            a = position_of(work.A, k, i)
+            length = 0.0
+            for c in range(p + 1):
+                v = -work.T[a, c] if a >= 0 else d[c, i]
+                for e in range(k if a < 0 else 0):
+                    v -= Q[work.A[e], i] * work.T[e, c]
+                row[c] = v
+                length += v * v if c < p else 0.0
+            length = np.sqrt(length)
+            for c in range(p + 1):
+                rows[f, c] = (row[c] if c == p else -row[c]) / length

@@ -67,8 +67,8 @@ class Law:
     beyond: Ints32  # (facets,) region id; -2 infeasible, -3 not a full-dimensional region
     alone: int
     tolerance: float  # smallest radius of a region, in τ
-    seconds: float  # [s] duration of the enumeration without compiling
-    compile_seconds: float
+    seconds: float = np.nan  # [s] duration of the enumeration without compiling; NaN if read from a file
+    compile_seconds: float = np.nan
     _packed: Packed = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

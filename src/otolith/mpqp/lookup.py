@@ -18,7 +18,7 @@ from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.jit import jit_allocating, jit_entry, jit_inner
 from otolith.mpqp.dualqp import INFEASIBLE, cholesky, optimality, right_hand_side, solve_qp, untie
 from otolith.mpqp.packed import Packed, Tables, opened
-from otolith.mpqp.region import Form
+from otolith.mpqp.region import Form, inside_domain
 from otolith.mpqp.sets import fold, seek, unpack
 
 MISSED, OUTSIDE, UNSOLVED = -1, -2, -3
@@ -27,7 +27,6 @@ MISSED, OUTSIDE, UNSOLVED = -1, -2, -3
 ROUNDED = 1e-6  # largest violation of a 32-bit row at which a walk stops
 OPTIMAL = 2e-13  # largest violation of the optimality conditions at which a guess is accepted
 NEARLY = 1e-12  # the same for the best region of a table without the QP as a fallback
-DOMAIN = 1e-8  # how far outside the box, scaled to [-1, 1]^p, a point may lie
 WALK_LIMIT = 40
 
 
@@ -90,22 +89,6 @@ def scratch(form: Form) -> Scratch:
         np.empty(q - 1), np.empty(q - 1), np.empty(m), np.empty(m), np.empty(m + 1, np.int64),
         np.empty(n), np.empty(n), np.empty((n, n)),
     )  # fmt: skip
-
-
-@jit_inner
-def inside_domain(form: Form, tau: Vec) -> bool:
-    """True when τ lies in the box and in E, each widened by DOMAIN."""
-    p = tau.shape[0]
-    for c in range(p):
-        if abs(tau[c]) > 1.0 + DOMAIN:
-            return False
-    for j in range(2 * p + 1, form.fixed.shape[1]):
-        s = -form.fixed[p, j] - DOMAIN
-        for c in range(p):
-            s += form.fixed[c, j] * tau[c]
-        if s > 0.0:
-            return False
-    return True
 
 
 @jit_inner

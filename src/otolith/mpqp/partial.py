@@ -12,7 +12,6 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.jit import jit_entry
-from otolith.mpqp.expand import insert_many
 from otolith.mpqp.law import Evaluation
 from otolith.mpqp.leastdistance import LeastDistance, least_distance
 from otolith.mpqp.lookup import (
@@ -21,7 +20,6 @@ from otolith.mpqp.lookup import (
     answers,
     certify,
     evaluate,
-    inside_domain,
     scale,
     scratch,
     write,
@@ -29,7 +27,8 @@ from otolith.mpqp.lookup import (
 from otolith.mpqp.packed import Packed, opened, pack, plain
 from otolith.mpqp.problem import ParametricQp
 from otolith.mpqp.prune import prune
-from otolith.mpqp.sets import SetTable, grown, set_table
+from otolith.mpqp.region import inside_domain
+from otolith.mpqp.sets import SetTable, enter, grown, set_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,17 +115,17 @@ class PartialLaw:
 
     def _remember(self, answer: Answers) -> int:
         """Return the number of the set that the QP just found; a new set is added."""
-        before, codes = len(self), np.zeros(1, dtype=np.int32)
+        before = len(self)
         larger = grown(self._sets, before + 2)
         if larger is not self._sets:
             self._sets = larger
             self._packed = _without_facets(self._form, larger)
-        insert_many(self._sets, np.ascontiguousarray(answer.A), np.ascontiguousarray(answer.size), codes)
+        code = int(enter(self._sets, answer.A[0], answer.size[0]))
         if len(self) > before:
             self._followers.append([])
         else:
             self._known += 1
-        return int(codes[0]) >> 1
+        return code >> 1
 
     def _follow(self, start: int, region: int) -> None:
         """Record that `region` came after `start`, so that it is tried first next time."""

@@ -27,7 +27,7 @@ from otolith.mpqp.simplex import (
     program,
 )
 
-DEPENDENT, WEAK, EMPTY, FLAT, TIED = -1, -2, -3, -4, -6  # why a set is not a region; -5 is UNDECIDED
+DEPENDENT, WEAK, EMPTY = -1, -2, -3  # why a set is not a region, known before its largest ball is
 NULL_ROW = 1e-9  # largest gradient at which a half-space counts as constant
 NO_FACET, SEEN = -1, -2
 RELAXED = 10.0  # right-hand side that makes a row without effect, once another makes it superfluous
@@ -37,6 +37,7 @@ PARALLEL, SAME = (
     1e-9,
     2e-8,
 )  # 1 - cosine at which two rows are compared; difference at which they are the same
+DOMAIN = 1e-8  # how far outside the box, scaled to [-1, 1]^p, a point may lie
 CLEAR = 5e-8  # distance to the simplex that proves a row superfluous; above SAME because of equal rows
 
 
@@ -109,6 +110,22 @@ def work_memory(form: Form) -> Work:
         floats(n + 2), floats(n + 2), floats(m), floats(m), floats(q - 1), ints(q), floats((q, q)),
         floats(cap), floats(cap), floats(cap), np.zeros(cap, dtype=np.bool_),
     )  # fmt: skip
+
+
+@jit_inner
+def inside_domain(form: Form, tau: Vec) -> bool:
+    """True when τ lies in the box and in E, each widened by DOMAIN."""
+    p = tau.shape[0]
+    for c in range(p):
+        if abs(tau[c]) > 1.0 + DOMAIN:
+            return False
+    for j in range(2 * p + 1, form.fixed.shape[1]):
+        s = -form.fixed[p, j] - DOMAIN
+        for c in range(p):
+            s += form.fixed[c, j] * tau[c]
+        if s > 0.0:
+            return False
+    return True
 
 
 @jit_inner

@@ -174,9 +174,16 @@ class JointLaw:
 
 
 def enumerate_parts(
-    problem: ParametricQp, *, tolerance: float = 1e-7, progress: Report | None = None
+    problem: ParametricQp,
+    *,
+    tolerance: float = 1e-7,
+    progress: Report | None = None,
+    workers: int | None = None,
 ) -> JointLaw:
-    """Separate a problem and enumerate every part; raises as `enumerate_regions` does."""
+    """Separate a problem and enumerate every part; arguments and errors are those of `enumerate_regions`."""
     parts = tuple(separate(problem))
-    laws = tuple(enumerate_regions(part.problem, tolerance=tolerance, progress=progress) for part in parts)
+    laws = tuple(
+        enumerate_regions(part.problem, tolerance=tolerance, progress=progress, workers=workers)
+        for part in parts
+    )
     return JointLaw(problem, parts, laws)

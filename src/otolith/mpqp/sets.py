@@ -136,18 +136,9 @@ def seek(table: SetTable) -> int:
     return s
 
 
-@jit_entry
-def find(table: SetTable, A: Ints, k: int) -> int:
-    """Return the code of the rows A[:k], or -1 when the table does not contain them."""
-    image = fold(table, A, k)
-    i = table.slots[seek(table)]
-    return 2 * i + image if i >= 0 else -1
-
-
 @jit_inner
-def insert(table: SetTable, A: Ints, k: int) -> int:
-    """Return the code of the rows A[:k], which are added if new; the caller must provide room for them."""
-    image = fold(table, A, k)
+def insert_key(table: SetTable) -> int:
+    """Return the index of key[0], which is added if new; the caller must provide room for it."""
     s = seek(table)
     if table.slots[s] < 0:
         i = table.used[0]
@@ -155,7 +146,20 @@ def insert(table: SetTable, A: Ints, k: int) -> int:
             table.keys[i, w] = table.key[0, w]
         table.slots[s] = i
         table.used[0] = i + 1
-    return int(2 * table.slots[s] + image)
+    return int(table.slots[s])
+
+
+@jit_inner
+def insert(table: SetTable, A: Ints, k: int) -> int:
+    """Return the code of the rows A[:k], which are added if new; the caller must provide room for them."""
+    image = fold(table, A, k)
+    return 2 * insert_key(table) + image
+
+
+@jit_entry
+def enter(table: SetTable, A: Ints, k: int) -> int:
+    """`insert` for callers in Python."""
+    return insert(table, A, k)
 
 
 @jit_entry

@@ -137,14 +137,32 @@ def slacks(lp: Program, M: int) -> None:
 
 
 @jit_inner
+def lowest(x: Vec, size: int) -> float:
+    """Return the smallest of x[:size]; eight lanes, which the processor compares at once."""
+    a = b = c = d = e = f = g = h = 1e300
+    whole = size - size % 8
+    for i in range(0, whole, 8):
+        a, b, c, d = min(a, x[i]), min(b, x[i + 1]), min(c, x[i + 2]), min(d, x[i + 3])
+        e, f, g, h = min(e, x[i + 4]), min(f, x[i + 5]), min(g, x[i + 6]), min(h, x[i + 7])
+    for i in range(whole, size):
+        a = min(a, x[i])
+    return min(min(min(a, b), min(c, d)), min(min(e, f), min(g, h)))
+
+
+@jit_inner
 def entering(price: Vec, M: int, fixed: int, bland: bool) -> int:
     """Return the row that enters, or -1 when none is violated."""
-    chosen, worst = -1, -PRICE_LATE if bland else -PRICE
-    for j in range(M):
-        if price[j] < worst and j != fixed:
-            chosen, worst = j, price[j]
-            if bland:
-                return chosen
+    own = price[fixed]
+    if fixed >= 0:
+        price[fixed] = 0.0
+    worst = lowest(price, M)
+    chosen = -1
+    if worst < (-PRICE_LATE if bland else -PRICE):
+        chosen = 0
+        while price[chosen] > (-PRICE_LATE if bland else worst):
+            chosen += 1
+    if fixed >= 0:
+        price[fixed] = own
     return chosen
 
 

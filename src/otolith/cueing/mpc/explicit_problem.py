@@ -219,8 +219,11 @@ def joint_law(
     *,
     tolerance: float = 1e-7,
     progress: Callable[[Progress], None] | None = None,
+    workers: int | None = None,
 ) -> JointLaw:
     """Enumerate the explicit law of degrees of freedom, part by part (`otolith.mpqp.separable`).
+
+    `workers` is the number of threads, by default one for each processor; the law does not depend on it.
 
     Raises
     ------
@@ -228,4 +231,4 @@ def joint_law(
     """
     seen = explicit_platform(platform, dofs)
     whole = joint_problem([explicit_problem(dof, seen.limits(dof), seen.braking, settings) for dof in dofs])
-    return enumerate_parts(whole, tolerance=tolerance, progress=progress)
+    return enumerate_parts(whole, tolerance=tolerance, progress=progress, workers=workers)
