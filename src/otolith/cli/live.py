@@ -1,5 +1,6 @@
 """`otolith live`: motion platforms in real time, and what can be done without one."""
 
+from otolith.cli.live_log import replay
 from otolith.cli.live_run import demo, run
 from otolith.cli.live_virtual import bench, faults
 from otolith.cli.live_wire import emulate, learn_, record
@@ -10,6 +11,7 @@ app.command("run")(run)
 app.command("demo")(demo)
 app.command("record")(record)
 app.command("learn")(learn_)
+app.command("replay")(replay)
 app.command("emulate")(emulate)
 app.command("faults")(faults)
 app.command("bench")(bench)

@@ -32,6 +32,14 @@ _Heave = Annotated[
 ]
 
 
+LogFolder = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER", help="Log the session to a new file there, for 'live replay' and 'live export'."
+    ),
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Choices:
     """What the user chose; see the options of `run`. What is None is left to the session's file."""
@@ -126,6 +134,7 @@ def run(
     pauses_silently: Annotated[
         bool, typer.Option("--pauses-silently", help="The source sends nothing in its menus.")
     ] = False,
+    log: LogFolder = None,
     seconds: Annotated[
         float | None,
         typer.Option(help="Arm and engage without a word, and park after this time.", min=1.0),
@@ -145,7 +154,7 @@ def run(
         file=session,
         preset=preset,
     )
-    _drive(choices.session(), seconds)
+    _drive(choices.session(), seconds, log)
 
 
 def demo(
@@ -154,6 +163,7 @@ def demo(
     platform: PlatformName = "davsi-4dof",
     dofs: Dofs = "surge-pitch,sway-roll",
     tuning: Tuning = None,
+    log: LogFolder = None,
 ) -> None:
     """Show a session in real time, with a virtual driver and a Moog base in software."""
     from otolith.live.shell.virtual import be_base, be_driver, free_port
@@ -175,7 +185,7 @@ def demo(
     try:
         for helper in helpers:
             helper.start()
-        _drive(session, seconds)
+        _drive(session, seconds, log)
     finally:
         for child in multiprocessing.active_children():
             child.kill()
@@ -195,7 +205,7 @@ def _address(option: str, url: str) -> tuple[str, str]:
     return who, rest
 
 
-def _drive(session: "Session", seconds: float | None) -> None:
+def _drive(session: "Session", seconds: float | None, log: Path | None) -> None:
     """Run a session until it is interrupted, or for a time."""
     from otolith.live.shell.supervise import Latched, Live, only_session
 
@@ -206,7 +216,7 @@ def _drive(session: "Session", seconds: float | None) -> None:
             console.print(f"{time.monotonic() - begin:7.2f} s  {sentence}", highlight=False, soft_wrap=True)
 
     with only_session(session.device, tell) as lock:
-        live = Live(session, tell, lock=lock)
+        live = Live(session, tell, lock=lock, log=log)
         try:
             tell("starting; what is not compiled yet takes up to a minute")
             live.start()

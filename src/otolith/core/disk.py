@@ -5,6 +5,7 @@ A program that is killed can leave such a temporary file; the next write to the 
 """
 
 import contextlib
+import mmap
 import os
 import platform
 import re
@@ -52,6 +53,30 @@ def read_bytes(path: Path, what: str, *, most: int = SETTINGS_BYTES) -> bytes:
     if len(data) > most:
         raise InputError(f"size of {what} {path}", f"more than {most:,} bytes", f"at most {most:,} bytes")
     return data
+
+
+@contextlib.contextmanager
+def mapped(path: Path, what: str) -> Iterator[mmap.mmap | bytes]:
+    """Yield the bytes of a file that may be larger than memory; one that grows is read as far as it is now.
+
+    Parameters
+    ----------
+    what : what the file should be; the error message begins with it.
+
+    Raises
+    ------
+    InputError : the file cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            if os.fstat(file.fileno()).st_size == 0:  # which cannot be mapped
+                yield b""
+                return
+            content = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except OSError as error:
+        raise InputError(f"{what} {path}", f"not readable ({error.strerror})", "a readable file") from error
+    with content:
+        yield content
 
 
 def read_text(path: Path, what: str, *, most: int = SETTINGS_BYTES) -> str:

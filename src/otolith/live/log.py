@@ -11,13 +11,15 @@ Nothing here touches a disk: chunks of records go to a `otolith.live.ring`, one 
 import json
 import struct
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import IntEnum
+from itertools import islice
+from mmap import mmap
 from typing import Any, Final, Protocol
 
 import numpy as np
 
-from otolith.core.errors import damage_reported
+from otolith.core.errors import CorruptFile, damage_reported
 from otolith.live.controller import ControllerInbox
 from otolith.live.core.ladder import Reaction
 from otolith.live.core.session import Event
@@ -32,11 +34,13 @@ from otolith.live.packed import (
     unpack_report,
     unpack_words,
 )
-from otolith.live.records import Record, record
+from otolith.live.records import HEAD, Record, Records, record
 from otolith.live.ring import LOST
 from otolith.live.wire import capture
 
 VERSION: Final = 1
+PIECES: Final = 10_000  # records that are taken at once where the progress is shown
+SECOND_NS: Final = 1_000_000_000  # [ns] between two records of counters
 
 
 class Kind(IntEnum):
@@ -110,39 +114,56 @@ def session_record(session: Mapping[str, Any], began: Mapping[str, Any]) -> byte
     return record(Kind.SESSION, json.dumps(said).encode())
 
 
-def counters_record(now_ns: int, of: str, counters: Mapping[str, float]) -> bytes:
-    """Return a record of what a process counts."""
-    return record(Kind.COUNTERS, json.dumps({"time_ns": now_ns, "of": of, **counters}).encode())
+Count = Callable[[], Mapping[str, int]]
 
 
-class ControllerLog:
+class _Log:
+    """What both logs have in common.
+
+    Parameters
+    ----------
+    sink : where chunks go. count : what is logged once a second, if anything.
+    """
+
+    of = ""  # who counts
+
+    def __init__(self, sink: Sink, count: Count | None = None) -> None:
+        self._sink, self._count = sink, count
+        self._counted_ns: int | None = None
+
+    def _counters(self, now_ns: int) -> list[bytes]:
+        if self._count is None or (self._counted_ns is not None and now_ns - self._counted_ns < SECOND_NS):
+            return []
+        self._counted_ns = now_ns
+        said = {"time_ns": now_ns, "of": self.of, **self._count()}
+        return [record(Kind.COUNTERS, json.dumps(said).encode())]
+
+
+class ControllerLog(_Log):
     """Logs what the controller was told and decided."""
 
-    def __init__(self, sink: Sink) -> None:
-        self._sink = sink
-        self._report: Report | None = None
+    of = "controller"
+    _report: Report | None = None
 
-    def note(self, now_ns: int, inbox: ControllerInbox, plan: Plan, *further: bytes) -> None:
-        """Log one tick; `further` records go with it."""
+    def note(self, now_ns: int, inbox: ControllerInbox, plan: Plan) -> None:
+        """Log one tick."""
         parts = [record(Kind.TELEMETRY, _TIME.pack(arrival) + packet) for arrival, packet in inbox.packets]
         if inbox.report is not None and inbox.report is not self._report:
             parts.append(record(Kind.REPORT, pack_report(inbox.report)))
             self._report = inbox.report
         ends = np.array((now_ns, inbox.missed, plan.sequence, zlib.crc32(pack_plan(plan))), dtype=DECISIONS)
-        self._sink.write(b"".join((*parts, record(Kind.DECISION, ends.tobytes()), *further)))
+        parts.append(record(Kind.DECISION, ends.tobytes()))
+        self._sink.write(b"".join(parts + self._counters(now_ns)))
 
 
-class OutputLog:
+class OutputLog(_Log):
     """Logs what the output was told and said."""
 
-    def __init__(self, sink: Sink) -> None:
-        self._sink = sink
-        self._plan: Plan | None = None
+    of = "output"
+    _plan: Plan | None = None
 
-    def note(
-        self, now_ns: int, inbox: OutputInbox, out: OutputOutbox, events: Sequence[Event], *further: bytes
-    ) -> None:
-        """Log one tick; `events` are the changes of state in it, `further` records go with it."""
+    def note(self, now_ns: int, inbox: OutputInbox, out: OutputOutbox, events: Sequence[Event]) -> None:
+        """Log one tick; `events` are the changes of state in it."""
         parts = []
         if inbox.plan is not None and inbox.plan is not self._plan:
             parts.append(record(Kind.PLAN, pack_plan(inbox.plan)))
@@ -155,7 +176,7 @@ class OutputLog:
             parts.append(record(Kind.REACTION, pack_reaction(inbox.reaction)))
         parts.append(record(Kind.SET_POINT, set_point(now_ns, inbox.beats, out)))
         parts += [record(Kind.EVENT, pack_event(event)) for event in events]
-        self._sink.write(b"".join((*parts, *further)))
+        self._sink.write(b"".join(parts + self._counters(now_ns)))
 
 
 def set_point(now_ns: int, beats: int, out: OutputOutbox) -> bytes:
@@ -249,3 +270,54 @@ def meaning(one: Record, source: str) -> Any:
     """
     with damage_reported(f"{source} is damaged at byte {one.place:,}"):
         return _MEANINGS[one.kind](one.payload)
+
+
+class Opened:
+    """A log that is read.
+
+    Parameters
+    ----------
+    source : the file's name, for errors.
+
+    Raises
+    ------
+    CorruptFile : it does not begin as a log of this version.
+    """
+
+    def __init__(self, data: bytes | mmap, source: str) -> None:
+        self.source, self.records = source, Records(data, source, NAMES, most=MOST)
+        self._size, self._read = max(1, len(data)), 0
+        first = next(iter(self.records), None)
+        self.head: dict[str, Any] = {}
+        if first is not None and first.kind == Kind.SESSION:
+            with damage_reported(f"{source} is no log of a session"):
+                self.head = dict(json.loads(first.payload))
+        if (self.head.get("format"), self.head.get("version")) != (capture.LOG, VERSION):
+            raise CorruptFile(f"{source} is no log of a session of version {VERSION}")
+
+    @property
+    def share(self) -> float:
+        """Return how much was read, 0 to 1."""
+        return self._read / self._size
+
+    def pieces(self, count: int) -> Iterator[list[Record]]:
+        """Yield the records, `count` at a time; at a damaged one those before it, and then its error.
+
+        Raises
+        ------
+        CorruptFile : a record is damaged.
+        """
+        found = iter(self.records)
+        damage: CorruptFile | None = None
+        while damage is None:
+            piece: list[Record] = []
+            try:
+                piece.extend(islice(found, count))
+            except CorruptFile as error:
+                damage = error
+            if not piece and damage is None:
+                return
+            if piece:
+                self._read = piece[-1].place + HEAD.size + len(piece[-1].payload)
+                yield piece
+        raise damage

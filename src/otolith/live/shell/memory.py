@@ -31,6 +31,12 @@ class WrongMemory(OtolithError):
     """Shared memory is not what this program expects."""
 
 
+def check_machine() -> None:
+    """Refuse a machine that may reorder stores."""
+    if machine.machine() not in _ORDERED:
+        raise WrongMemory(f"live operation is tested on {' and '.join(_ORDERED)}, not {machine.machine()}")
+
+
 class Channel:
     """One kind of message in shared memory.
 
@@ -45,10 +51,7 @@ class Channel:
     """
 
     def __init__(self, name: str, *, create: bool = False) -> None:
-        if machine.machine() not in _ORDERED:
-            raise WrongMemory(
-                f"live operation is tested on {' and '.join(_ORDERED)}, not {machine.machine()}"
-            )
+        check_machine()
         self._creates = create
         self._memory = shared_memory.SharedMemory(
             name, create=create, size=_FIRST + SLOTS * SIZE if create else 0

@@ -8,14 +8,17 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from multiprocessing.synchronize import Event
 from typing import Any, Final
 
 from otolith.core.errors import OtolithError
 from otolith.live.controller import ControllerInbox
+from otolith.live.core.health import Count
 from otolith.live.core.ladder import NO_REACTION, Reaction
 from otolith.live.devices.driver import Driver
+from otolith.live.log import ControllerLog, OutputLog
 from otolith.live.messages import Feedback, Report, Rung, State, Word
 from otolith.live.output import Output, OutputInbox
 from otolith.live.packed import pack_plan, pack_report, unpack_plan, unpack_report, unpack_words
@@ -23,6 +26,7 @@ from otolith.live.session import Session
 from otolith.live.shell.clock import Ticks
 from otolith.live.shell.datagrams import LARGEST, opened
 from otolith.live.shell.memory import Channel
+from otolith.live.shell.recorder import SharedRing, record_until, ring_of
 from otolith.live.shell.rights import die_with_parent, take_rights
 from otolith.live.shell.timing import ControllerTiming, OutputTiming
 
@@ -37,7 +41,11 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
     controller = session.controller()
     plans, reports = Channel(names["plans"]), Channel(names["reports"])
     said.put(("controller", *take_rights(CONTROLLER)))
-    with opened(session.listen[1], host=session.listen[0]) as listening:
+    with (
+        opened(session.listen[1], host=session.listen[0]) as listening,
+        ring_of(names, "controller") as ring,
+    ):
+        log = None if ring is None else ControllerLog(ring, lambda: _named(controller.health.counts))
         ready.set()
         period_ns = round(1e9 * session.period)
         last, missed = time.monotonic_ns(), 0
@@ -52,9 +60,12 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
             plans.beat()
             message = reports.read()
             report = report if message is None else unpack_report(message)
-            plan = controller.tick(now, ControllerInbox(packets=packets, report=report, missed=missed))
+            inbox = ControllerInbox(packets=packets, report=report, missed=missed)
+            plan = controller.tick(now, inbox)
             plans.write(pack_plan(plan))
             end = time.monotonic_ns()
+            if log is not None:
+                log.note(now, inbox, plan)
             missed = (end - now) // period_ns
             if len(plan.stages):
                 timing.decisions += 1
@@ -86,6 +97,12 @@ def _until_due(
             return tuple(packets)
 
 
+def run_recorder(_session: Session, names: dict[str, str], ready: Event, _said: Any, file: Any, /) -> None:
+    """Be the recorder of the log, until the parent asks this process to end."""
+    _begin_child()
+    record_until(_asked_to_end(), names, ready, file.number)
+
+
 def run_output(session: Session, names: dict[str, str], ready: Event, said: Any, _lock: Any) -> None:
     """Be the output: until it is asked to end, and the platform rests without power or in a fault.
 
@@ -94,13 +111,14 @@ def run_output(session: Session, names: dict[str, str], ready: Event, said: Any,
     _begin_child()
     output = session.output()
     asked = _asked_to_end()
-    plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
     said.put(("output", *take_rights(OUTPUT)))
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+    plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line, ring_of(names, "output") as ring:
+        shared = _Shared(plans, reports, words, ring)
         line.setblocking(False)
         line.connect(session.device)
         ready.set()
-        _roll(output, session.driver, _Line(line, session.driver), (plans, reports, words), asked, said)
+        _roll(output, session.driver, _Line(line, session.driver), shared, asked, said)
 
 
 class _Line:
@@ -136,30 +154,32 @@ class _Line:
             return None
 
 
-def _roll(
-    output: Output, driver: Driver, line: _Line, channels: tuple[Channel, ...], asked: list[int], said: Any
-) -> None:
+@dataclass(frozen=True, slots=True)
+class _Shared:
+    """The memory that the output shares with others."""
+
+    plans: Channel
+    reports: Channel
+    words: Channel
+    ring: SharedRing | None  # of the log
+
+
+def _roll(output: Output, driver: Driver, line: _Line, shared: _Shared, asked: list[int], said: Any) -> None:
     """Make one set-point per tick until asked to end and nothing moves any more."""
-    plans, reports, words = channels
+    plans, reports, words = shared.plans, shared.reports, shared.words
     ticks, told, parking = Ticks(TICK_NS), 0, False
     timing = OutputTiming(late=ticks.late)
     answered = 0
+    log = None if shared.ring is None else OutputLog(shared.ring, lambda: _counts(output, ticks))
     for now in ticks:
         message, spoken = plans.read(), words.read()
         given = () if spoken is None else unpack_words(spoken)
         if asked and not parking:
             parking, given = True, (*given, Word.PARK)
         plan = None if message is None else unpack_plan(message)
-        out = output.tick(
-            now,
-            OutputInbox(
-                plan=plan,
-                beats=plans.beats,
-                feedback=line.hear(),
-                words=given,
-                reaction=line.reaction,
-            ),
-        )
+        heard = line.hear()  # before its reaction is asked for
+        inbox = OutputInbox(plan=plan, beats=plans.beats, feedback=heard, words=given, reaction=line.reaction)
+        out = output.tick(now, inbox)
         if line.reaction.rung is not Rung.FAULT or Word.REARM in given:
             line.reaction = NO_REACTION
         if out.set_point is not None:
@@ -168,16 +188,28 @@ def _roll(
             answered = plan.telemetry_ns
             timing.answer.note(time.monotonic_ns() - answered)
         reports.write(pack_report(out.report))
-        events = output.session.events
-        if len(events) > told:
-            said.put(("event", *(f"{event.after}: {event.reason}" for event in events[told:])))
-            told = len(events)
+        events = output.session.events[told:]
+        if log is not None:
+            log.note(now, inbox, out, events)
+        if events:
+            said.put(("event", *(f"{event.after}: {event.reason}" for event in events)))
+            told += len(events)
         if asked and out.report.state in {State.IDLE, State.PARKED, State.FAULT}:
             reports.finish()
             timing.skipped = ticks.skipped
             said.put(("timing", timing))
             return
         timing.work.note(time.monotonic_ns() - now)
+
+
+def _counts(output: Output, ticks: Ticks) -> dict[str, int]:
+    """Return what the log counts of the output."""
+    return {"skipped": ticks.skipped, "latest_ns": ticks.late.largest, "refusals": output.refusals}
+
+
+def _named(counts: Mapping[Count, int]) -> dict[str, int]:
+    """Return counts by their names, as the log writes them."""
+    return {str(name): count for name, count in counts.items()}
 
 
 def _asked_to_end() -> list[int]:

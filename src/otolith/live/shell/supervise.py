@@ -22,7 +22,8 @@ from otolith.live.messages import Report, State, Word
 from otolith.live.packed import pack_words, unpack_report
 from otolith.live.session import Session
 from otolith.live.shell.memory import Channel
-from otolith.live.shell.processes import run_controller, run_output
+from otolith.live.shell.processes import run_controller, run_output, run_recorder
+from otolith.live.shell.recorder import SessionLog
 from otolith.live.shell.timing import ControllerTiming, OutputTiming
 from otolith.live.shell.watch import OutputWatch
 
@@ -101,9 +102,17 @@ class Live:
     ----------
     tell : is called with every sentence about it.
     lock : file descriptor of `only_session`.
+    log : folder in which the session is logged; None for no log.
+
+    Raises
+    ------
+    NotWritten : the file of the log cannot be made.
     """
 
-    def __init__(self, session: Session, tell: Callable[[str], None], *, lock: int) -> None:
+    def __init__(
+        self, session: Session, tell: Callable[[str], None], *, lock: int, log: Path | None = None
+    ) -> None:
+        self.log = None if log is None else SessionLog(log, session)
         self._context = multiprocessing.get_context("spawn")
         self._names = {name: f"otolith-{os.getpid()}-{name}" for name in NAMES}
         self._channels = {name: Channel(where, create=True) for name, where in self._names.items()}
@@ -126,9 +135,18 @@ class Live:
         DidNotStart : one of them is not.
         """
         begun = {}
-        for name, run in (("controller", run_controller), ("output", run_output)):
+        starts: dict[str, tuple[Any, int]] = {
+            "controller": (run_controller, self._lock),
+            "output": (run_output, self._lock),
+        }
+        names = self._names
+        if self.log is not None:
+            starts = {"recorder": (run_recorder, self.log.number), **starts}
+            names = {**names, **self.log.names}
+            self._tell(f"the log is {self.log.path}")
+        for name, (run, number) in starts.items():
             begun[name] = self._context.Event()
-            arguments = (self._session, self._names, begun[name], self._said, Handle(self._lock))
+            arguments = (self._session, names, begun[name], self._said, Handle(number))
             self._children[name] = self._context.Process(target=run, args=arguments, name=f"otolith {name}")
             self._children[name].start()
         begin = time.monotonic()
@@ -150,7 +168,9 @@ class Live:
         self.fault = reason
 
     def say(self, *words: Word) -> None:
-        """Pass on words of the operator."""
+        """Pass on words of the operator; who arms is told which files have changed since they were read."""
+        for sentence in self._session.changed() if Word.ARM in words else ():
+            self._tell(sentence)
         self._channels["words"].write(pack_words(words))
 
     def look(self) -> State | None:
@@ -167,6 +187,8 @@ class Live:
             if news not in self._told:
                 self._told.add(news)
                 self._tell(news)
+        for news in () if self.log is None or self._ending else self.log.news(time.monotonic_ns()):
+            self._tell(news)
         if self.fault:
             return State.FAULT
         message = self._reports.read() if self._channels else None
@@ -214,7 +236,11 @@ class Live:
         if controller is not None and controller.is_alive():
             controller.terminate()
             controller.join(LEAVES)
-        for child in (controller, output):
+        recorder = self._children.get("recorder")
+        for child in (controller, output, recorder):
+            if child is recorder and child is not None:
+                child.terminate()  # it writes what the others have said
+                child.join(LEAVES)
             if child is not None and child.is_alive():
                 child.kill()
                 child.join()
@@ -223,3 +249,5 @@ class Live:
         for channel in self._channels.values():
             channel.close()
         self._channels.clear()
+        if self.log is not None:
+            self.log.close()
