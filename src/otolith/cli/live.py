@@ -1,5 +1,6 @@
 """`otolith live`: motion platforms in real time, and what can be done without one."""
 
+from otolith.cli.live_check import axis, check
 from otolith.cli.live_log import replay
 from otolith.cli.live_run import demo, run
 from otolith.cli.live_virtual import bench, faults
@@ -9,6 +10,8 @@ from otolith.cli.output import group
 app = group("Motion platforms in real time: drive one, play faults, record telemetry and learn its axes.")
 app.command("run")(run)
 app.command("demo")(demo)
+app.command("check")(check)
+app.command("axis")(axis)
 app.command("record")(record)
 app.command("learn")(learn_)
 app.command("replay")(replay)

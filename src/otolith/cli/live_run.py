@@ -1,12 +1,11 @@
 """`otolith live run` and `live demo`: a session in real time."""
 
 import contextlib
-import multiprocessing
 import select
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 from urllib.parse import urlsplit
@@ -81,6 +80,11 @@ class Choices:
             token=time.time_ns() & 0x7FFFFFFF,
         )
 
+    def between(self, telemetry: int, base: int) -> "Choices":
+        """Return the choices with the virtual driver and base of `otolith.live.shell.virtual`."""
+        incoming, outgoing = f"generic+udp://127.0.0.1:{telemetry}", f"moog+udp://127.0.0.1:{base}"
+        return replace(self, incoming=incoming, outgoing=outgoing)
+
     def _over(self, fields: Mapping[str, Any]) -> dict[str, Any]:
         """Return the fields of a session's file with those that the command line states in their place."""
         given = {name: getattr(self, name) for name in ("cueing", "platform", "dofs", "tuning")}
@@ -139,6 +143,9 @@ def run(
         float | None,
         typer.Option(help="Arm and engage without a word, and park after this time.", min=1.0),
     ] = None,
+    allow_jitter: Annotated[
+        bool, typer.Option("--allow-jitter", help="Arm without, or in spite of, 'otolith live check'.")
+    ] = False,
 ) -> None:
     """Drive a platform. Words are read line by line: arm, engage, return, stop, park, rearm. Ctrl-C parks."""
     choices = Choices(
@@ -154,7 +161,19 @@ def run(
         file=session,
         preset=preset,
     )
-    _drive(choices.session(), seconds, log)
+    drive(permitted(choices.session(), allow_jitter=allow_jitter), seconds, log)
+
+
+def permitted(session: "Session", *, allow_jitter: bool) -> "Session":
+    """Return a session that says why it must not be armed: what was not tested, or tested too late."""
+    from otolith.live.permits import why_late, why_untested
+    from otolith.live.shell.processes import OUTPUT
+    from otolith.live.shell.rights import real_time_is_granted
+
+    forbids = why_untested(session)
+    if not forbids and not allow_jitter:
+        forbids = why_late(real_time=real_time_is_granted(OUTPUT))
+    return replace(session, forbids=forbids)
 
 
 def demo(
@@ -166,29 +185,11 @@ def demo(
     log: LogFolder = None,
 ) -> None:
     """Show a session in real time, with a virtual driver and a Moog base in software."""
-    from otolith.live.shell.virtual import be_base, be_driver, free_port
+    from otolith.live.shell.virtual import surroundings
 
-    telemetry, base = free_port(), free_port()
-    session = Choices(
-        incoming=f"generic+udp://127.0.0.1:{telemetry}",
-        outgoing=f"moog+udp://127.0.0.1:{base}",
-        cueing=cueing,
-        platform=platform,
-        dofs=dofs,
-        tuning=tuning,
-    ).session()
-    context = multiprocessing.get_context("spawn")
-    helpers = [
-        context.Process(target=target, args=(port,), daemon=True)
-        for target, port in ((be_base, base), (be_driver, telemetry))
-    ]
-    try:
-        for helper in helpers:
-            helper.start()
-        _drive(session, seconds, log)
-    finally:
-        for child in multiprocessing.active_children():
-            child.kill()
+    with surroundings() as (telemetry, base):
+        choices = Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning)
+        drive(choices.between(telemetry, base).session(), seconds, log)
 
 
 def _address(option: str, url: str) -> tuple[str, str]:
@@ -205,11 +206,18 @@ def _address(option: str, url: str) -> tuple[str, str]:
     return who, rest
 
 
-def _drive(session: "Session", seconds: float | None, log: Path | None) -> None:
-    """Run a session until it is interrupted, or for a time."""
+def drive(
+    session: "Session", seconds: float | None, log: Path | None = None, *, stderr: bool = False
+) -> "Live":
+    """Run a session until it is interrupted, or for a time; return it as it ended.
+
+    Raises
+    ------
+    Latched : the supervisor had to end it.
+    """
     from otolith.live.shell.supervise import Latched, Live, only_session
 
-    console, begin = screen(stderr=False), time.monotonic()
+    console, begin = screen(stderr=stderr), time.monotonic()
 
     def tell(sentence: str) -> None:
         with contextlib.suppress(OSError):  # a terminal that was closed must not keep us from parking
@@ -219,6 +227,8 @@ def _drive(session: "Session", seconds: float | None, log: Path | None) -> None:
         live = Live(session, tell, lock=lock, log=log)
         try:
             tell("starting; what is not compiled yet takes up to a minute")
+            if session.forbids:
+                tell(f"this session cannot be armed: {session.forbids}")
             live.start()
             _converse(live, seconds)
         except Stopped:
@@ -228,6 +238,7 @@ def _drive(session: "Session", seconds: float | None, log: Path | None) -> None:
             live.end()
     if live.fault:
         raise Latched(live.fault)
+    return live
 
 
 def _converse(live: "Live", seconds: float | None) -> None:

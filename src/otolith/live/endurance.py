@@ -6,18 +6,17 @@ happens while the platform moves. What must not happen is counted: set-points be
 compilations after arming.
 """
 
-import gc
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numba.core.dispatcher import Dispatcher
 
 from otolith.core.arrays import Vec
 from otolith.interfaces import Cueing
 from otolith.live.audit import audit
+from otolith.live.compilations import compiled
 from otolith.live.faults.matrix import PARK
 from otolith.live.messages import DeviceState, Flag, State, Word
 from otolith.live.world import MS, World
@@ -79,14 +78,6 @@ class Account:
     def clean(self) -> bool:
         """Return whether nothing happened that must not."""
         return not (self.violations or self.exceptions or self.device_faults or self.compilations)
-
-
-def compiled() -> int:
-    """Return how many functions numba has compiled, or loaded, for how many kinds of arguments.
-
-    A growing number while armed is a decision or a set-point that waited for the compiler, or for its cache.
-    """
-    return sum(len(one.overloads) for one in gc.get_objects() if isinstance(one, Dispatcher))
 
 
 def endurance(

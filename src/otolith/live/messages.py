@@ -164,6 +164,9 @@ class Report:
     state: State
     generation: int  # of the current engagement
     follows: int = -1  # sequence of the plan that is followed; −1: none, the output decides itself
+    measured: Vec | None = None  # (6,) [m ×3, rad ×3] where the device says that it is
 
     def __post_init__(self) -> None:
         freeze(self, motion=(3, 6))
+        if self.measured is not None:
+            freeze(self, measured=(6,))

@@ -76,11 +76,14 @@ class Output:
     ----------
     gate : of cueing. travel : of the moves from and to the park pose; its reach contains that pose.
     token : names the session.
+    forbids : why the platform must not be armed; empty if it may be.
     """
 
-    def __init__(self, gate: Gate, travel: Gate, device: Device, *, token: int = 0) -> None:
+    def __init__(
+        self, gate: Gate, travel: Gate, device: Device, *, token: int = 0, forbids: str = ""
+    ) -> None:
         self.session, self.device = Session(), device
-        self._gate, self._travel, self._token = gate, travel, token
+        self._gate, self._travel, self._token, self.forbids = gate, travel, token, forbids
         self._rollout = Rollout(gate)
         self._rollout.place(device.park)
         self._move: Move | None = None
@@ -190,6 +193,9 @@ class Output:
     def _check(self, now_ns: int) -> bool:
         """Return whether the device can be engaged; refuse it with the reason if it cannot."""
         found = self._feedback
+        if self.forbids:
+            self.session.give_up(now_ns, self.forbids)
+            return False
         if self._feedback_ns is None or now_ns - self._feedback_ns > LASTS:
             if now_ns - self.session.since_ns > LASTS:
                 self.session.give_up(now_ns, "the device does not answer")
@@ -387,4 +393,5 @@ class Output:
             state=self.session.state,
             generation=self.session.generation,
             follows=self._followed,
+            measured=self._feedback.pose,
         )

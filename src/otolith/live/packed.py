@@ -12,6 +12,7 @@ from otolith.live.messages import Plan, Report, Rung, State, Word
 
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
 _REPORT: Final = struct.Struct("<qqq")
+_NOWHERE: Final = np.full(6, np.nan)
 
 
 def pack_plan(plan: Plan) -> bytes:
@@ -56,19 +57,22 @@ def unpack_plan(message: bytes) -> Plan:
 def pack_report(report: Report) -> bytes:
     """Return a report as bytes."""
     head = _REPORT.pack(report.time_ns, report.generation, report.follows)
-    return head + report.motion.tobytes() + str(report.state).encode()
+    measured = _NOWHERE if report.measured is None else report.measured
+    return head + report.motion.tobytes() + measured.tobytes() + str(report.state).encode()
 
 
 def unpack_report(message: bytes) -> Report:
     """Return the report of `pack_report`."""
     time_ns, generation, follows = _REPORT.unpack_from(message)
     at = _REPORT.size
+    measured = np.frombuffer(message[at + 144 : at + 192])
     return Report(
         time_ns=time_ns,
         generation=generation,
         follows=follows,
         motion=np.frombuffer(message[at : at + 144]).reshape(3, 6),
-        state=State(message[at + 144 :].decode()),
+        state=State(message[at + 192 :].decode()),
+        measured=None if np.isnan(measured).any() else measured,
     )
 
 

@@ -53,6 +53,7 @@ class Session:
     stored: Mapping[str, StoredFile] = field(default_factory=dict)  # what was read, by what it is
     period: float = PERIOD  # [s] of the algorithm
     token: int = 0
+    forbids: str = ""  # why the platform must not be armed; empty if it may be
 
     @property
     def source(self) -> Source:
@@ -134,7 +135,8 @@ class Session:
         """Return the output's core."""
         driver = self.driver
         device = Device.at(np.array(self.park), rate_hz=driver.rate_hz, on_silence=driver.on_silence)
-        return Output(self.gate(), self.gate(travel=True), device, token=self.token)
+        gates = (self.gate(), self.gate(travel=True))
+        return Output(*gates, device, token=self.token, forbids=self.forbids)
 
     def changed(self) -> list[str]:
         """Return a sentence for every file that is no longer what was read at the start."""
@@ -156,6 +158,7 @@ class Session:
             "texts": dict(self.texts),
             "stored": {what: asdict(stored) for what, stored in self.stored.items()},
             "token": self.token,
+            "forbids": self.forbids,
         }
 
 
@@ -186,6 +189,7 @@ def session_from_record(record: Mapping[str, Any], source: str) -> Session:
             texts={str(name): str(text) for name, text in record["texts"].items()},
             stored={what: StoredFile(**one) for what, one in record["stored"].items()},
             token=int(record["token"]),
+            forbids=str(record["forbids"]),
         )
 
 

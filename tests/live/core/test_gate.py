@@ -5,9 +5,9 @@ import pytest
 
 from otolith.core.arrays import Mat, frozen_array
 from otolith.live.audit import leg_lengths
+from otolith.live.compilations import compiled
 from otolith.live.core.gate import MARGIN, Gate, Refusal, dofs_of
 from otolith.live.core.rollout import Rollout
-from otolith.live.endurance import compiled
 from otolith.platforms import Platform, load
 
 LEGS = {Refusal.LEG_LENGTH, Refusal.LEG_SPEED, Refusal.LEG_ACCELERATION}

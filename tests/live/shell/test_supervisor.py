@@ -9,12 +9,13 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from otolith.live.devices.emulator import ENGAGED, FAULT_2, IDLE
+from otolith.live.permits import keep_axis_test
 from otolith.live.shell.supervise import Occupied, only_session
 from tests.live.shell.rig import Rig, until
 
@@ -31,6 +32,15 @@ def without_rights() -> None:
 def hearing() -> None:
     """A test run in the background ignores SIGINT, and its children would; the program respects that."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@pytest.fixture
+def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+    """A driver and a base, whose axes are tested."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    with Rig() as made:
+        keep_axis_test(made.session(), ["surge"])
+        yield made
 
 
 class Program:
@@ -52,7 +62,7 @@ class Program:
                 fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
 
         self.process = subprocess.Popen(
-            [*PROGRAM, "--in", incoming, "--out", outgoing, "--seconds", "600", *WASHOUT],
+            [*PROGRAM, "--in", incoming, "--out", outgoing, "--seconds", "600", *WASHOUT, "--allow-jitter"],
             stdin=slave if terminal else subprocess.DEVNULL,
             stdout=slave,
             stderr=slave,
@@ -83,54 +93,51 @@ def order(rig: Rig) -> list[int]:
     return [state for state in rig.states if state in {IDLE, ENGAGED, FAULT_2}]
 
 
-def test_a_session_that_is_terminated_parks_and_says_what_it_was_refused(tmp_path: Path) -> None:
+def test_a_session_that_is_terminated_parks_and_says_what_it_was_refused(tmp_path: Path, rig: Rig) -> None:
     """Without real-time scheduling; meanwhile a second one is refused by the number of the first."""
-    with Rig() as rig:
-        first = Program(rig, tmp_path, without_rights)
-        rig.moves()
-        second = Program(rig, tmp_path)
-        assert second.process.wait(60.0) != 0
-        assert f"is driven by process {first.process.pid} already" in second.said
-        first.process.send_signal(signal.SIGTERM)
-        assert first.process.wait(60.0) == 128 + signal.SIGTERM
-        rig.is_at_home()
-        assert rig.base.faults == 0
-        assert "real-time scheduling refused" in first.said
-        assert "@otolith - rtprio 30" in first.said
-        assert "parked: parked" in first.said
+    first = Program(rig, tmp_path, without_rights)
+    rig.moves()
+    second = Program(rig, tmp_path)
+    assert second.process.wait(60.0) != 0
+    assert f"is driven by process {first.process.pid} already" in second.said
+    first.process.send_signal(signal.SIGTERM)
+    assert first.process.wait(60.0) == 128 + signal.SIGTERM
+    rig.is_at_home()
+    assert rig.base.faults == 0
+    assert "real-time scheduling refused" in first.said
+    assert "@otolith - rtprio 30" in first.said
+    assert "parked: parked" in first.said
 
 
-def test_a_session_whose_terminal_is_closed_returns_parks_and_ends(tmp_path: Path) -> None:
-    with Rig() as rig:
-        session = Program(rig, tmp_path, terminal=True)
-        rig.moves()
-        children = session.children()
-        os.close(session.master)
-        session.process.wait(60.0)
-        rig.is_at_home()
-        assert rig.base.faults == 0
-        assert order(rig) == [IDLE, ENGAGED, IDLE]
-        until(lambda: not any(map(is_running, children)), "its processes have ended", 20.0)
+def test_a_session_whose_terminal_is_closed_returns_parks_and_ends(tmp_path: Path, rig: Rig) -> None:
+    session = Program(rig, tmp_path, terminal=True)
+    rig.moves()
+    children = session.children()
+    os.close(session.master)
+    session.process.wait(60.0)
+    rig.is_at_home()
+    assert rig.base.faults == 0
+    assert order(rig) == [IDLE, ENGAGED, IDLE]
+    until(lambda: not any(map(is_running, children)), "its processes have ended", 20.0)
 
 
 def test_a_supervisor_that_is_killed_leaves_an_output_that_parks_and_a_lock_that_is_taken_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with Rig() as rig:
-        session = Program(rig, tmp_path)
-        rig.moves()
-        children = session.children()
-        session.process.kill()
-        session.process.wait()
-        device, told = ("127.0.0.1", rig.device), list[str]()
-        with pytest.raises(Occupied, match=f"by what process {session.process.pid} left behind"):
-            only_session(device).__enter__()
-        rig.is_at_home()
-        assert rig.base.faults == 0
-        assert order(rig) == [IDLE, ENGAGED, IDLE]
-        until(lambda: not any(map(is_running, children)), "its processes have ended", 20.0)
-        for _ in range(2):  # the second time the first has let it go in order
-            with only_session(device, told.append):
-                pass
-        assert [f"taken over from process {session.process.pid}" in line for line in told] == [True]
+    session = Program(rig, tmp_path)
+    rig.moves()
+    children = session.children()
+    session.process.kill()
+    session.process.wait()
+    device, told = ("127.0.0.1", rig.device), list[str]()
+    with pytest.raises(Occupied, match=f"by what process {session.process.pid} left behind"):
+        only_session(device).__enter__()
+    rig.is_at_home()
+    assert rig.base.faults == 0
+    assert order(rig) == [IDLE, ENGAGED, IDLE]
+    until(lambda: not any(map(is_running, children)), "its processes have ended", 20.0)
+    for _ in range(2):  # the second time the first has let it go in order
+        with only_session(device, told.append):
+            pass
+    assert [f"taken over from process {session.process.pid}" in line for line in told] == [True]

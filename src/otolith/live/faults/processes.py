@@ -1,10 +1,14 @@
-"""Faults of the processes of a session: rows 10 and 11. With real processes: tests/live/shell."""
+"""Faults of processes, and of what was not tested: rows 10, 11, 25, 33, 38.
+
+With real processes: tests/live/shell.
+"""
 
 from collections.abc import Callable
 from typing import Final
 
+from otolith.live.compilations import compiled
 from otolith.live.faults.case import Aftermath, Case
-from otolith.live.messages import DeviceState, State
+from otolith.live.messages import DeviceState, State, Word
 from otolith.live.world import World
 
 
@@ -52,7 +56,73 @@ def _starts_idle(after: Aftermath) -> bool:
     return quiet and after.world.device.state is DeviceState.IDLE
 
 
+def _forbidden(reason: str) -> Callable[[World], None]:
+    """Return a script by which an operator wants to arm what must not be armed."""
+
+    def begin(world: World) -> None:
+        world.output.forbids = reason
+        world.say(Word.ARM)
+        world.at(world.seconds + 0.5, lambda: world.say(Word.ENGAGE, Word.REARM, Word.ARM))
+
+    return begin
+
+
+def _refuses(after: Aftermath) -> bool:
+    """Return whether the platform stayed idle, and was told why."""
+    named = after.world.output.forbids in after.reason(State.IDLE)
+    return named and after.world.state is State.IDLE and not any(row.moves for row in after.rows)
+
+
+class _Compilations:
+    """A session from arming to the end, in which nothing may wait for the compiler."""
+
+    def __init__(self) -> None:
+        self._before = 0
+
+    def begin(self, world: World) -> None:
+        """Count what is compiled, arm, engage, and meet faults that are answered by other code."""
+        self._before = compiled()
+        world.say(Word.ARM)
+        world.at(world.seconds + 5.0, lambda: world.say(Word.ENGAGE))
+        world.at(world.seconds + 8.0, lambda: world.silence("telemetry", 0.3))
+        world.at(world.seconds + 11.0, lambda: world.stop("controller", 0.1))
+        world.at(world.seconds + 13.0, lambda: world.say(Word.PARK))
+
+    def holds(self, after: Aftermath) -> bool:
+        """Return whether the session went all the way, and nothing was compiled meanwhile."""
+        went = {state for _, state, _ in after.changes}
+        all_states = {State.ENGAGED, State.HOLDING, State.RETURNING, State.PARKED}
+        return all_states <= went and compiled() == self._before
+
+
+_COMPILATIONS: Final = _Compilations()
+
 PROCESS_CASES: Final = (
+    Case(
+        row="25",
+        fault="the device's settings are new, or have changed since its axes were tested",
+        expected="arming is refused with the reason",
+        begin=_forbidden("the axes of moog at 127.0.0.1:9910 are not tested"),
+        holds=_refuses,
+        engaged=False,
+    ),
+    Case(
+        row="33",
+        fault="this host was not tested, or woke too late",
+        expected="arming is refused with the reason",
+        begin=_forbidden("99.9 % of wake-ups were up to 7 ms late"),
+        holds=_refuses,
+        engaged=False,
+    ),
+    Case(
+        row="38",
+        fault="something is compiled while armed",
+        expected="nothing is, from arm to parked, through silence and a hung controller",
+        begin=_COMPILATIONS.begin,
+        holds=_COMPILATIONS.holds,
+        seconds=20.0,
+        engaged=False,
+    ),
     Case(
         row="10",
         fault="the controller dies",

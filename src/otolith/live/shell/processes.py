@@ -14,6 +14,7 @@ from multiprocessing.synchronize import Event
 from typing import Any, Final
 
 from otolith.core.errors import OtolithError
+from otolith.live.axis_test import AxisTest, goal_of
 from otolith.live.controller import ControllerInbox
 from otolith.live.core.health import Count
 from otolith.live.core.ladder import NO_REACTION, Reaction
@@ -75,6 +76,27 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
                     timing.plan.note(end - packets[-1][0])
             last = now
     said.put(("timing", timing))
+
+
+def run_axis_test(
+    axes: tuple[str, ...], session: Session, names: dict[str, str], ready: Event, said: Any, _: Any
+) -> None:
+    """Be the controller of an axis test, until the parent asks this process to end."""
+    _begin_child()
+    asked = _asked_to_end()
+    goals = [goal_of(name, session.platform) for name in axes]
+    test = AxisTest(goals, session.gate(), session.period)
+    plans, reports = Channel(names["plans"]), Channel(names["reports"])
+    said.put(("controller", *take_rights(CONTROLLER)))
+    ready.set()
+    report: Report | None = None
+    for now in Ticks(round(1e9 * session.period)):
+        if asked:
+            return
+        plans.beat()
+        message = reports.read()
+        report = report if message is None else unpack_report(message)
+        plans.write(pack_plan(test.tick(now, report)))
 
 
 def _until_due(

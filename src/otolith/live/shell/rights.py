@@ -34,6 +34,17 @@ def take_rights(priority: int) -> list[str]:
     return said
 
 
+def real_time_is_granted(priority: int) -> bool:
+    """Return whether the system would grant real-time scheduling; nothing is left changed."""
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except OSError:
+        return False
+    os.sched_setscheduler(0, *before)
+    return True
+
+
 def die_with_parent(signal_number: int, parent: int) -> None:
     """Let the system send this process a signal when its parent, of that number, dies or has died."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal_number)

@@ -103,6 +103,7 @@ class Live:
     tell : is called with every sentence about it.
     lock : file descriptor of `only_session`.
     log : folder in which the session is logged; None for no log.
+    controller : is the controller's process; it takes what `run_controller` takes.
 
     Raises
     ------
@@ -110,9 +111,16 @@ class Live:
     """
 
     def __init__(
-        self, session: Session, tell: Callable[[str], None], *, lock: int, log: Path | None = None
+        self,
+        session: Session,
+        tell: Callable[[str], None],
+        *,
+        lock: int,
+        log: Path | None = None,
+        controller: Callable[..., None] = run_controller,
     ) -> None:
         self.log = None if log is None else SessionLog(log, session)
+        self._run_controller = controller
         self._context = multiprocessing.get_context("spawn")
         self._names = {name: f"otolith-{os.getpid()}-{name}" for name in NAMES}
         self._channels = {name: Channel(where, create=True) for name, where in self._names.items()}
@@ -136,7 +144,7 @@ class Live:
         """
         begun = {}
         starts: dict[str, tuple[Any, int]] = {
-            "controller": (run_controller, self._lock),
+            "controller": (self._run_controller, self._lock),
             "output": (run_output, self._lock),
         }
         names = self._names

@@ -1,8 +1,11 @@
 """A driver and a Moog base in processes of their own, for showing a session without a game and a machine."""
 
+import contextlib
+import multiprocessing
 import signal
 import socket
 import time
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -19,6 +22,25 @@ def free_port() -> int:
     """Return a UDP port that nobody listens on."""
     with opened(0) as listening:
         return int(listening.getsockname()[1])
+
+
+@contextlib.contextmanager
+def surroundings() -> Iterator[tuple[int, int]]:
+    """Start a driver and a base; yield the port on which the driver's packets are wanted, and the base's."""
+    telemetry, base = free_port(), free_port()
+    context = multiprocessing.get_context("spawn")
+    helpers = [
+        context.Process(target=target, args=(port,), daemon=True)
+        for target, port in ((be_base, base), (be_driver, telemetry))
+    ]
+    try:
+        for helper in helpers:
+            helper.start()
+        yield telemetry, base
+    finally:
+        for helper in helpers:
+            helper.kill()
+            helper.join()
 
 
 def be_base(port: int) -> None:

@@ -1,0 +1,123 @@
+"""The axis test: one axis or leg after the other, 10 mm or 1 degree out and back, slowly.
+
+It is a controller like the other one, so its plans go through the gate, the roll-out and the device's driver.
+A motion out accelerates for one second and brakes for one second with a constant command, which covers the
+distance exactly; it holds for a second, and comes back in the same way.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError, OtolithError, one_of
+from otolith.core.frames import AXES
+from otolith.live.core.gate import Gate
+from otolith.live.core.session import CUED
+from otolith.live.messages import Plan, Report
+from otolith.platforms import Platform
+
+WAY: Final = 10e-3  # [m] of an axis or a leg
+TURN: Final = np.radians(1.0)  # of a rotation
+LEGS: Final = tuple(f"leg{number}" for number in range(1, 7))
+_HALF: Final = 1.0  # [s] of accelerating, of braking, and of holding
+HELD: Final = 2.5 * _HALF  # [s] after which it is in the middle of its hold, far from neutral
+LASTS: Final = 5.0 * _HALF  # [s] of a test
+# name -> what a person sees when it becomes larger
+SEEN: Final = {
+    "surge": "forward by 10 mm",
+    "sway": "to the left by 10 mm",
+    "heave": "up by 10 mm",
+    "roll": "its right side down by 1 degree",
+    "pitch": "its nose down by 1 degree",
+    "yaw": "its nose to the left by 1 degree",
+}
+
+
+class AxisRefused(OtolithError):
+    """The gate does not let a test pass."""
+
+
+def seen(name: str) -> str:
+    """Return what a person should see of a test, to go after "the platform moved"."""
+    return SEEN.get(name, f"as {name.replace('leg', 'leg ')} became 10 mm longer")
+
+
+def movable(gate: Gate) -> list[str]:
+    """Return the axes that a platform moves."""
+    return [name for axis, name in enumerate(AXES) if gate.bounds.twist[axis] > 0.0]
+
+
+def goal_of(name: str, platform: Platform) -> Vec:
+    """Return the pose (6,) [m, rad] that a test leads to.
+
+    Raises
+    ------
+    InputError : the name is no axis or leg, or the platform lacks it.
+    """
+    goal = np.zeros(6)
+    if name in AXES:
+        axis = AXES.index(name)
+        goal[axis] = WAY if axis < 3 else TURN
+        return goal
+    if name not in LEGS:
+        raise InputError("axis", repr(name), one_of([*AXES, *LEGS], name))
+    if platform.hexapod is None:
+        raise InputError("axis", name, "an axis: this platform's file has no legs")
+    hexapod = platform.six_legs()
+    lengths = np.array(hexapod.lengths(np.zeros(6)))
+    lengths[LEGS.index(name)] += WAY
+    return hexapod.pose_of(lengths)
+
+
+def profile(goal: Vec, period: float) -> Mat:
+    """Return the commanded accelerations (K, 6) that lead from neutral to a pose, and back."""
+    count = round(_HALF / period)
+    strength = np.asarray(goal, dtype=np.float64) / (count * period) ** 2
+    pieces = (strength, -strength, 0.0 * strength, -strength, strength)
+    return np.concatenate([np.tile(piece, (count, 1)) for piece in pieces])
+
+
+class AxisTest:
+    """Publishes one test per engagement, in the order of its goals."""
+
+    def __init__(self, goals: Sequence[Vec], gate: Gate, period: float) -> None:
+        self._plans = [profile(goal, period) for goal in goals]
+        self._gate, self._period = gate, period
+        self._sequence = 0
+        self._current: tuple[int, int] | None = None  # generation, and when it began [ns]
+        self.begun = 0  # tests
+
+    def check(self, names: Sequence[str]) -> None:
+        """Let the gate judge every test before anything moves.
+
+        Raises
+        ------
+        AxisRefused : it does not let one pass.
+        """
+        for name, stages in zip(names, self._plans, strict=True):
+            verdict = self._gate.plan(np.zeros((3, 6)), stages, self._period)
+            if not verdict.passes:
+                raise AxisRefused(f"the test of {name} is refused: {verdict}")
+
+    def tick(self, now_ns: int, report: Report | None) -> Plan:
+        """Return the plan for now: that of the present engagement, or none."""
+        stages, begun = np.empty((0, 6)), now_ns
+        if report is not None and report.state in CUED:
+            if self._current is None or self._current[0] != report.generation:
+                self._current = (report.generation, now_ns)
+                self.begun += 1
+            begun = self._current[1]
+            if self.begun <= len(self._plans):
+                stages = self._plans[self.begun - 1]
+        self._sequence += 1
+        return Plan(
+            sequence=self._sequence,
+            generation=-1 if report is None else report.generation,
+            time_ns=begun,
+            period_ns=round(1e9 * self._period),
+            stages=stages,
+            healthy=True,
+            outcome="axis test",
+        )

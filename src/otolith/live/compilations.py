@@ -1,0 +1,13 @@
+"""How much was compiled: a number that must not grow while a platform is armed."""
+
+import gc
+
+from numba.core.dispatcher import Dispatcher
+
+
+def compiled() -> int:
+    """Return how many functions numba has compiled, or loaded, for how many kinds of arguments.
+
+    A growing number while armed is a decision or a set-point that waited for the compiler, or for its cache.
+    """
+    return sum(len(one.overloads) for one in gc.get_objects() if isinstance(one, Dispatcher))
