@@ -1,0 +1,68 @@
+// The samples of the last seconds, one typed array per signal, always in one piece.
+
+const KEPT = 60;  // [s]
+const ROWS = 65536;  // more than 60 s of 1 kHz samples
+
+export class History {
+  constructor(columns) {
+    this.columns = columns;
+    this.clear();
+  }
+
+  clear() {
+    this.store = this.columns.map(() => new Float32Array(2 * ROWS));
+    this.first = 0;
+    this.end = 0;
+  }
+
+  get length() { return this.end - this.first; }
+  get last() { return this.length ? this.store[0][this.end - 1] : NaN; }
+  get start() { return this.length ? this.store[0][this.first] : NaN; }
+
+  /** Append a frame; `signals[0]` is time. A jump in time leaves a row of NaN, so that no curve bridges it. */
+  append(signals) {
+    const rows = signals[0].length;
+    if (!rows) return;
+    if (this.length && signals[0][0] > this.last + 0.1) this.mark(signals[0][0]);
+    this.make(rows);
+    this.store.forEach((row, k) => row.set(signals[k], this.end));
+    this.end += rows;
+    const oldest = this.last - KEPT, time = this.store[0];
+    while (time[this.first] < oldest || this.length > ROWS) this.first += 1;
+  }
+
+  mark(at) {
+    this.make(1);
+    this.store.forEach((row, k) => { row[this.end] = k ? NaN : at; });
+    this.end += 1;
+  }
+
+  /** Make room for some more rows: move what is kept to the front of the store. */
+  make(rows) {
+    if (this.end + rows <= 2 * ROWS) return;
+    for (const row of this.store) row.copyWithin(0, this.first, this.end);
+    this.end -= this.first;
+    this.first = 0;
+  }
+
+  /** Return a view of one signal. */
+  view(k) { return this.store[k].subarray(this.first, this.end); }
+
+  /** Return the index of the last row at or before a time [s], within the views. */
+  at(time) {
+    const t = this.view(0);
+    let low = 0, high = t.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (t[middle] <= time) low = middle + 1; else high = middle;
+    }
+    return low - 1;
+  }
+
+  /** Return one signal at a row: the middle of the pair where samples come as least and largest. */
+  value(k, row) {
+    const x = this.view(k), t = this.view(0);
+    const paired = row > 0 && t[row - 1] === t[row];
+    return paired ? 0.5 * (x[row] + x[row - 1]) : x[row];
+  }
+}

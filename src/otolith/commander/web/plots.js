@@ -1,0 +1,126 @@
+// All plots: which there are, which are open, and what time they show.
+import {onLook} from "/web/look.js";
+import {Panel} from "/web/panel.js";
+
+const HEIGHT = 118;  // [px] least height of a panel
+const FORCES = {x: "Force forward", y: "Force to the left", z: "Force upwards"};
+const ORDER = ["Force forward", "Force to the left", "Tilt rate", "Position", "Angle", "Force upwards", "Yaw rate"];
+
+/** Return the title of the panel that a column belongs to. */
+function titleOf({group, unit, axis, label}) {
+  if (group === "force") return FORCES[axis];
+  if (group === "pose") return unit === "m" ? "Position" : "Angle";
+  if (group === "solver") return label[0].toUpperCase() + label.slice(1);
+  return group[0].toUpperCase() + group.slice(1);
+}
+
+/** Return the panels that a schema's columns make. */
+export function panelsOf(columns) {
+  const found = new Map();
+  columns.forEach((column, k) => {
+    if (column.name === "time") return;
+    const title = titleOf(column);
+    if (!found.has(title)) found.set(title, {title, unit: column.unit, columns: []});
+    found.get(title).columns.push({...column, index: k});
+  });
+  return [...found.values()];
+}
+
+export class Plots extends EventTarget {
+  constructor(root) {
+    super();
+    this.root = root;
+    this.open = new Map();
+    this.marks = [];  // {at} [s] of changed parameters
+    this.spans = [];  // {start, end, axis} of false cues
+    this.span = 20;
+    this.all = [];
+    this.touched = false;  // whether the user chose plots
+    this.fixed = null;  // the range that the user chose, or null: follow
+    new ResizeObserver(() => this.fit()).observe(root);
+    onLook(() => this.redraw());
+  }
+
+  /** Take the columns of a schema; plots open with the first samples, which tell what there is. */
+  describe(columns, history) {
+    this.wanted = this.touched ? [...this.open.keys()] : null;
+    this.clear();
+    Object.assign(this, {every: panelsOf(columns), all: [], history, marks: [], spans: [], fixed: null});
+    if (history.length) this.begin();
+    this.changed();
+  }
+
+  /** Open the plots that the user chose, or else those that matter most; signals without a number are left out. */
+  begin() {
+    const alive = ({index}) => this.history.view(index).some(Number.isFinite);
+    this.all = this.every.map((panel) => ({...panel, columns: panel.columns.filter(alive)})).filter(({columns}) => columns.length);
+    const place = ({title}) => (ORDER.includes(title) ? ORDER.indexOf(title) : Infinity);
+    const best = this.all.filter((panel) => place(panel) < Infinity).sort((one, two) => place(one) - place(two)).slice(0, 4);
+    const chosen = this.wanted ? this.all.filter(({title}) => this.wanted.includes(title)) : best;
+    for (const {title} of chosen) this.put(title);
+    this.changed();
+  }
+
+  put(title) { this.open.set(title, new Panel(this, this.all.find((panel) => panel.title === title))); }
+
+  clear() {
+    for (const panel of this.open.values()) panel.close();
+    this.open.clear();
+  }
+
+  add(title) {
+    this.touched = true;
+    this.put(title);
+    this.changed();
+    this.open.get(title).root.scrollIntoView({block: "nearest"});
+  }
+
+  remove(title) {
+    this.touched = true;
+    this.open.get(title).close();
+    this.open.delete(title);
+    this.changed();
+  }
+
+  changed() {
+    this.fit();
+    this.dispatchEvent(new Event("changed"));
+  }
+
+  /** Share the height among the panels; where it is too little, the list scrolls. */
+  fit() {
+    const height = Math.max(HEIGHT, Math.floor(this.root.clientHeight / Math.max(1, this.open.size)) - 8);
+    for (const panel of this.open.values()) panel.resize(height);
+  }
+
+  range() {
+    if (this.fixed) return this.fixed;
+    const last = this.history?.last || 0;
+    return [Math.max(0, last - this.span), Math.max(this.span, last)];
+  }
+
+  /** Return the least and the largest value in sight of a signal; NaN does not count. */
+  extremes(index) {
+    const {history} = this, [from, to] = this.range(), last = history.at(to), x = history.view(index);
+    let [low, high] = [Infinity, -Infinity];
+    for (let k = Math.max(0, history.at(from)); k <= last; k += 1) {
+      if (x[k] < low) low = x[k];
+      if (x[k] > high) high = x[k];
+    }
+    return [low, high];
+  }
+
+  follow() { this.fixed = null; this.dispatchEvent(new Event("moved")); }
+  zoom(low, high) { this.fixed = [Math.max(0, low), high]; this.dispatchEvent(new Event("moved")); }
+  point(time) { this.dispatchEvent(new CustomEvent("point", {detail: time})); }
+  spansOf({columns}) { return this.spans.filter(({axis}) => columns.some((column) => column.axis === axis && column.name.startsWith("felt"))); }
+
+  draw() { for (const panel of this.open.values()) panel.show(this.history); }
+  redraw() { for (const panel of this.open.values()) panel.chart.redraw(); }
+  write(row) { for (const panel of this.open.values()) panel.write(this.history, row); }
+
+  /** Put the cursor of all plots at a time [s]. */
+  cursor(time) {
+    for (const {chart} of this.open.values()) chart.setCursor({left: chart.valToPos(time, "x"), top: 10}, false);
+  }
+}

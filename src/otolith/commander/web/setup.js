@@ -1,0 +1,116 @@
+// The start chain: input, platform, algorithm, checks, and then the button that begins.
+import {post, Refused, upload} from "/web/api.js";
+import {element} from "/web/look.js";
+
+const LIVE = [["arm", "Arm"], ["engage", "Engage"], ["return", "Return"], ["park", "Park"], ["rearm", "Rearm"]];
+const STEPS = [["1 Input", ["scenario", "log"]], ["2 Platform", ["platform", "dofs", "plant"]], ["3 Algorithm", ["cueing", "cueing_b"]]];
+
+/** Names of the settings that are chosen here; all others are tuned. */
+export const CHAIN = STEPS.flatMap(([, names]) => names);
+
+export class Setup {
+  constructor(root, {fields, choices, mode, settings, tell}) {
+    Object.assign(this, {fields, settings, tell, mode});
+    const texts = {scenario: choices.scenarios, platform: choices.platforms, cueing: choices.cueing, plant: choices.plants, cueing_b: choices.cueing};
+    const steps = STEPS.map(([title, names]) => this.step(title, names.filter((name) => name in fields), texts));
+    this.offer(choices.scenarios);
+    steps[0].append(this.file());
+    this.checks = element("ul", {className: "checks"});
+    this.command = element("code");
+    this.verdict = element("p", {className: "verdict", role: "status"});
+    const last = element("section", {}, element("h2", {}, "4 Checks"), this.checks);
+    root.append(...steps, last, element("details", {}, element("summary", {}, "The same as a command"), this.command), this.buttons());
+  }
+
+  step(title, names, texts) {
+    const parts = names.map((name) => {
+      const field = this.fields[name], about = element("p", {className: "about", id: `about-${name}`});
+      const entries = new Map((texts[name] ?? []).map((entry) => [entry.name, entry.text]));
+      const tell = () => { about.textContent = entries.get(field.input.value) ?? ""; };
+      field.input.addEventListener("change", tell);
+      field.told = tell;
+      return element("div", {className: "choice"}, element("label", {htmlFor: field.input.id}, field.property.title ?? name), field.input, about, field.error);
+    });
+    return element("section", {}, element("h2", {}, title), ...parts);
+  }
+
+  /** List the scenarios above the text of the one that is chosen, which may also be a formula. */
+  offer(scenarios) {
+    const field = this.fields.scenario, names = scenarios.filter(({name}) => !name.endsWith("…"));
+    const pick = element("select", {"aria-label": "Scenarios", id: "scenarios"}, element("option", {value: ""}, "a formula:"), ...names.map(({name}) => element("option", {value: name}, name)));
+    const formulas = scenarios.filter(({name}) => name.endsWith("…")).map(({name, text}) => name.replace("…", text.split("; ").pop()));
+    field.input.setAttribute("list", "formulas");
+    pick.addEventListener("change", () => this.settings.set({scenario: pick.value || formulas[0], log: ""}));
+    const tell = field.told;
+    field.told = () => { tell(); pick.value = names.some(({name}) => name === field.input.value) ? field.input.value : ""; };
+    field.input.addEventListener("change", field.told);
+    field.input.before(pick, element("datalist", {id: "formulas"}, ...formulas.map((value) => element("option", {value}))));
+    pick.after(field.input);
+  }
+
+  /** Return the input for a file of a drive; the server keeps it under its own name in one folder. */
+  file() {
+    const input = element("input", {type: "file", id: "file", accept: ".csv,.h5,.toml,.txt"}), note = element("p", {className: "about", role: "status"});
+    input.addEventListener("change", async () => {
+      if (!input.files.length) return;
+      try {
+        const {name, sentence} = await upload(input.files[0]);
+        note.textContent = sentence;
+        const {log} = this.fields;
+        if (log.input.options && ![...log.input.options].some((option) => option.value === name)) log.input.append(element("option", {value: name}, name));
+        this.settings.set({log: name});
+      } catch (error) {
+        if (!(error instanceof Refused)) throw error;
+        note.textContent = error.message;
+      }
+    });
+    return element("div", {className: "choice"}, element("label", {htmlFor: "file"}, "A drive of your own"), input, note);
+  }
+
+  buttons() {
+    this.run = element("button", {type: "button", className: "go", id: "run"}, "▶ Run");
+    this.run.addEventListener("click", () => this.settings.run());
+    this.take = element("button", {type: "button", id: "control"}, "Take control");
+    this.take.addEventListener("click", () => this.word("control"));
+    this.words = this.mode === "live" ? LIVE.map(([word, label]) => {
+      const button = element("button", {type: "button", id: `word-${word}`, className: word === "engage" ? "go" : ""}, label);
+      button.addEventListener("click", () => this.word(word));
+      return button;
+    }) : [];
+    return element("div", {className: "go-row"}, this.verdict, ...(this.words.length ? this.words : [this.run]), this.take);
+  }
+
+  async word(word) {
+    try {
+      await post("/api/word", {word});
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.tell({level: "warn", text: error.message});
+    }
+  }
+
+  /** Show what was checked: [{name, ok, sentence}]. */
+  showChecks(checks, command) {
+    this.ready = checks.every(({ok}) => ok);
+    this.checks.replaceChildren(...checks.map(({name, ok, sentence}) => element("li", {className: ok ? "ok" : "bad"},
+      element("i", {"aria-label": ok ? "passed" : "failed"}, ok ? "✓" : "✗"), element("span", {}, element("b", {}, name), sentence ? ` ${sentence}` : ""))));
+    const bad = checks.filter(({ok}) => !ok), said = bad.length ? `✗ ${bad[0].sentence || bad[0].name}` : `✓ ${checks.length} checks passed`;
+    if (this.verdict.textContent !== said) this.verdict.textContent = said;
+    this.verdict.classList.toggle("bad", bad.length > 0);
+    this.command.textContent = command ?? "";
+    this.enable();
+  }
+
+  /** Follow the state: what is possible now. */
+  follow({busy: running, control, words}) {
+    Object.assign(this, {running, control});
+    this.take.hidden = control;
+    if (words) this.words.forEach((button, k) => { button.disabled = !control || !words.includes(LIVE[k][0]); });
+    this.enable();
+  }
+
+  enable() {
+    this.run.disabled = Boolean(this.running) || this.control === false || !this.ready;
+    this.run.textContent = this.running ? "running …" : "▶ Run";
+  }
+}

@@ -1,0 +1,108 @@
+// The top bar: what the system does, how healthy it is, and STOP. Below the plots: what happened, and when.
+import {post, Refused} from "/web/api.js";
+import {byId, element, shown} from "/web/look.js";
+
+const SHAPES = {run: "▶", idle: "○", ready: "●", wait: "◆", halt: "■", fault: "✖"};
+const LOOKS = [  // the first that a state's word matches
+  [/fault|lost|fail|no connection/, "fault"], [/stop/, "halt"], [/pause|return|park|home|settl|brak|prepar|hold|writ/, "wait"],
+  [/run|engage|active/, "run"], [/done|ready|armed|neutral/, "ready"],
+];
+const KEPT = 200;  // events
+const HELD = 500;  // [ms] for which the space bar is held to stop
+
+/** Return how a state looks: a key of SHAPES. */
+export const lookOf = (word) => LOOKS.find(([pattern]) => pattern.test(word.toLowerCase()))?.[1] ?? "idle";
+
+/** Return the lamps of a state message as [name, value, level]; the level is ok, warn, fault or off. */
+export function lampsOf({lamps, running, control}, age) {
+  const {telemetry_age_s: telemetry, missed, gate_refused: refused, log} = lamps;
+  const level = (value, warn, fault) => (!Number.isFinite(value) ? "off" : value > fault ? "fault" : value > warn ? "warn" : "ok");
+  const milliseconds = (value) => (Number.isFinite(value) ? `${Math.round(1000 * value)} ms` : "–");
+  return [
+    ["data", running ? milliseconds(age) : "no run", running ? level(age, 0.2, 0.5) : "off"],
+    ["input", telemetry === null || telemetry === undefined ? "file" : milliseconds(telemetry), telemetry === null || telemetry === undefined ? "off" : level(telemetry, 0.1, 0.5)],
+    ["gate", refused ? `${refused} refused` : "clear", level(refused ?? NaN, 0, 100)],
+    ["misses", shown(missed, 0), level(missed ?? NaN, 0, 10)],
+    ["log", log ?? "–", log === "lost" || /fail|lost/.test(log ?? "") ? "fault" : log && log !== "off" ? "ok" : "off"],
+    ["control", control ? "here" : "elsewhere", control ? "ok" : "warn"],
+  ];
+}
+
+const LIGHTS = {ok: "●", warn: "▲", fault: "■", off: "○"};
+
+/** Show lamps; with `dark` all are off, because nothing is known. */
+export function showLamps(lamps, dark = false) {
+  const list = byId("lamps");
+  if (list.children.length !== lamps.length) {
+    list.replaceChildren(...lamps.map(([name]) => element("li", {}, element("small", {}, name), element("span"))));
+  }
+  lamps.forEach(([, value, level], k) => {
+    const item = list.children[k], text = dark ? "○ –" : `${LIGHTS[level]} ${value}`;
+    item.dataset.level = dark ? "off" : level;
+    if (item.lastChild.textContent !== text) item.lastChild.textContent = text;
+  });
+}
+
+export function showState(word, text = "") {
+  const state = byId("state"), look = lookOf(word);
+  if (state.dataset.word === word && state.title === text) return;
+  Object.assign(state.dataset, {word, look});
+  state.title = text;
+  state.firstElementChild.textContent = SHAPES[look];
+  state.lastElementChild.textContent = word;
+}
+
+/** Append an event to the list at the bottom; `level` is info, warn, fault or parameter. */
+export function tellEvent({time, level, text}) {
+  const list = byId("events"), sign = {warn: "▲", fault: "■", parameter: "◆"}[level] ?? "●";
+  const following = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+  const stamp = element("time", {}, Number.isFinite(time) ? `${time.toFixed(2)} s` : "");
+  list.append(element("li", {className: level}, stamp, element("i", {"aria-hidden": "true"}, sign), text));
+  while (list.children.length > KEPT) list.firstChild.remove();
+  if (following) list.scrollTop = list.scrollHeight;
+}
+
+/** Send STOP by both ways, again and again until one has arrived. */
+export async function stop(stream) {
+  const button = byId("stop");
+  button.classList.add("pressed");
+  stream.send({word: "stop"});
+  for (let attempt = 0; attempt < 40; attempt += 1) {
+    try {
+      await post("/api/word", {word: "stop"});
+      button.classList.remove("pressed");
+      return;
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      if (attempt === 0) tellEvent({level: "fault", text: `STOP has not arrived: ${error.message}. Use the emergency stop of the platform. Trying again.`});
+      await new Promise((resume) => setTimeout(resume, 250));
+      stream.send({word: "stop"});
+    }
+  }
+  tellEvent({level: "fault", text: "STOP has not arrived for 10 s. Use the emergency stop of the platform."});
+  button.classList.remove("pressed");
+}
+
+const typing = (target) => target.matches?.("input:not([type=checkbox], [type=range]), textarea, [contenteditable]");
+
+/** Bind STOP to its button, to Escape, and to the space bar held down; nothing on the page comes before them. */
+export function bindStop(stream) {
+  let timer = null, stopped = false;
+  byId("stop").addEventListener("click", () => stop(stream));
+  addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !event.repeat) {
+      event.preventDefault();
+      stop(stream);
+    } else if (event.key === " " && !typing(event.target)) {
+      if (event.repeat) event.preventDefault();
+      timer ??= setTimeout(() => { stopped = true; stop(stream); }, HELD);
+    }
+  }, true);
+  addEventListener("keyup", (event) => {
+    if (event.key !== " ") return;
+    if (stopped) event.preventDefault();  // the button under the focus is not pressed as well
+    clearTimeout(timer);
+    [timer, stopped] = [null, false];
+  }, true);
+  addEventListener("blur", () => { clearTimeout(timer); timer = null; });
+}

@@ -1,0 +1,390 @@
+"""A server that answers as the Commander's does, with signals in closed form and faults on demand.
+
+The page's own duties (gaps, staleness, reconnecting, acknowledging) are tested against it, because a real run
+does not fail when a test wants it to.
+"""
+
+import asyncio
+import json
+import math
+import struct
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import uvicorn
+from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
+from fastapi.responses import FileResponse, JSONResponse
+from fastapi.staticfiles import StaticFiles
+
+import otolith
+from otolith.core.frames import AXES
+from otolith.platforms import load
+
+WEB: Final = Path(otolith.__file__).parent / "commander" / "web"
+HEADER: Final = struct.Struct("<4sHHIddIHH")
+PERIOD: Final = 1.0 / 30.0  # [s] between frames
+BUCKET: Final = 0.005  # [s] of the envelope
+
+
+def _column(name: str, label: str, unit: str, group: str, axis: str = "", **more: Any) -> dict[str, Any]:
+    return {"name": name, "label": label, "unit": unit, "group": group, "axis": axis} | more
+
+
+COLUMNS: Final = [
+    _column("time", "time", "s", "time"),
+    *(
+        _column(f"{kind}_{axis}", f"{kind} {axis}", "m/s²", "force", axis)
+        for axis in "xyz"
+        for kind in ("wanted", "felt")
+    ),
+    *(_column(a, a, "m", "pose", a, limits=[-0.5, 0.5]) for a in AXES[:3]),
+    *(_column(a, a, "deg", "pose", a, limits=[-20.0, 20.0]) for a in AXES[3:]),
+    *(_column(f"{a}_rate", f"{a} rate", "deg/s", "tilt rate", a, threshold=3.0) for a in ("pitch", "roll")),
+    *(_column(f"leg_{k}", f"leg {k}", "m", "legs", str(k)) for k in range(1, 7)),
+    _column("step", "time of a decision", "µs", "solver"),
+    _column("changes", "changes of the working set", "", "solver"),
+    _column("residual", "certificate", "", "solver"),
+]
+HEXAPOD: Final = load("davsi").six_legs()
+
+
+def _property(title: str, description: str, group: str, **more: Any) -> dict[str, Any]:
+    return {
+        "title": title,
+        "description": description,
+        "x-group": group,
+        "x-unit": "",
+        "x-live": False,
+    } | more
+
+
+PROPERTIES: Final = {
+    "scenario": _property("Scenario", "(a name) = (what is felt)", "Input", type="string"),
+    "log": _property("Recorded drive", "(a file) = (is cued)", "Input", type="string"),
+    "platform": _property(
+        "Platform", "(a platform) = (its limits)", "Platform", type="string", enum=["davsi", "thesis"]
+    ),
+    "dofs": _property(
+        "Degrees of freedom", "(more) = (more is felt)", "Platform", type="string", enum=["surge-pitch"]
+    ),
+    "plant": _property("Plant", "(ideal) = (follows exactly)", "Platform", type="string", enum=["", "ideal"]),
+    "cueing": _property(
+        "Algorithm A",
+        "(an algorithm) = (motion)",
+        "Algorithm",
+        type="string",
+        enum=["predictive", "classical"],
+    ),
+    "cueing_b": _property(
+        "Algorithm B", "(another) = (beside A)", "Algorithm", type="string", enum=["", "classical"]
+    ),
+    "liveliness": _property(
+        "Liveliness",
+        "(larger) = (more travel is spent on what is felt)",
+        "Algorithm",
+        type="number",
+        minimum=0,
+        maximum=1,
+        **{"x-live": True},
+    ),
+    "horizon": _property(
+        "Horizon",
+        "(longer) = (sees limits sooner)",
+        "Algorithm",
+        anyOf=[{"type": "integer", "minimum": 2, "maximum": 500}, {"type": "null"}],
+        **{"x-unit": "steps"},
+    ),
+}
+VALUES: Final = {
+    "scenario": "step-sine-1",
+    "log": "",
+    "platform": "davsi",
+    "dofs": "surge-pitch",
+    "plant": "",
+    "cueing": "predictive",
+    "cueing_b": "",
+    "liveliness": 0.5,
+    "horizon": None,
+}
+
+
+def signals(time: np.ndarray) -> np.ndarray:
+    """Return all columns (n, columns) at times [s]; 4 s to 5 s is a gap."""
+    rows = np.full((len(time), len(COLUMNS)), np.nan)
+    at = {column["name"]: k for k, column in enumerate(COLUMNS)}
+    pose = np.zeros((len(time), 6))
+    pose[:, 0], pose[:, 4] = 0.2 * np.sin(time), 0.1 * np.sin(0.7 * time)
+    rows[:, 0] = time
+    rows[:, at["wanted_x"]], rows[:, at["felt_x"]] = np.sin(time), 0.9 * np.sin(time - 0.2)
+    for k, name in enumerate(AXES):
+        rows[:, at[name]] = pose[:, k] if k < 3 else np.degrees(pose[:, k])
+    rows[:, at["pitch_rate"]] = np.degrees(0.07 * np.cos(0.7 * time))
+    rows[:, at["leg_1"] : at["leg_6"] + 1] = [HEXAPOD.lengths(one) for one in pose]
+    rows[:, at["step"]], rows[:, at["changes"]] = 40.0 + 30.0 * np.sin(5.0 * time) ** 2, 2.0
+    rows[:, at["residual"]] = 1e-9
+    rows[(time >= 4.0) & (time < 5.0), 1:] = np.nan
+    return rows
+
+
+class Fake:
+    """What the server knows, and the faults that a test asks for."""
+
+    def __init__(self) -> None:
+        self.generation, self.time, self.running, self.state = 0, 0.0, False, "parked"
+        self.silent = False  # frames stop, the line stays open
+        self.words: list[str] = []
+        self.acknowledged: list[int] = []
+        self.sockets: set[WebSocket] = set()
+        self.changes: list[dict[str, Any]] = []
+
+    def schema(self) -> dict[str, Any]:
+        return {"kind": "schema", "generation": self.generation, "t0": 0.0, "columns": COLUMNS, "rate": 200}
+
+    def status(self) -> dict[str, Any]:
+        lamps = {"telemetry_age_s": None, "missed": 0, "gate_refused": 0, "log": "writing", "clock": "ok"}
+        return {
+            "kind": "state",
+            "state": self.state,
+            "text": "",
+            "time": self.time,
+            "running": self.running,
+            "lamps": lamps,
+            "control": True,
+            "generation": self.generation,
+        }
+
+    async def tell(self, message: dict[str, Any]) -> None:
+        for socket in list(self.sockets):
+            with suppress(RuntimeError, WebSocketDisconnect):
+                await socket.send_text(json.dumps(message))
+
+    async def event(self, level: str, text: str) -> None:
+        await self.tell(
+            {
+                "kind": "event",
+                "time": self.time,
+                "level": level,
+                "text": text,
+                "generation": self.generation,
+            }
+        )
+
+    async def set(self, state: str, *, running: bool) -> None:
+        self.state, self.running = state, running
+        await self.tell(self.status())
+
+    async def clock(self) -> None:
+        """Let time pass while something runs."""
+        while True:
+            await asyncio.sleep(PERIOD)
+            if self.running and self.state == "running":
+                self.time += PERIOD
+
+
+fake = Fake()
+app = FastAPI()
+app.mount("/web", StaticFiles(directory=WEB))
+
+
+@app.middleware("http")
+async def headers(request: Request, call_next: Any) -> Response:
+    if (
+        request.method != "GET"
+        and request.headers.get("x-otolith") != "token"
+        and request.url.path != "/fault"
+    ):
+        return JSONResponse({"sentence": "the request lacks its key"}, 403)
+    response = await call_next(request)
+    response.headers["Content-Security-Policy"] = "default-src 'self'; frame-ancestors 'none'"
+    return response
+
+
+@app.get("/")
+async def index() -> Response:
+    return FileResponse(WEB / "index.html")
+
+
+@app.get("/health")
+async def health() -> dict[str, Any]:
+    return {"ok": True, "version": "0"}
+
+
+@app.get("/api/start")
+async def start() -> dict[str, Any]:
+    def names(*pairs: tuple[str, str]) -> list[dict[str, str]]:
+        return [{"name": name, "text": text} for name, text in pairs]
+
+    return {
+        "csrf": "token",
+        "version": "0",
+        "mode": "offline",
+        "values": VALUES,
+        "schema": {"properties": PROPERTIES},
+        "presets": [{"name": "calm", "values": VALUES | {"liveliness": 0.2}}],
+        "choices": {
+            "scenarios": names(
+                ("step-sine-1", "step 1 m/s², then sine from 10 s on, 20 s"),
+                ("stop", "braking from 86 km/h"),
+                ("sine:…", "a sine; amplitude=1.0,frequency=0.1,duration=10.0,start=1.0"),
+            ),
+            "platforms": names(
+                ("davsi", "Delft Advanced Vehicle Simulator, a hexapod"), ("thesis", "limits of the thesis")
+            ),
+            "cueing": names(("predictive", "implicit MPC that foresees"), ("classical", "washout")),
+            "plants": names(("ideal", "follows exactly")),
+            "logs": ["drive.csv"],
+        },
+    }
+
+
+@app.post("/api/check")
+async def check(values: dict[str, Any]) -> dict[str, Any]:
+    good = values["scenario"] != "nothing"
+    sentence = "" if good else "no scenario is called nothing; there are step-sine-1, stop"
+    return {
+        "checks": [
+            {"name": "scenario", "ok": good, "sentence": sentence},
+            {"name": "platform", "ok": True, "sentence": "reach ±0.50 m"},
+        ],
+        "command": f"otolith run {values['scenario']} --cueing {values['cueing']}",
+    }
+
+
+@app.post("/api/run", status_code=202)
+async def run() -> dict[str, Any]:
+    fake.generation, fake.time = fake.generation + 1, 0.0
+    await fake.tell(fake.schema())
+    await fake.set("running", running=True)
+    await fake.event("info", "the run begins")
+    return {"generation": fake.generation}
+
+
+@app.post("/api/word", status_code=204)
+async def word(body: dict[str, str]) -> None:
+    fake.words.append(body["word"])
+    if body["word"] == "stop" and fake.running:
+        await fake.set("stopped", running=False)
+        await fake.event("warn", "stopped by this page")
+    if body["word"] in {"pause", "resume"}:
+        await fake.set("paused" if body["word"] == "pause" else "running", running=True)
+
+
+@app.post("/api/parameters")
+async def parameters(values: dict[str, Any]) -> Any:
+    if not 0 <= values.get("liveliness", 0.0) <= 1:
+        return JSONResponse(
+            {"field": "liveliness", "sentence": "liveliness is 7; must be between 0 and 1"}, 422
+        )
+    fake.changes.append(values)
+    await fake.event("parameter", f"liveliness {values['liveliness']}")
+    return {"at": fake.time, "applied": values}
+
+
+@app.get("/api/presets")
+async def presets() -> list[dict[str, Any]]:
+    return [{"name": "calm", "values": VALUES | {"liveliness": 0.2}}]
+
+
+@app.get("/api/result")
+async def result() -> Any:
+    return JSONResponse({"sentence": "no run has ended"}, 404)
+
+
+@app.get("/api/hexapod")
+async def hexapod() -> dict[str, Any]:
+    return {
+        "base": HEXAPOD.anchors.tolist(),
+        "platform": HEXAPOD.joints.tolist(),
+        "stroke": list(HEXAPOD.stroke),
+        "neutral": HEXAPOD.lengths(np.zeros(6)).tolist(),
+    }
+
+
+@app.get("/api/map")
+async def lap() -> None:
+    return None
+
+
+@app.post("/fault")
+async def fault(body: dict[str, Any]) -> dict[str, Any]:
+    """Do what a test asks for, and return what was seen."""
+    if "silent" in body:
+        fake.silent = body["silent"]
+    if "time" in body:
+        fake.time = body["time"]
+    if body.get("close"):
+        for socket in list(fake.sockets):
+            await socket.close()
+    if "event" in body:
+        await fake.event("info", body["event"])
+    return {
+        "words": fake.words,
+        "acknowledged": fake.acknowledged[-5:],
+        "time": fake.time,
+        "clients": len(fake.sockets),
+        "changes": fake.changes,
+    }
+
+
+def frame(sequence: int, first: float, last: float) -> bytes:
+    """Return the envelope of the signals between two times as the message of a frame."""
+    count = max(0, math.floor((last - first) / BUCKET))
+    time = first + BUCKET * np.arange(count)
+    rows = np.repeat(signals(time), 2, axis=0).astype("<f4")
+    head = HEADER.pack(b"OTLC", 1, 1, sequence, first, 0.01, len(rows), len(COLUMNS), 5)
+    return head + rows.tobytes(order="F")
+
+
+async def listen(socket: WebSocket) -> None:
+    while True:
+        message = json.loads(await socket.receive_text())
+        if "ack" in message:
+            fake.acknowledged.append(message["ack"])
+        if "word" in message:
+            await word(message)
+
+
+async def send(socket: WebSocket) -> None:
+    sequence, sent, generation = 0, 0.0, fake.generation
+    while True:
+        await asyncio.sleep(PERIOD)
+        if generation != fake.generation:
+            sent, generation = 0.0, fake.generation
+        if fake.running and not fake.silent and fake.time > sent:
+            sequence += 1
+            await socket.send_bytes(frame(sequence, sent, fake.time))
+            sent += BUCKET * math.floor((fake.time - sent) / BUCKET)
+        if sequence % 10 == 0:
+            await socket.send_text(json.dumps(fake.status()))
+
+
+@app.websocket("/stream")
+async def stream(socket: WebSocket) -> None:
+    await socket.accept(subprotocol="otolith.1")
+    await socket.send_text(json.dumps(fake.schema()))
+    await socket.send_text(json.dumps(fake.status()))
+    fake.sockets.add(socket)
+    tasks = [asyncio.create_task(one(socket)) for one in (listen, send)]
+    await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    fake.sockets.discard(socket)
+    for task in tasks:
+        task.cancel()
+        with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
+            await task
+
+
+async def serve(port: int) -> None:
+    """Serve until the process is ended."""
+    server = uvicorn.Server(
+        uvicorn.Config(app, host="127.0.0.1", port=port, log_level="warning", ws="websockets-sansio")
+    )
+    clock = asyncio.create_task(fake.clock())
+    await server.serve()
+    clock.cancel()
+
+
+if __name__ == "__main__":
+    asyncio.run(serve(int(sys.argv[1])))
