@@ -55,6 +55,10 @@ COMMANDS: Final = {
         "live:app",
         "Motion platforms in real time: drive one, play faults, record telemetry and learn its axes.",
     ),
+    "commander": (
+        "commander:app",
+        "Build, run, watch, tune and stop a run in a browser on this machine.",
+    ),
     "map": (
         "false_cue_map:map_",
         "Show false cues on the map of the drive, and where the worst of them are.",

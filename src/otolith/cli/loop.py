@@ -14,7 +14,8 @@ from otolith.core.errors import InputError
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused
 from otolith.experiment import Experiment
-from otolith.loop import Run, simulate
+from otolith.interfaces import Cueing
+from otolith.loop import ClosedLoop, Run
 from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
@@ -80,28 +81,37 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
     design = replace(
         prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
     )  # all algorithms share one design, and with it the laws that are enumerated on first use
-    for name, plant in prepared.plants.items():
+    for name in prepared.plants:
         text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
         with working(console, text) as report:
-            move = registry.PLANTS[plant].load()
-            cueing = registry.make_cueing(name, design, dead_time=move(design.platform).dead_time)
-        for done, scenario, settings in zip(runs, prepared.scenarios, prepared.settings, strict=True):
-            moved = move(design.platform)
+            cueing = cueing_of(prepared, name, design)
+        for k, (done, scenario) in enumerate(zip(runs, prepared.scenarios, strict=True)):
             with progress_bar(console, f"{name} on {scenario.name}") as progress:
-                run = simulate(
-                    cueing,
-                    moved,
-                    scenario,
-                    platform=design.platform,
-                    dofs=tuple(dof.name for dof in design.dofs),
-                    names=(name, plant),
-                    settings=dict(settings[name]),
-                    preview=design.preview,
-                    progress=progress,
-                )
+                run = closed_loop(prepared, k, name, cueing).complete(progress)
             _report_interventions(run.interventions, console)
             done.append(run)
     return runs
+
+
+def cueing_of(prepared: Prepared, name: str, design: Design) -> Cueing:
+    """Make one of the algorithms, for the plant that it will move."""
+    plant = registry.make_plant(prepared.plants[name], design.platform)
+    return registry.make_cueing(name, design, dead_time=plant.dead_time)
+
+
+def closed_loop(prepared: Prepared, k: int, name: str, cueing: Cueing) -> ClosedLoop:
+    """Return the loop of an algorithm and its plant on scenario k, at its start."""
+    design, plant = prepared.design, prepared.plants[name]
+    return ClosedLoop(
+        cueing,
+        registry.make_plant(plant, design.platform),
+        prepared.scenarios[k],
+        platform=design.platform,
+        dofs=tuple(dof.name for dof in design.dofs),
+        names=(name, plant),
+        settings=dict(prepared.settings[k][name]),
+        preview=design.preview,
+    )
 
 
 def _report_interventions(found: Sequence[Intervention], console: Console) -> None:

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol
+from typing import IO, TYPE_CHECKING, Annotated, Any, Final, Protocol
 
 import typer
 from rich.console import Console
@@ -46,14 +46,15 @@ def print_json(value: object) -> None:
     sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
 
 
-def screen(*, stderr: bool = True, wide: bool = False) -> Console:
+def screen(*, stderr: bool = True, wide: bool = False, file: IO[str] | None = None) -> Console:
     """Return a console that prints texts literally: brackets are units and not markup.
 
     Parameters
     ----------
     wide : whether it has at least 120 columns, so that a wide table is not cut.
+    file : where it prints to, in place of the terminal.
     """
-    made = Console(stderr=stderr, markup=False, highlight=False, emoji=False)
+    made = Console(stderr=stderr, file=file, markup=False, highlight=False, emoji=False)
     if wide:
         made.width = max(made.width, 120)
     return made

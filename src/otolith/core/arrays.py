@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 Vec = NDArray[np.float64]
 Mat = NDArray[np.float64]
+Singles = NDArray[np.float32]  # 32 bits, for pictures
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 

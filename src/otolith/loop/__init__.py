@@ -1,6 +1,6 @@
 """The closed loop: a cueing algorithm drives a plant along a scenario, and a `Run` records it."""
 
 from otolith.loop.run import Run
-from otolith.loop.simulate import EDGE, simulate
+from otolith.loop.simulate import EDGE, ClosedLoop, simulate
 
-__all__ = ["EDGE", "Run", "simulate"]
+__all__ = ["EDGE", "ClosedLoop", "Run", "simulate"]

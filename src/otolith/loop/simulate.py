@@ -6,7 +6,6 @@ Where both offer a method of their role (`otolith.compiled`), the loop runs in o
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -44,7 +43,9 @@ class _Wanted:
     def __init__(self, scenario: Scenario, m: int, period: float, preview: int) -> None:
         known = np.arange(m + preview, dtype=np.float64) * period
         self.force = scenario.specific_force(known + EDGE)  # (m + preview, 3)
-        self.rate = scenario.angular_rate(known[:m] + EDGE)  # (m, 3)
+        rate = scenario.angular_rate(known[:m] + EDGE)  # (m, 3)
+        self.now = np.hstack([self.force[:m], rate])  # (m, 6)
+        self.gain = np.ones(m)  # factor on the scenario
         self.preview, self._period = preview, period
         self._foreseen = scenario.foreseen if preview else None
 
@@ -53,14 +54,22 @@ class _Wanted:
         """Return whether the preview is the true future and not a forecast of the scenario."""
         return self._foreseen is None
 
+    def rescale(self, first: int, factor: float) -> None:
+        """Want the scenario times `factor` from decision `first` on, in place: kernels hold these arrays."""
+        if first < len(self.gain):
+            change = factor / self.gain[first]
+            self.force[first:] *= change
+            self.now[first:] *= change
+            self.gain[first:] = factor
+
     def at(self, i: int) -> Reference:
         """Return the reference of decision i."""
         coming = self.force[i + 1 : i + 1 + self.preview]
         if self._foreseen is not None:
-            coming = self._foreseen(i * self._period, self._period, self.preview)
+            coming = self.gain[i] * self._foreseen(i * self._period, self._period, self.preview)
         return Reference(
-            specific_force=self.force[i],
-            angular_rate=self.rate[i],
+            specific_force=self.now[i, :3],
+            angular_rate=self.now[i, 3:],
             preview=coming if self.preview else None,
         )
 
@@ -79,92 +88,94 @@ class _Record:
         if state.specific_force is not None:
             self.force[k] = state.specific_force
 
-    def series(self) -> dict[str, Any]:
-        """Return fields of `Run` by name; if the plant senses no force, it is that of the planar models."""
-        pose, twist, acceleration = (np.ascontiguousarray(self.motion[:, row]) for row in range(3))
-        sensed = bool(np.isfinite(self.force).any())
-        status, solver = (self.result[:, part].astype(np.int64).tolist() for part in (STATUS, SOLVER))
+    def series(self, first: int, last: int, every: int) -> dict[str, Any]:
+        """Return fields of `Run` by name, of decisions `first` up to `last` of `every` plant steps each.
+
+        If the plant senses no force, it is that of the planar models.
+        """
+        result, samples = self.result[first:last], slice(first * every, last * every)
+        pose, twist, acceleration = (np.ascontiguousarray(self.motion[samples, row]) for row in range(3))
+        force = self.force[samples].copy()
+        sensed = bool(np.isfinite(force).any())
+        status, solver = (result[:, part].astype(np.int64).tolist() for part in (STATUS, SOLVER))
         return {
-            "felt_force": self.force if sensed else specific_force(acceleration[:, :3], pose[:, 3:]),
+            "felt_force": force if sensed else specific_force(acceleration[:, :3], pose[:, 3:]),
             "pose": pose,
             "twist": twist,
             "acceleration": acceleration,
-            "command": self.command,
-            "step_time": self.step_time,
+            "command": self.command[first:last].copy(),
+            "step_time": self.step_time[first:last].copy(),
             "status": tuple(STATUSES[code].value for code in status),
-            "solver": tuple(self.solver or (str(SOLVERS[code]) for code in solver)),
-            "changes": self.result[:, CHANGES].astype(np.int64),
-            "residual": self.result[:, RESIDUAL].copy(),
-            "guess_missed": self.result[:, MISSED] == 1.0,
+            "solver": tuple(self.solver[first:last] or (str(SOLVERS[code]) for code in solver)),
+            "changes": result[:, CHANGES].astype(np.int64),
+            "residual": result[:, RESIDUAL].copy(),
+            "guess_missed": result[:, MISSED] == 1.0,
         }
 
 
-@dataclass(frozen=True)
-class _Task:
-    """A loop to run: the algorithm, the plant, what is wanted, and the record."""
+class ClosedLoop:
+    """A closed loop that is run in parts: `advance` it, look at what it recorded, change it, go on.
 
-    cueing: Cueing
-    plant: Plant
-    wanted: _Wanted
-    record: _Record
-    dt: float  # [s] of the plant
-    clock: Callable[[], float]
-    progress: Callable[[float], None]
+    However it is cut into parts, the numbers are the same.
 
-    @property
-    def decisions(self) -> int:
-        """Return the number of periods, m."""
-        return len(self.record.command)
+    Parameters
+    ----------
+    dofs : names of what is cued, see `otolith.core.frames.DOFS`.
+    names : names of the cueing algorithm and of the plant, for the record.
+    plant_period : [s]; the controller's period must be a whole multiple of it.
+    preview : number of coming periods whose forces the controller receives; 0: only what is wanted now. The
+        forces are those that the scenario foresees, or the true ones if it foresees none.
+    clock : [s] measures the time of each decision; it has no influence on the motion.
 
-    @property
-    def every(self) -> int:
-        """Return the number of plant steps per period."""
-        return round(self.cueing.period / self.dt)
+    Raises
+    ------
+    InputError : the controller's period is not a multiple of the plant's.
+    """
 
-    def step(self, i: int, state: PlatformState) -> Command:
-        """Let the algorithm decide, and record the decision."""
-        reference, started = self.wanted.at(i), self.clock()
-        command = self.cueing.step(state, reference)
-        self.record.step_time[i] = self.clock() - started
-        self.record.command[i] = command.acceleration
-        outcome = command.outcome
-        self.record.solver.append(outcome.solver)
-        status = STATUSES.index(outcome.status)
-        self.record.result[i] = status, 0.0, outcome.changes, outcome.residual, outcome.guess_missed
-        return command
+    def __init__(
+        self,
+        cueing: Cueing,
+        plant: Plant,
+        scenario: Scenario,
+        *,
+        platform: Platform,
+        dofs: tuple[str, ...],
+        names: tuple[str, str] = ("", ""),
+        settings: Mapping[str, Any] | None = None,
+        plant_period: float = 1e-3,
+        preview: int = 0,
+        clock: Callable[[], float] = time.thread_time,
+    ) -> None:
+        every = round(cueing.period / plant_period)
+        if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
+            raise InputError(
+                "period of the controller", f"{cueing.period} s", f"a multiple of {plant_period} s"
+            )
+        self.cueing, self.plant, self.scenario, self.platform = cueing, plant, scenario, platform
+        self.every, self.done = every, 0  # plant steps per period; decisions that were made
+        self.dofs, self.names, self.settings, self._dt = dofs, names, settings or {}, plant_period
+        self._clock, self._state, self._request = clock, PlatformState(), NOTHING
+        m = self.decisions = round(scenario.duration / cueing.period)
+        self._wanted = _Wanted(scenario, m, cueing.period, preview)
+        self._record = _Record(m, m * every)
+        cueing.reset(PlatformState())
+        plant.reset(PlatformState())
+        decide = offered(cueing) if clock is time.thread_time and self._wanted.comes_true else None
+        self._follow = offered(plant, plant_period)
+        self._bound = decide  # kernels know the algorithm by address only
+        self._compiled = None if decide is None or self._follow is None else self._hold(decide, self._follow)
 
-    def move(self, i: int, command: Command, method: Bound | None) -> PlatformState:
-        """Let the plant follow a command for a period, in one compiled call if it offers one."""
-        record, first, after = self.record, i * self.every, (i + 1) * self.every
-        if method is not None:
-            moved, force = record.motion[first:after], record.force[first:after]
-            follow_once(method.method, command.acceleration, moved, force)
-            return PlatformState.of_motion(moved[-1], force[-1] if np.isfinite(force[-1]).any() else None)
-        for k in range(first, after):
-            state = self.plant.step(command, self.dt)
-            record.note(k, state)
-        return state
-
-    def run(self) -> None:
-        """Run the loop in Python."""
-        state, m = PlatformState(), self.decisions
-        method = offered(self.plant, self.dt)
-        for i in range(m):
-            state = self.move(i, self.step(i, state), method)
-            if i % max(1, m // 100) == 0:
-                self.progress(i / m)
-
-    def run_compiled(self, decide: Bound, follow: Bound) -> None:
-        """Run the loop in compiled calls of a hundredth each, interrupted by requests of the algorithm."""
-        record, m, i = self.record, self.decisions, 0
-        loop, _ = hold(
+    def _hold(self, decide: Bound, follow: Bound) -> Any:
+        """Return the loop as its kernel takes it."""
+        record = self._record
+        held, _ = hold(
             Loop(
                 decide=decide.method,
                 follow=follow.method,
                 every=self.every,
-                known=self.wanted.preview,
-                now=np.hstack([self.wanted.force[:m], self.wanted.rate]),
-                forces=self.wanted.force,
+                known=self._wanted.preview,
+                now=self._wanted.now,
+                forces=self._wanted.force,
                 state=np.zeros((3, 6)),
                 command=record.command,
                 result=record.result,
@@ -176,20 +187,101 @@ class _Task:
                 read=np.zeros(2, dtype=np.int64),
             )
         )
-        while i < m:
-            self.progress(i / m)
-            last = min(m, i + max(1, m // 100))
-            request = NOTHING
-            while i < last:
-                i, request = close(loop, i, last, int(request != NOTHING))
-                if request != NOTHING:
-                    self._answer(i, request)
+        return held
 
-    def _answer(self, i: int, request: int) -> None:
-        """Let the algorithm meet, in Python, the request of its kernel at decision i."""
-        started = self.clock()
-        cast(CompiledCueing, self.cueing).answer(request, self.wanted.at(i))
-        self.record.step_time[i] += self.clock() - started
+    @property
+    def period(self) -> float:
+        """Return the time between two decisions [s]."""
+        return self.cueing.period
+
+    def rescale(self, factor: float) -> None:
+        """Want the scenario times a factor, from the next decision on."""
+        self._wanted.rescale(self.done, factor)
+
+    def advance(self, last: int) -> None:
+        """Run up to decision `last`, without it, or to the end of the scenario."""
+        last = min(last, self.decisions)
+        if self._compiled is None:
+            self._advance_in_python(last)
+        while self.done < last:
+            self.done, request = close(self._compiled, self.done, last, int(self._request != NOTHING))
+            self._request = request
+            if request != NOTHING:
+                self._answer(request)
+
+    def _advance_in_python(self, last: int) -> None:
+        while self.done < last:
+            self._state = self._move(self._step(self._state))
+            self.done += 1
+
+    def _step(self, state: PlatformState) -> Command:
+        """Let the algorithm decide, and record the decision."""
+        i, record = self.done, self._record
+        reference, started = self._wanted.at(i), self._clock()
+        command = self.cueing.step(state, reference)
+        record.step_time[i] = self._clock() - started
+        record.command[i] = command.acceleration
+        outcome = command.outcome
+        record.solver.append(outcome.solver)
+        status = STATUSES.index(outcome.status)
+        record.result[i] = status, 0.0, outcome.changes, outcome.residual, outcome.guess_missed
+        return command
+
+    def _move(self, command: Command) -> PlatformState:
+        """Let the plant follow a command for a period, in one compiled call if it offers one."""
+        record, first, after = self._record, self.done * self.every, (self.done + 1) * self.every
+        if self._follow is not None:
+            moved, force = record.motion[first:after], record.force[first:after]
+            follow_once(self._follow.method, command.acceleration, moved, force)
+            return PlatformState.of_motion(moved[-1], force[-1] if np.isfinite(force[-1]).any() else None)
+        for k in range(first, after):
+            state = self.plant.step(command, self._dt)
+            record.note(k, state)
+        return state
+
+    def _answer(self, request: int) -> None:
+        """Let the algorithm meet, in Python, the request of its kernel at the decision that waits."""
+        i, started = self.done, self._clock()
+        cast(CompiledCueing, self.cueing).answer(request, self._wanted.at(i))
+        self._record.step_time[i] += self._clock() - started
+
+    def complete(self, progress: Callable[[float], None] = lambda _: None) -> Run:
+        """Run to the end of the scenario and return the record; `progress` is as of `simulate`."""
+        m = self.decisions
+        with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
+            while self.done < m:
+                progress(self.done / m)
+                self.advance(self.done + max(1, m // 100))
+        progress(1.0)
+        return self.run()
+
+    def run(self, first: int = 0, *, settings: Mapping[str, Any] | None = None) -> Run:
+        """Return the record from decision `first` to the last that was made.
+
+        Parameters
+        ----------
+        settings : for the record, in place of those given.
+        """
+        n, begin = self.done * self.every, first * self.every
+        sample_time = np.arange(begin + 1, n + 1, dtype=np.float64) * self._dt
+        scenario, gain = self.scenario, np.repeat(self._wanted.gain[first : self.done], self.every)[:, None]
+        return Run(
+            scenario=scenario.name,
+            cueing=self.names[0],
+            plant=self.names[1],
+            platform=self.platform,
+            dofs=self.dofs,
+            soft=tuple(sorted(getattr(self.cueing, "soft", ()))),
+            settings=self.settings if settings is None else settings,
+            period=self.period,
+            plant_period=self._dt,
+            time=sample_time,
+            reference_force=scenario.specific_force(sample_time - EDGE) * gain,
+            reference_rate=scenario.angular_rate(sample_time - EDGE) * gain,
+            command_time=np.arange(first, self.done, dtype=np.float64) * self.period,
+            **self._record.series(first, self.done, self.every),
+            interventions=tuple(getattr(self.plant, "interventions", ())),
+        )
 
 
 def simulate(
@@ -208,54 +300,19 @@ def simulate(
 ) -> Run:
     """Close the loop from the neutral pose at rest and record it.
 
-    Parameters
-    ----------
-    dofs : names of what is cued, see `otolith.core.frames.DOFS`.
-    names : names of the cueing algorithm and of the plant, for the record.
-    plant_period : [s]; the controller's period must be a whole multiple of it.
-    preview : number of coming periods whose forces the controller receives; 0: only what is wanted now. The
-        forces are those that the scenario foresees, or the true ones if it foresees none.
-    clock : [s] measures the time of each decision; it has no influence on the motion.
-    progress : is called with the fraction done, about a hundred times.
-
-    Raises
-    ------
-    InputError : the controller's period is not a multiple of the plant's.
+    Parameters and errors are those of `ClosedLoop`; `progress` is called with the fraction done, about a
+    hundred times.
     """
-    every = round(cueing.period / plant_period)
-    if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
-        raise InputError("period of the controller", f"{cueing.period} s", f"a multiple of {plant_period} s")
-    m = round(scenario.duration / cueing.period)
-    n = m * every
-
-    wanted, record = _Wanted(scenario, m, cueing.period, preview), _Record(m, n)
-    cueing.reset(PlatformState())
-    plant.reset(PlatformState())
-    task = _Task(cueing, plant, wanted, record, plant_period, clock, progress)
-    with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
-        decide = offered(cueing) if clock is time.thread_time and wanted.comes_true else None
-        follow = offered(plant, plant_period)
-        if decide is not None and follow is not None:
-            task.run_compiled(decide, follow)
-        else:
-            task.run()
-    progress(1.0)
-
-    sample_time = np.arange(1, n + 1, dtype=np.float64) * plant_period
-    return Run(
-        scenario=scenario.name,
-        cueing=names[0],
-        plant=names[1],
+    loop = ClosedLoop(
+        cueing,
+        plant,
+        scenario,
         platform=platform,
         dofs=dofs,
-        soft=tuple(sorted(getattr(cueing, "soft", ()))),
-        settings=settings or {},
-        period=cueing.period,
+        names=names,
+        settings=settings,
         plant_period=plant_period,
-        time=sample_time,
-        reference_force=scenario.specific_force(sample_time - EDGE),
-        reference_rate=scenario.angular_rate(sample_time - EDGE),
-        command_time=np.arange(m, dtype=np.float64) * cueing.period,
-        **record.series(),
-        interventions=tuple(getattr(plant, "interventions", ())),
+        preview=preview,
+        clock=clock,
     )
+    return loop.complete(progress)

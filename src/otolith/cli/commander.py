@@ -1,0 +1,117 @@
+"""`otolith commander`: the server of the page, and what it costs."""
+
+import functools
+import importlib
+import os
+import socket
+import webbrowser
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from otolith.cli.output import screen
+from otolith.core.errors import InputError, MissingExtra
+
+app = typer.Typer(
+    help="Build, run, watch, tune and stop a run in a browser on this machine.",
+    rich_markup_mode=None,
+    invoke_without_command=True,
+)
+LOCAL: Final = "127.0.0.1"
+PORT: Final = 8765
+OLDEST: Final = 15  # of websockets
+_NEEDED: Final = ("fastapi", "uvicorn", "websockets")
+_INSTALL: Final = "pip install 'otolith[commander]'"
+Folder = Annotated[
+    Path | None,
+    typer.Option(help="Folder for drives, presets and results (default: out/commander)."),
+]
+Port = Annotated[int, typer.Option(help="Port to listen on; 0 for any that is free.", min=0, max=65_535)]
+
+
+@app.callback()
+def commander(
+    context: typer.Context,
+    host: Annotated[str, typer.Option(help="Address to listen on; any other needs --token.")] = LOCAL,
+    port: Port = PORT,
+    token: Annotated[
+        bool, typer.Option("--token", help="Answer only who opens the address that is printed, once.")
+    ] = False,
+    folder: Folder = None,
+    browser: Annotated[bool, typer.Option("--browser", help="Open the page in a browser.")] = False,
+) -> None:
+    """Serve the page on this machine until Ctrl-C. A run goes on if the page, or the server, goes away."""
+    if context.invoked_subcommand is not None:
+        return
+    if host not in (LOCAL, "localhost") and not token:
+        raise InputError("--host", host, f"{LOCAL}, or given with --token: others could reach this server")
+    check_extra()
+    from otolith.commander.keeper import keep
+    from otolith.commander.security import Secrets, new_token
+
+    console = screen(stderr=False)
+    secrets = Secrets(token=new_token() if token else None)
+    with listening(host, port) as socket_:
+        setup = setup_for(socket_, host, folder or Path("out") / "commander", secrets)
+        address = f"http://{host}:{setup.port}/" + (f"?token={secrets.token}" if token else "")
+        console.print(f"open {address}", highlight=False, soft_wrap=True)
+        console.print("Ctrl-C ends the Commander, and a run with it", highlight=False)
+        if browser:
+            webbrowser.open(address)
+        keep(setup, lambda text: console.print(text, highlight=False, soft_wrap=True))
+
+
+def setup_for(listening: socket.socket, host: str, folder: Path, secrets: Any) -> Any:
+    """Return what the keeper needs, with the functions of the command line."""
+    from otolith.cli.commander_job import CommanderDesk, make_runs
+    from otolith.commander.keeper import Setup
+
+    own = folder.resolve()
+    return Setup(
+        prefix=f"otolith-{os.getpid()}-{listening.fileno()}",
+        folder=own,
+        listening=listening,
+        host=host,
+        port=listening.getsockname()[1],
+        secrets=secrets,
+        make=functools.partial(make_runs, own),
+        desk=functools.partial(CommanderDesk, own),
+    )
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Raises
+    ------
+    InputError : the address is none of this machine, or the port is taken.
+    """
+    made = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        made.bind((host, port))
+    except OSError as error:
+        made.close()
+        raise InputError(
+            f"address {host}:{port}", f"not free ({error.strerror})", "free, or --port 0"
+        ) from error
+    made.listen(64)
+    return made
+
+
+def check_extra() -> None:
+    """Refuse to start without what the server needs.
+
+    Raises
+    ------
+    MissingExtra : a library is absent or too old; an old websockets breaks uvicorn while it is imported.
+    """
+    for name in _NEEDED:
+        try:
+            importlib.import_module(name)
+        except ModuleNotFoundError as error:
+            raise MissingExtra(f"the Commander needs {name}, which is not installed: {_INSTALL}") from error
+    found = importlib.import_module("websockets.version").version
+    if int(found.partition(".")[0]) < OLDEST:
+        raise MissingExtra(f"websockets is {found}, must be at least {OLDEST}: {_INSTALL}")

@@ -1,0 +1,200 @@
+"""The keeper: it owns the shared memory, starts server and worker, and starts a dead one anew.
+
+It does nothing else, so nothing can go wrong in it. Server and worker know each other only by the memory that
+the keeper has made: either may die, by a fault or by hand, while the other goes on.
+"""
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, Final
+
+from otolith.commander.columns import COUNT
+from otolith.commander.orders import Inbox, Note, Orders
+from otolith.commander.rows import Rows
+from otolith.commander.security import Secrets
+from otolith.commander.session import PRESETS, RESULTS, UPLOADS, Desk, Session
+from otolith.core.errors import OtolithError
+from otolith.live.shell.memory import Channel
+from otolith.live.shell.rights import die_with_parent
+
+AGAIN: Final = 0.5  # [s] before a process that died is started anew
+GRACE: Final = 3.0  # [s] for a process to end
+GIVEN_UP: Final = 5  # deaths in a row, each within `SOON`, after which the keeper ends
+SOON: Final = 5.0  # [s]
+NAMES: Final = ("rows", "state", "card", "orders")
+
+
+class GivenUp(OtolithError):
+    """A process of the Commander dies again and again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """All that the processes are told; it is handed to them when they start.
+
+    Parameters
+    ----------
+    make, desk : functions of the command line, which call what `otolith run` calls.
+    """
+
+    prefix: str  # of the names of shared memory
+    folder: Path
+    listening: socket.socket
+    host: str
+    port: int
+    secrets: Secrets
+    make: Callable[..., Any]
+    desk: Callable[[], Desk]
+
+    def name(self, what: str) -> str:
+        """Return the name of a segment of shared memory."""
+        return f"{self.prefix}-{what}"
+
+    @property
+    def hosts(self) -> frozenset[str]:
+        """Return the hosts that may be asked for."""
+        return frozenset(f"{name}:{self.port}" for name in ("127.0.0.1", "localhost", "[::1]", self.host))
+
+
+def keep(setup: Setup, tell: Callable[[str], None], *, on: Callable[[], bool] = lambda: True) -> None:
+    """Keep server and worker running until `on` returns False, or a signal ends the program.
+
+    Raises
+    ------
+    GivenUp : one of them dies again and again.
+    """
+    for folder in (UPLOADS, PRESETS, RESULTS):
+        (setup.folder / folder).mkdir(parents=True, exist_ok=True)
+    with _memory(setup), contextlib.ExitStack() as stack:
+        kept = [_Kept("server", run_server, setup, tell), _Kept("simulation", run_simulation, setup, tell)]
+        for one in kept:
+            stack.callback(one.end)
+        while on():
+            wait([one.sentinel for one in kept if one.sentinel is not None], timeout=0.25)
+            for one in kept:
+                one.look()
+
+
+class _Kept:
+    """A process that is started anew when it dies."""
+
+    def __init__(
+        self, name: str, target: Callable[..., None], setup: Setup, tell: Callable[[str], None]
+    ) -> None:
+        self._name, self._target, self._setup, self._tell = name, target, setup, tell
+        self._deaths = 0
+        self._start()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._process = context.Process(
+            target=self._target, args=(self._setup,), name=f"otolith {self._name}"
+        )
+        self._process.start()
+        self._began = time.monotonic()
+        self.sentinel: int | None = self._process.sentinel
+
+    def look(self) -> None:
+        """Start the process anew if it has died.
+
+        Raises
+        ------
+        GivenUp : it has died too often.
+        """
+        if self._process.is_alive():
+            return
+        soon = time.monotonic() - self._began < SOON
+        self._deaths = self._deaths + 1 if soon else 1
+        if self._deaths >= GIVEN_UP:
+            raise GivenUp(f"the {self._name} died {GIVEN_UP} times within {SOON:g} s of its start")
+        self._tell(f"the {self._name} died (exit code {self._process.exitcode}); it is started anew")
+        time.sleep(AGAIN)
+        self._start()
+
+    def end(self) -> None:
+        """End the process."""
+        self._process.terminate()
+        self._process.join(GRACE)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+@contextlib.contextmanager
+def _memory(setup: Setup) -> Iterator[None]:
+    """Make the shared memory, and remove it in the end."""
+    with Rows(setup.name("rows"), COUNT), contextlib.ExitStack() as stack:
+        for what in NAMES[1:]:
+            stack.enter_context(Channel(setup.name(what), create=True))
+        yield
+
+
+def _begin_child() -> None:
+    """Let the keeper decide about Ctrl-C, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    die_with_parent(signal.SIGTERM, os.getppid() if parent is None or parent.pid is None else parent.pid)
+
+
+def run_simulation(setup: Setup) -> None:
+    """Be the worker, until a signal ends this process."""
+    from threadpoolctl import threadpool_limits
+
+    from otolith.commander.runner import run_worker
+
+    _begin_child()
+    state, card = Note(Channel(setup.name("state"))), Note(Channel(setup.name("card")))
+    inbox = Inbox(Channel(setup.name("orders")), int(state.look().get("reached", 0)))
+    with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
+        run_worker(
+            Rows(setup.name("rows")),
+            (state, card),
+            inbox,
+            make=setup.make,
+            folder=setup.folder,
+            on=lambda: True,
+        )
+
+
+def run_server(setup: Setup) -> None:
+    """Be the server, until a signal ends this process."""
+    import uvicorn
+
+    from otolith.commander.app import create_app
+    from otolith.commander.security import MESSAGE
+
+    _begin_child()
+    session = Session(
+        rows=Rows(setup.name("rows")),
+        state=Note(Channel(setup.name("state"))),
+        card=Note(Channel(setup.name("card"))),
+        orders=Orders(Channel(setup.name("orders"))),
+        desk=setup.desk(),
+        folder=setup.folder,
+        secrets=setup.secrets,
+        hosts=setup.hosts,
+        port=setup.port,
+    )
+    config = uvicorn.Config(
+        create_app(session),
+        ws="websockets-sansio",
+        ws_max_size=MESSAGE,
+        ws_per_message_deflate=False,
+        ws_ping_interval=20.0,
+        ws_ping_timeout=20.0,
+        limit_concurrency=64,
+        timeout_graceful_shutdown=1,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        lifespan="off",
+    )
+    uvicorn.Server(config).run(sockets=[setup.listening])

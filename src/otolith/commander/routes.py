@@ -1,0 +1,200 @@
+"""What a page can ask for beside the stream, all of it JSON, and all from the Commander's own folder."""
+
+import json
+from pathlib import Path
+from typing import Any, Final
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
+
+from otolith import __version__, registry
+from otolith.commander.schema import CUEING, Form, changed, checked, schema
+from otolith.commander.security import CLIENT, Refused
+from otolith.commander.session import PRESETS, RESULTS, UPLOADS, Session, new_client
+from otolith.core.disk import write_text
+from otolith.platforms.library import descriptions
+from otolith.scenarios.catalog import SCENARIOS
+
+RESULT_FILES: Final = ("report.html", "run.h5", "summary.json", "a.h5", "b.h5")
+SAMPLES: Final = "samples.csv"
+_YEAR: Final = 31_536_000  # [s] that a browser keeps its name
+# A report carries its own style and pictures, and needs nothing from anywhere.
+_REPORT_POLICY: Final = (
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; "
+    "frame-ancestors 'none'; sandbox allow-scripts"
+)
+
+
+def routes(session: Session) -> APIRouter:
+    """Return all routes of a session."""
+    router = APIRouter()
+    _watching(router, session)
+    _doing(router, session)
+    _files(router, session)
+    return router
+
+
+def _watching(router: APIRouter, session: Session) -> None:
+    @router.get("/health")
+    def health() -> dict[str, Any]:
+        return {"ok": True, "version": __version__}
+
+    @router.get("/api/start")
+    def start(request: Request, response: Response) -> dict[str, Any]:
+        name = request.scope["otolith"]["client"] or new_client()
+        response.set_cookie(CLIENT, name, max_age=_YEAR, httponly=True, samesite="strict")
+        return {
+            "csrf": session.secrets.csrf,
+            "version": __version__,
+            "mode": session.mode,
+            "words": session.words,
+            "schema": schema(),
+            "choices": _choices(session),
+            "presets": _presets(session),
+            "values": Form().model_dump(),
+        }
+
+    @router.get("/api/hexapod")
+    def hexapod() -> Any:
+        return session.card.look().get("hexapod")
+
+    @router.get("/api/map")
+    def map_() -> Any:
+        return session.card.look().get("map")
+
+    @router.get("/api/presets")
+    def presets() -> Any:
+        return _presets(session)
+
+
+def _doing(router: APIRouter, session: Session) -> None:
+    @router.post("/api/check")
+    def check(request: Request, values: dict[str, Any]) -> dict[str, Any]:
+        _count(request, session)
+        return session.desk.check(checked(values).model_dump())
+
+    @router.post("/api/run", status_code=202)
+    def run(request: Request, values: dict[str, Any]) -> dict[str, Any]:
+        _count(request, session)
+        session.control(request.scope["otolith"]["client"])
+        state = session.state.look()
+        if "run" not in session.words and session.mode != "offline":
+            raise Refused(409, "this Commander watches a live session and starts no runs")
+        if state.get("busy", True):
+            raise Refused(409, "a run is going on; stop it first")
+        form = checked(values).model_dump()
+        session.desk.check(form)
+        session.give("run", form)
+        return {"generation": state["generation"] + 1}
+
+    @router.post("/api/word", status_code=204)
+    def word(request: Request, values: dict[str, Any]) -> None:
+        session.speak(request.scope["otolith"]["client"], str(values.get("word", "")))
+
+    @router.post("/api/parameters")
+    def parameters(request: Request, values: dict[str, Any]) -> dict[str, Any]:
+        _count(request, session)
+        session.control(request.scope["otolith"]["client"])
+        applied = changed(values)
+        session.give("change", applied)
+        return {"at": session.state.look().get("time", 0.0), "applied": applied}
+
+
+def _files(router: APIRouter, session: Session) -> None:
+    @router.put("/api/presets/{name}", status_code=204)
+    def save(request: Request, name: str, values: dict[str, Any]) -> None:
+        _count(request, session)
+        kept = json.dumps(checked(values).model_dump(), indent=2)
+        write_text(session.place(PRESETS, name, ".json"), kept + "\n")
+
+    @router.delete("/api/presets/{name}", status_code=204)
+    def delete(request: Request, name: str) -> None:
+        _count(request, session)
+        place = session.place(PRESETS, name, ".json")
+        if not place.is_file():
+            raise Refused(404, "there is no such preset")
+        place.unlink()
+
+    @router.post("/api/upload")
+    async def upload(request: Request, name: str) -> dict[str, Any]:
+        _count(request, session)
+        place = session.place(UPLOADS, name)
+        return await _uploaded(session, place, await request.body())
+
+    @router.get("/api/result")
+    def result() -> Any:
+        card = session.card.look()
+        files = [name for name in RESULT_FILES if (_results(session) / name).is_file()]
+        shown = {name: card.get(name) for name in ("generation", "summary", "command")}
+        return shown | {"files": [*files, *([SAMPLES] if files else [])]}
+
+    @router.get("/api/result/{name}")
+    def result_file(name: str) -> Response:
+        folder = _results(session)
+        if name == SAMPLES and folder.is_dir():
+            run = folder / ("a.h5" if (folder / "a.h5").is_file() else "run.h5")
+            return PlainTextResponse(session.desk.samples(run), media_type="text/csv", headers=_saved(name))
+        if name not in RESULT_FILES or not (folder / name).is_file():
+            raise Refused(404, "there is no such result")
+        headers = {"content-security-policy": _REPORT_POLICY} if name == "report.html" else _saved(name)
+        return FileResponse(folder / name, headers=headers)
+
+
+def _count(request: Request, session: Session) -> None:
+    """Refuse a client that asks too often."""
+    if not session.rate.allows(request.scope["otolith"]["client"]):
+        raise Refused(429, "too many requests within a second")
+
+
+def _results(session: Session) -> Path:
+    """Return the folder of the results of the run that is shown."""
+    return session.folder / RESULTS / str(session.card.look().get("folder", "none"))
+
+
+def _saved(name: str) -> dict[str, str]:
+    return {"content-disposition": f'attachment; filename="{name}"'}
+
+
+def _choices(session: Session) -> dict[str, Any]:
+    def entries(table: Any, names: Any) -> list[dict[str, str]]:
+        return [{"name": name, "text": table[name].description} for name in names]
+
+    return {
+        "scenarios": entries(SCENARIOS, SCENARIOS),
+        "platforms": [{"name": name, "text": text} for name, text in descriptions().items()],
+        "cueing": entries(registry.CUEING.own, CUEING),
+        "plants": entries(registry.PLANTS.own, registry.PLANTS.own),
+        "logs": session.uploads(),
+    }
+
+
+def _presets(session: Session) -> list[dict[str, Any]]:
+    """Return the presets that still fit the form; one of another version may not."""
+    found = []
+    for path in sorted((session.folder / PRESETS).glob("*.json")):
+        values = json.loads(path.read_text(encoding="utf-8"))
+        found.append({"name": path.stem, "values": checked(values).model_dump()})
+    return found
+
+
+async def _uploaded(session: Session, place: Path, body: bytes) -> dict[str, Any]:
+    """Keep a drive if it is understood, and say what was."""
+    from starlette.concurrency import run_in_threadpool
+
+    def keep() -> str:
+        kept = place.with_name(f".{place.name}")
+        kept.write_bytes(body)
+        try:
+            sentence = session.desk.understood(kept)
+            kept.replace(place)
+        finally:
+            kept.unlink(missing_ok=True)
+        return sentence
+
+    return {"name": place.name, "sentence": await run_in_threadpool(keep)}
+
+
+def sentence_of(request: Request, error: Exception) -> JSONResponse:
+    """Answer with one sentence for a server's own error, and never with a traceback."""
+    del request, error
+    return JSONResponse({"sentence": "the server failed at this request; its terminal says more"}, 500)

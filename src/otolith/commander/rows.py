@@ -1,0 +1,122 @@
+"""Rows of signals in shared memory: one process writes them, any number read, and nobody ever waits.
+
+The ring holds the latest `CAPACITY` rows. A reader keeps a cursor of its own, the number of the next row that
+it wants, so it needs no queue, and one that sleeps costs nobody anything: what was overwritten meanwhile is a
+gap. The writer fills rows first and then raises their number; x86 keeps this order, other machines are
+refused as by `otolith.live.shell.memory`.
+"""
+
+import struct
+import time
+from multiprocessing import shared_memory
+from typing import Final, Self
+
+import numpy as np
+
+from otolith.core.arrays import Singles
+from otolith.live.shell.memory import WrongMemory, check_order
+
+CAPACITY: Final = 1 << 16  # rows: 65 s at 1 kHz
+_SPARE: Final = 2_048  # rows that may be overwritten while a reader copies
+_HEAD: Final = struct.Struct("<QQQQQ")  # magic, columns, generation, rows written, time of the newest [ns]
+_MAGIC: Final = 0x4F544C524F575331  # "OTLROWS1"
+_GENERATION, _WRITTEN, _NEWEST = 16, 24, 32  # [bytes] where they stand
+_FIRST: Final = 64  # [bytes] before the rows
+_WORD: Final = struct.Struct("<Q")
+
+
+class Rows:
+    """The ring of rows.
+
+    Parameters
+    ----------
+    name : of the segment. columns : of a row, for the process that makes the ring, and removes it in the end;
+        None for its children.
+
+    Raises
+    ------
+    WrongMemory : the machine reorders stores, or there is no ring under this name.
+    """
+
+    def __init__(self, name: str, columns: int | None = None) -> None:
+        check_order()
+        self._creates = columns is not None
+        size = 0 if columns is None else _FIRST + 4 * CAPACITY * columns
+        self._memory = shared_memory.SharedMemory(name, create=self._creates, size=size)
+        buffer = self._memory.buf
+        if buffer is None:
+            raise WrongMemory("shared memory is closed")
+        if columns is not None:
+            _HEAD.pack_into(buffer, 0, _MAGIC, columns, 0, 0, 0)
+        magic, self.columns, *_ = _HEAD.unpack_from(buffer, 0)
+        if magic != _MAGIC:
+            raise WrongMemory(f"shared memory {name} holds no rows")
+        self._head = buffer[:_FIRST]
+        count = CAPACITY * self.columns
+        self._rows: Singles = np.frombuffer(buffer, dtype=np.float32, offset=_FIRST, count=count).reshape(
+            CAPACITY, self.columns
+        )
+
+    def _word(self, at: int) -> int:
+        return int(_WORD.unpack_from(self._head, at)[0])
+
+    @property
+    def generation(self) -> int:
+        """Return the number of the run whose rows these are."""
+        return self._word(_GENERATION)
+
+    @property
+    def written(self) -> int:
+        """Return how many rows of this run were written."""
+        return self._word(_WRITTEN)
+
+    @property
+    def age(self) -> float:
+        """Return the time since the newest row was written [s]; infinite before the first."""
+        newest = self._word(_NEWEST)
+        return 1e-9 * (time.monotonic_ns() - newest) if newest else float("inf")
+
+    def begin(self, generation: int) -> None:
+        """Begin another run, without rows."""
+        _WORD.pack_into(self._head, _GENERATION, 0)  # of no run, while the rest is changed
+        _WORD.pack_into(self._head, _WRITTEN, 0)
+        _WORD.pack_into(self._head, _NEWEST, 0)
+        _WORD.pack_into(self._head, _GENERATION, generation)
+
+    def write(self, rows: Singles) -> None:
+        """Append rows (n, columns), in pieces that no reader can mistake."""
+        for first in range(0, len(rows), _SPARE // 2):
+            piece = rows[first : first + _SPARE // 2]
+            at = self.written % CAPACITY
+            before = min(len(piece), CAPACITY - at)
+            self._rows[at : at + before] = piece[:before]
+            self._rows[: len(piece) - before] = piece[before:]
+            _WORD.pack_into(self._head, _WRITTEN, self.written + len(piece))
+        _WORD.pack_into(self._head, _NEWEST, time.monotonic_ns())
+
+    def read(self, cursor: int, most: int) -> tuple[int, Singles]:
+        """Return the number of the first row returned, and at most `most` rows from `cursor` on.
+
+        The number is larger than `cursor` where rows have been overwritten.
+        """
+        while True:
+            written = self.written
+            first = max(cursor, written - CAPACITY + _SPARE)
+            count = max(0, min(most, written - first))
+            taken = self._rows[np.arange(first, first + count) % CAPACITY]
+            if self.written - first <= CAPACITY - _SPARE // 2:
+                return first, taken
+
+    def close(self) -> None:
+        """Let go of the segment; who made it removes it."""
+        self._rows = np.empty((0, 0), dtype=np.float32)
+        self._head.release()
+        self._memory.close()
+        if self._creates:
+            self._memory.unlink()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,115 @@
+"""What the server knows: the shared memory, who is in control, and the Commander's own folder."""
+
+import re
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+from otolith.commander.orders import Note, Orders
+from otolith.commander.rows import Rows
+from otolith.commander.schema import FILE
+from otolith.commander.security import Rate, Refused, Secrets
+
+UPLOADS, PRESETS, RESULTS = "drives", "presets", "results"  # folders within the Commander's own
+STOP: Final = "stop"
+OFFLINE: Final = ("stop", "pause", "resume")  # words
+
+
+class Desk(Protocol):
+    """What needs the rest of the program; the command line provides it, imported on first use."""
+
+    def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return checks and the command line of a form's values; errors are those of the form."""
+
+    def understood(self, path: Path) -> str:
+        """Say what is understood of a recorded drive."""
+
+    def samples(self, run: Path) -> str:
+        """Return the samples of a stored run as text, comma-separated."""
+
+
+@dataclass
+class Session:
+    """One server's view of a run.
+
+    Parameters
+    ----------
+    folder : the Commander's own; nothing outside of it is read or written for a page.
+    """
+
+    rows: Rows
+    state: Note
+    card: Note
+    orders: Orders
+    desk: Desk
+    folder: Path
+    secrets: Secrets
+    hosts: frozenset[str]
+    port: int
+    mode: str = "offline"
+    words: tuple[str, ...] = OFFLINE
+    rate: Rate = field(default_factory=Rate)
+    controlling: str = ""  # the client in control; empty: nobody
+
+    def control(self, client: str) -> None:
+        """Let a client have control if nobody has.
+
+        Raises
+        ------
+        Refused : somebody else is in control.
+        """
+        if not client:
+            raise Refused(403, "this client has no name: ask for /api/start first, and keep its cookie")
+        if self.controlling not in ("", client):
+            raise Refused(403, "somebody else is in control; take control first")
+        self.controlling = client
+
+    def speak(self, client: str, word: str) -> None:
+        """Pass on a word of a client.
+
+        Raises
+        ------
+        Refused : it is no word here, one too many within a second, or the client is not in control. A stop is
+            never refused.
+        """
+        if word == STOP:
+            self.give(STOP)
+            return
+        if not self.rate.allows(client):
+            raise Refused(429, "too many words within a second")
+        if word == "control":
+            self.controlling = ""
+            self.control(client)
+            return
+        if word not in self.words:
+            raise Refused(422, f"there is no word {word[:40]!r} here, must be one of {', '.join(self.words)}")
+        self.control(client)
+        self.give(word)
+
+    def give(self, word: str, values: Mapping[str, Any] | None = None) -> int:
+        """Write an order for the worker; return its number."""
+        return self.orders.give(word, values or {}, reached=int(self.state.look().get("reached", 0)))
+
+    def place(self, folder: str, name: str, ending: str = "") -> Path:
+        """Return where a file of the Commander's folder is or will be.
+
+        Raises
+        ------
+        Refused : the name is none of a file.
+        """
+        if re.fullmatch(FILE, name) is None:
+            raise Refused(
+                422, "the name must be of letters, digits, dots, dashes and underscores, at most 64"
+            )
+        return self.folder / folder / f"{name}{ending}"
+
+    def uploads(self) -> list[str]:
+        """Return the names of the drives in the Commander's folder."""
+        return sorted(path.name for path in (self.folder / UPLOADS).iterdir() if path.is_file())
+
+
+def new_client() -> str:
+    """Return a name for a browser."""
+    return secrets.token_urlsafe(16)
