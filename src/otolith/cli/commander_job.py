@@ -49,9 +49,9 @@ class Choices:
     def __init__(self, values: Mapping[str, Any], folder: Path) -> None:
         weights = [(name, values[f"weight_{name}"]) for name in WEIGHTS]
         log = folder / UPLOADS / values["log"] if values["log"] else None
-        self.names = [name for name in (values["cueing"], values["cueing_b"]) if name]
+        self.names = [name for name in (values["cueing"], values["second"]) if name]
         if len(set(self.names)) < len(self.names):
-            raise InputError("cueing_b", repr(values["cueing_b"]), "another algorithm than A, or empty")
+            raise InputError("second", repr(values["second"]), "another algorithm than A, or empty")
         self.tuning = values["tuning"] or None
         same: dict[str, Any] = {name: values[name] for name in _PLAIN}
         same |= {name: values[name] or None for name in _OR_NONE}

@@ -12,65 +12,70 @@ if TYPE_CHECKING:  # the server needs only the number of columns
     from otolith.loop import ClosedLoop, Run
     from otolith.platforms import Platform
 
-_LETTERS: Final = ("x", "y", "z")
+_FORCES: Final = {"x": "Force forward", "y": "Force sideways", "z": "Vertical force"}
+_PLACES: Final = dict(zip(AXES, ("x", "y", "z", "roll", "pitch", "yaw"), strict=True))  # by axis
 _LEGS: Final = range(1, 7)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """One signal."""
+    """One signal; those of equal group and unit share a plot."""
 
     name: str
     label: str
     unit: str
     group: str
-    axis: str = ""  # axis of the platform, or component of the force
+    axis: str = ""  # component of the force, axis of the platform, or leg
     limits: tuple[float, float] | None = None  # of the machine
     threshold: float | None = None  # of perception
 
 
-def _forces(kind: str, label: str) -> list[Column]:
-    return [
-        Column(name=f"{kind}_{of}", label=f"{label} {of}", unit="m/s²", group="force", axis=of)
-        for of in _LETTERS
-    ]
+def _force(kind: str, label: str, of: str) -> Column:
+    return Column(name=f"{kind}_{of}", label=f"{label} {of}", unit="m/s²", group=_FORCES[of], axis=of)
 
 
 def _pose(axis: str, platform: "Platform | None") -> Column:
-    turns = axis in AXES[3:]
+    turns, place = axis in AXES[3:], _PLACES[axis]
     table = None if platform is None else getattr(platform, axis)
-    limits = None if table is None else table.angle_deg if turns else table.position_m
-    return Column(name=axis, label=axis, unit="deg" if turns else "m", group="pose", axis=axis, limits=limits)
+    return Column(
+        name=f"pose_{place}",
+        label=axis,
+        unit="deg" if turns else "m",
+        group="Angle" if turns else "Position",
+        axis=place,
+        limits=None if table is None else table.angle_deg if turns else table.position_m,
+    )
 
 
 def _tilt_rate(axis: str, platform: "Platform | None") -> Column:
-    threshold = None if platform is None else getattr(platform.tilt_coordination, f"{axis}_degps")
-    label = f"{axis} rate"
     return Column(
-        name=f"{axis}_rate", label=label, unit="deg/s", group="tilt rate", axis=axis, threshold=threshold
+        name=f"tilt_rate_{axis}",
+        label=f"{axis} rate",
+        unit="deg/s",
+        group="Tilt rate",
+        axis=axis,
+        threshold=None if platform is None else getattr(platform.tilt_coordination, f"{axis}_degps"),
     )
+
+
+def _leg(k: int, platform: "Platform | None") -> Column:
+    stroke = None if platform is None or platform.hexapod is None else platform.six_legs().stroke
+    return Column(name=f"leg_{k}", label=f"leg {k}", unit="m", group="Legs", axis=f"leg {k}", limits=stroke)
 
 
 def columns(platform: "Platform | None" = None) -> tuple[Column, ...]:
     """Return the columns in their order, with the limits of a platform."""
-    legs = None if platform is None or platform.hexapod is None else platform.six_legs().stroke
+    kinds = {"wanted": "wanted", "felt": "felt"}
     return (
-        Column(name="time", label="time", unit="s", group="time"),
-        *(
-            column
-            for pair in zip(_forces("wanted", "wanted"), _forces("felt", "felt"), strict=True)
-            for column in pair
-        ),
+        Column(name="time", label="time", unit="s", group="Time"),
+        *(_force(kind, label, of) for of in _FORCES for kind, label in kinds.items()),
         *(_pose(axis, platform) for axis in AXES),
         *(_tilt_rate(axis, platform) for axis in ("pitch", "roll")),
-        *(
-            Column(name=f"leg_{k}", label=f"leg {k}", unit="m", group="legs", axis=str(k), limits=legs)
-            for k in _LEGS
-        ),
-        Column(name="step", label="time of a decision", unit="µs", group="solver"),
-        Column(name="changes", label="changes of the working set", unit="", group="solver"),
-        Column(name="residual", label="certificate", unit="", group="solver"),
-        *_forces("felt2", "felt B"),
+        *(_leg(k, platform) for k in _LEGS),
+        Column(name="step_us", label="time of a decision", unit="µs", group="Step time"),
+        Column(name="changes", label="changes of the working set", unit="", group="Changes"),
+        Column(name="residual", label="certificate", unit="", group="Residual"),
+        *(_force("felt2", "felt, B", of) for of in _FORCES),
     )
 
 

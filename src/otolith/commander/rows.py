@@ -14,7 +14,7 @@ from typing import Final, Self
 import numpy as np
 
 from otolith.core.arrays import Singles
-from otolith.live.shell.memory import WrongMemory, check_order
+from otolith.live.shell.memory import WrongMemory, check_machine
 
 CAPACITY: Final = 1 << 16  # rows: 65 s at 1 kHz
 _SPARE: Final = 2_048  # rows that may be overwritten while a reader copies
@@ -39,7 +39,7 @@ class Rows:
     """
 
     def __init__(self, name: str, columns: int | None = None) -> None:
-        check_order()
+        check_machine()
         self._creates = columns is not None
         size = 0 if columns is None else _FIRST + 4 * CAPACITY * columns
         self._memory = shared_memory.SharedMemory(name, create=self._creates, size=size)

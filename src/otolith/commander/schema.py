@@ -125,7 +125,7 @@ class Form(BaseModel):
         "(an algorithm) = (turns what should be felt into motion of the platform)",
         among=CUEING,
     )
-    cueing_b: str = _setting(
+    second: str = _setting(
         ALGORITHM,
         "",
         "Algorithm B",

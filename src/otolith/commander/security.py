@@ -29,7 +29,7 @@ CLIENTS: Final = 8  # websockets at a time
 WORDS: Final = 20  # per second and client
 _READING: Final = ("GET", "HEAD")
 _HEADERS: Final = {
-    "content-security-policy": "default-src 'self'; frame-ancestors 'none'",
+    "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cache-control": "no-store",

@@ -31,22 +31,10 @@ class WrongMemory(OtolithError):
     """Shared memory is not what this program expects."""
 
 
-<<<<<<< HEAD
 def check_machine() -> None:
     """Refuse a machine that may reorder stores."""
     if machine.machine() not in _ORDERED:
         raise WrongMemory(f"live operation is tested on {' and '.join(_ORDERED)}, not {machine.machine()}")
-=======
-def check_order() -> None:
-    """Refuse a machine that may reorder stores.
-
-    Raises
-    ------
-    WrongMemory : the machine is none of those on which this is tested.
-    """
-    if machine.machine() not in _ORDERED:
-        raise WrongMemory(f"shared memory is tested on {' and '.join(_ORDERED)}, not {machine.machine()}")
->>>>>>> 720e28e (The Commander's server: a run in a process of its own, its signals in shared memory, a page that cannot delay it)
 
 
 class Channel:
@@ -63,11 +51,7 @@ class Channel:
     """
 
     def __init__(self, name: str, *, create: bool = False) -> None:
-<<<<<<< HEAD
         check_machine()
-=======
-        check_order()
->>>>>>> 720e28e (The Commander's server: a run in a process of its own, its signals in shared memory, a page that cannot delay it)
         self._creates = create
         self._memory = shared_memory.SharedMemory(
             name, create=create, size=_FIRST + SLOTS * SIZE if create else 0
