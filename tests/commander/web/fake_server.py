@@ -133,10 +133,11 @@ class Fake:
     """What the server knows, and the faults that a test asks for."""
 
     def __init__(self) -> None:
-        self.generation, self.time, self.running, self.state = 0, 0.0, False, "parked"
+        self.generation, self.time, self.running, self.state = 0, 0.0, False, "idle"
         self.silent = False  # frames stop, the line stays open
+        self.deaf = False  # requests are answered with 503, and words of the line are lost
         self.words: list[str] = []
-        self.acknowledged: list[int] = []
+        self.acknowledged = 0
         self.sockets: set[WebSocket] = set()
         self.changes: list[dict[str, Any]] = []
 
@@ -197,6 +198,8 @@ async def headers(request: Request, call_next: Any) -> Response:
         and request.url.path != "/fault"
     ):
         return JSONResponse({"sentence": "the request lacks its key"}, 403)
+    if fake.deaf and request.url.path == "/api/word":
+        return JSONResponse({"sentence": "the server is ill"}, 503)
     response = await call_next(request)
     response.headers["Content-Security-Policy"] = "default-src 'self'; frame-ancestors 'none'"
     return response
@@ -311,8 +314,11 @@ async def lap() -> None:
 @app.post("/fault")
 async def fault(body: dict[str, Any]) -> dict[str, Any]:
     """Do what a test asks for, and return what was seen."""
-    if "silent" in body:
-        fake.silent = body["silent"]
+    if body.get("reset"):
+        fake.silent = fake.deaf = False
+        fake.words, fake.changes, fake.acknowledged = [], [], 0
+        await fake.set("idle", running=False)
+    fake.silent, fake.deaf = body.get("silent", fake.silent), body.get("deaf", fake.deaf)
     if "time" in body:
         fake.time = body["time"]
     if body.get("close"):
@@ -322,7 +328,7 @@ async def fault(body: dict[str, Any]) -> dict[str, Any]:
         await fake.event("info", body["event"])
     return {
         "words": fake.words,
-        "acknowledged": fake.acknowledged[-5:],
+        "acknowledged": fake.acknowledged,
         "time": fake.time,
         "clients": len(fake.sockets),
         "changes": fake.changes,
@@ -342,8 +348,8 @@ async def listen(socket: WebSocket) -> None:
     while True:
         message = json.loads(await socket.receive_text())
         if "ack" in message:
-            fake.acknowledged.append(message["ack"])
-        if "word" in message:
+            fake.acknowledged += 1
+        if "word" in message and not fake.deaf:
             await word(message)
 
 

@@ -11,6 +11,7 @@ export class History {
 
   clear() {
     this.store = this.columns.map(() => new Float32Array(2 * ROWS));
+    this.awake = this.columns.map(() => false);  // signals that have ever been a number other than 0
     this.first = 0;
     this.end = 0;
   }
@@ -19,16 +20,29 @@ export class History {
   get last() { return this.length ? this.store[0][this.end - 1] : NaN; }
   get start() { return this.length ? this.store[0][this.first] : NaN; }
 
-  /** Append a frame; `signals[0]` is time. A jump in time leaves a row of NaN, so that no curve bridges it. */
+  /**
+   * Append a frame; `signals[0]` is time. A jump in time leaves a row of NaN, so that no curve bridges it.
+   * Return whether a signal moves that did not move before.
+   */
   append(signals) {
     const rows = signals[0].length;
-    if (!rows) return;
+    if (!rows) return false;
     if (this.length && signals[0][0] > this.last + 0.1) this.mark(signals[0][0]);
     this.make(rows);
     this.store.forEach((row, k) => row.set(signals[k], this.end));
     this.end += rows;
     const oldest = this.last - KEPT, time = this.store[0];
     while (time[this.first] < oldest || this.length > ROWS) this.first += 1;
+    return this.wake(signals);
+  }
+
+  wake(signals) {
+    let woken = false;
+    signals.forEach((signal, k) => {
+      if (this.awake[k] || !signal.some((value) => value && Number.isFinite(value))) return;
+      this.awake[k] = woken = true;
+    });
+    return woken;
   }
 
   mark(at) {

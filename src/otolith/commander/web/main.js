@@ -70,7 +70,7 @@ class Page {
     Object.assign(this, {columns, generation, rate});
     if (another || this.history.columns.length !== columns.length) this.history = new History(columns);
     this.history.columns = columns;
-    this.plots.describe(columns, this.history);
+    this.plots.describe(columns, this.history, this.settings.values().dofs);
     if (another) {
       this.result.clear();
       this.result.effort.describe(columns);
@@ -85,6 +85,7 @@ class Page {
     const state = {...told, busy: told.busy ?? told.running, control: told.control || told.controlled === false};
     this.state = state;
     this.settings.running = state.busy;
+    if (state.busy) this.watched = state.generation;
     byId("hint").hidden = this.history.length > 0 || state.busy;
     showState(state.state, state.text);
     this.setup.follow(state);
@@ -108,7 +109,7 @@ class Page {
     if (!result) return;
     this.plots.spans = result.false_cues ?? [];
     this.dirty = true;
-    this.choose("result");
+    if (this.watched === this.generation) this.choose("result");  // a page that is opened later begins at the start
   }
 
   take({sequence, age, signals}) {
@@ -116,8 +117,7 @@ class Page {
     this.unanswered.push(sequence);
     if (signals.length === this.history.columns.length) {
       const first = !this.history.length;
-      this.history.append(signals);
-      if (first) this.plots.begin();
+      if (this.history.append(signals) || first) this.plots.begin();
       this.result.effort.take(signals);
       this.dirty = true;
     }

@@ -49,7 +49,7 @@ export class Panel {
         const {colour, width, dash} = pen(column.name, k);
         return {stroke: () => css(colour), width, dash, auto: false, points: {show: false}, paths: segments};
       })],
-      axes: [axis({size: 22, gap: 2}), axis({size: 54, gap: 4, space: 26, values: (_, ticks) => ticks.map((value) => String(+value.toPrecision(6)).replace("-", "−"))})],
+      axes: [axis({size: 22, gap: 2}), axis({size: 54, gap: 4, space: 20, values: (_, ticks) => ticks.map((value) => String(+value.toPrecision(6)).replace("-", "−"))})],
       cursor: {
         sync: {key: "time"}, drag: {x: true, y: false, setScale: false}, points: {size: 6},
         bind: {dblclick: () => () => this.plots.follow()},

@@ -3,6 +3,7 @@ import {onLook} from "/web/look.js";
 import {Panel} from "/web/panel.js";
 
 const HEIGHT = 118;  // [px] least height of a panel
+const ALONG = {surge: "x", sway: "y", heave: "z"};
 const FORCES = {x: "Force forward", y: "Force to the left", z: "Force upwards"};
 const ORDER = ["Force forward", "Force to the left", "Tilt rate", "Position", "Angle", "Force upwards", "Yaw rate"];
 
@@ -41,23 +42,26 @@ export class Plots extends EventTarget {
     onLook(() => this.redraw());
   }
 
-  /** Take the columns of a schema; plots open with the first samples, which tell what there is. */
-  describe(columns, history) {
+  /** Take the columns of a schema; `dofs` is what is cued, such as surge-pitch,heave. */
+  describe(columns, history, dofs) {
+    const cued = dofs.split(/[-,]/), axes = [...cued, ...cued.map((axis) => ALONG[axis])];
     this.wanted = this.touched ? [...this.open.keys()] : null;
     this.clear();
-    Object.assign(this, {every: panelsOf(columns), all: [], history, marks: [], spans: [], fixed: null});
+    Object.assign(this, {every: panelsOf(columns), all: [], history, axes, marks: [], spans: [], fixed: null});
     if (history.length) this.begin();
     this.changed();
   }
 
-  /** Open the plots that the user chose, or else those that matter most; signals without a number are left out. */
+  /** Open the plots that the user chose, or else those that matter most, of the signals that are cued or move. */
   begin() {
-    const alive = ({index}) => this.history.view(index).some(Number.isFinite);
+    const alive = ({index, axis}) => this.history.awake[index] || (this.axes.includes(axis) && Number.isFinite(this.history.view(index)[0]));
     this.all = this.every.map((panel) => ({...panel, columns: panel.columns.filter(alive)})).filter(({columns}) => columns.length);
     const place = ({title}) => (ORDER.includes(title) ? ORDER.indexOf(title) : Infinity);
     const best = this.all.filter((panel) => place(panel) < Infinity).sort((one, two) => place(one) - place(two)).slice(0, 4);
-    const chosen = this.wanted ? this.all.filter(({title}) => this.wanted.includes(title)) : best;
-    for (const {title} of chosen) this.put(title);
+    const titles = this.touched ? this.wanted ?? [...this.open.keys()] : best.map(({title}) => title);
+    this.wanted = null;
+    this.clear();
+    for (const title of titles) if (this.all.some((panel) => panel.title === title)) this.put(title);
     this.changed();
   }
 

@@ -111,6 +111,6 @@ export class Setup {
 
   enable() {
     this.run.disabled = Boolean(this.running) || this.control === false || !this.ready;
-    this.run.textContent = this.running ? "running …" : "▶ Run";
+    this.run.textContent = this.running ? "running …" : this.control === false ? "controlled elsewhere" : "▶ Run";
   }
 }

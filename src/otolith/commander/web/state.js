@@ -23,7 +23,7 @@ export function lampsOf({lamps, running, control}, age) {
     ["input", telemetry === null || telemetry === undefined ? "file" : milliseconds(telemetry), telemetry === null || telemetry === undefined ? "off" : level(telemetry, 0.1, 0.5)],
     ["gate", refused ? `${refused} refused` : "clear", level(refused ?? NaN, 0, 100)],
     ["misses", shown(missed, 0), level(missed ?? NaN, 0, 10)],
-    ["log", log ?? "–", log === "lost" || /fail|lost/.test(log ?? "") ? "fault" : log && log !== "off" ? "ok" : "off"],
+    ["log", log || "–", log === "lost" || /fail|lost/.test(log ?? "") ? "fault" : log && log !== "off" ? "ok" : "off"],
     ["control", control ? "here" : "elsewhere", control ? "ok" : "warn"],
   ];
 }

@@ -1,0 +1,154 @@
+"""What the page owes to whoever looks at it, when samples are missing, late or refused."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.commander.web.conftest import Server, Watched
+
+INK = """([first, last]) => {
+  const chart = document.querySelector(".panel canvas"), over = document.querySelector(".panel .u-over").getBoundingClientRect();
+  const box = chart.getBoundingClientRect(), scale = chart.width / box.width;
+  const x = scale * (over.left - box.left + over.width * first / 20), wide = scale * over.width * (last - first) / 20;
+  const y = scale * (over.top - box.top), {data} = chart.getContext("2d").getImageData(x, y, wide, scale * over.height);
+  let blue = 0;
+  for (let k = 0; k < data.length; k += 4) if (data[k + 2] > data[k] + 60 && data[k + 3] > 60) blue += 1;
+  return blue;
+}"""
+
+
+def soon(condition: Callable[[], bool], what: str) -> None:
+    """Wait up to 10 s for a condition."""
+    until = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < until, what
+        time.sleep(0.05)
+
+
+def begin(watched: Watched, fake: Server, at: float = 0.0) -> Page:
+    """Open the page, and begin a run that has already reached a time."""
+    page = watched.open()
+    page.click("#run")
+    expect(page.locator("#state")).to_contain_text("running")
+    if at:
+        fake.fault(time=at)
+    page.wait_for_selector(".panel")
+    return page
+
+
+def test_a_gap_in_the_samples_is_a_gap_in_the_picture(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake, at=8.0)
+    soon(lambda: page.evaluate(INK, [5.2, 7.8]) > 100, "no curve was drawn")
+    assert page.evaluate(INK, [1.2, 3.8]) > 100
+    assert page.evaluate(INK, [4.1, 4.9]) == 0
+
+
+def test_numbers_are_those_of_the_samples(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake, at=6.0)
+    page.click("#pause")
+    expect(page.locator("#state")).to_contain_text("paused")
+    reached = fake.fault()["time"]
+    soon(lambda: float(page.inner_text("#clock")) > 6.0, "the clock stands")
+    time.sleep(0.5)
+    surge = page.locator("#pose td").first.inner_text()
+    shown = float(surge.removesuffix(" m").replace("−", "-"))
+    import math
+
+    assert shown == pytest.approx(0.2 * math.sin(reached), abs=0.2 * 0.01 + 0.0006)  # a bucket, and rounding
+
+
+def test_old_samples_are_never_shown_as_if_they_were_new(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake)
+    expect(page.locator("#veil")).to_be_hidden()
+    fake.fault(silent=True)
+    expect(page.locator("#veil")).to_contain_text("No data for")
+    assert page.locator("#lamps [data-level=off]").count() == page.locator("#lamps li").count()
+    fake.fault(silent=False)
+    expect(page.locator("#veil")).to_be_hidden()
+
+
+def test_the_page_comes_back_by_itself_and_keeps_what_it_has(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake, at=3.0)
+    fake.fault(close=True)
+    expect(page.locator("#veil")).to_contain_text("No connection")
+    soon(lambda: fake.fault()["clients"] == 1, "it did not come back")
+    expect(page.locator("#veil")).to_be_hidden()
+    expect(page.locator("#state")).to_contain_text("running")
+    soon(lambda: page.evaluate(INK, [0.2, 2.5]) > 100, "what was drawn is gone")
+
+
+def test_a_hidden_page_answers_without_drawing(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake)
+    page.evaluate("""() => {
+      Object.defineProperty(document, "hidden", {get: () => true, configurable: true});
+      document.dispatchEvent(new Event("visibilitychange"));
+    }""")
+    time.sleep(0.1)
+    clock, answered = page.inner_text("#clock"), fake.fault()["acknowledged"]
+    time.sleep(0.5)
+    assert page.inner_text("#clock") == clock
+    assert fake.fault()["acknowledged"] > answered + 3
+    page.evaluate("""() => {
+      delete document.hidden;
+      document.dispatchEvent(new Event("visibilitychange"));
+    }""")
+    expect(page.locator("#clock")).not_to_have_text(clock)
+
+
+@pytest.mark.parametrize("way", ["click", "escape", "space"])
+def test_stop_arrives_by_both_ways(watched: Watched, fake: Server, way: str) -> None:
+    page = begin(watched, fake)
+    if way == "click":
+        page.click("#stop")
+    elif way == "escape":
+        page.focus("#field-scenario")  # even while somebody types
+        page.keyboard.press("Escape")
+    else:
+        page.focus("#hold")
+        page.keyboard.down(" ")
+        time.sleep(0.2)
+        assert fake.fault()["words"] == []  # a short press is a press of the button
+        time.sleep(0.6)
+        page.keyboard.up(" ")
+    soon(lambda: fake.fault()["words"] == ["stop", "stop"], "STOP came by one way only")
+    expect(page.locator("#state")).to_contain_text("stopped")
+
+
+def test_stop_is_repeated_until_it_has_arrived(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake)
+    fake.fault(deaf=True)
+    page.keyboard.press("Escape")
+    expect(page.locator("#events .fault")).to_contain_text("STOP has not arrived")
+    fake.fault(deaf=False)
+    expect(page.locator("#state")).to_contain_text("stopped")
+    watched.complaints.clear()  # the browser notes each answer of 503
+
+
+def test_a_slider_acts_when_it_is_let_go(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake)
+    page.click("#tab-tune")
+    box: Any = page.locator(".field:has(#field-liveliness) input[type=range]").bounding_box()
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + box["width"] / 2, middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.9 * box["width"], middle, steps=5)
+    time.sleep(0.2)
+    assert fake.fault()["changes"] == []
+    page.mouse.up()
+    soon(lambda: len(fake.fault()["changes"]) == 1, "the change was not sent once")
+    assert fake.fault()["changes"][0]["liveliness"] == pytest.approx(0.9, abs=0.05)
+    expect(page.locator("#events .parameter")).to_contain_text("liveliness")
+    expect(page.locator(".field.changed")).to_contain_text("Liveliness")
+
+
+def test_a_refusal_is_one_sentence_beside_its_field(watched: Watched, fake: Server) -> None:
+    page = watched.open()
+    page.fill("#field-scenario", "nothing")
+    page.keyboard.press("Tab")
+    expect(page.locator(".verdict")).to_contain_text("no scenario is called nothing")
+    expect(page.locator("#run")).to_be_disabled()
+    page.select_option("#scenarios", "stop")
+    expect(page.locator("#run")).to_be_enabled()
