@@ -7,7 +7,6 @@ does not fail when a test wants it to.
 import asyncio
 import json
 import math
-import struct
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -20,95 +19,20 @@ from fastapi.responses import FileResponse, JSONResponse
 from fastapi.staticfiles import StaticFiles
 
 import otolith
-from otolith.core.frames import AXES
+from otolith.commander.columns import described
+from otolith.commander.frames import ENVELOPE, PROTOCOL, Frame
+from otolith.commander.schema import Form, schema
 from otolith.platforms import load
 
 WEB: Final = Path(otolith.__file__).parent / "commander" / "web"
-HEADER: Final = struct.Struct("<4sHHIddIHH")
 PERIOD: Final = 1.0 / 30.0  # [s] between frames
 BUCKET: Final = 0.005  # [s] of the envelope
 
 
-def _column(name: str, label: str, unit: str, group: str, axis: str = "", **more: Any) -> dict[str, Any]:
-    return {"name": name, "label": label, "unit": unit, "group": group, "axis": axis} | more
-
-
-COLUMNS: Final = [
-    _column("time", "time", "s", "time"),
-    *(
-        _column(f"{kind}_{axis}", f"{kind} {axis}", "m/s²", "force", axis)
-        for axis in "xyz"
-        for kind in ("wanted", "felt")
-    ),
-    *(_column(a, a, "m", "pose", a, limits=[-0.5, 0.5]) for a in AXES[:3]),
-    *(_column(a, a, "deg", "pose", a, limits=[-20.0, 20.0]) for a in AXES[3:]),
-    *(_column(f"{a}_rate", f"{a} rate", "deg/s", "tilt rate", a, threshold=3.0) for a in ("pitch", "roll")),
-    *(_column(f"leg_{k}", f"leg {k}", "m", "legs", str(k)) for k in range(1, 7)),
-    _column("step", "time of a decision", "µs", "solver"),
-    _column("changes", "changes of the working set", "", "solver"),
-    _column("residual", "certificate", "", "solver"),
-]
-HEXAPOD: Final = load("davsi").six_legs()
-
-
-def _property(title: str, description: str, group: str, **more: Any) -> dict[str, Any]:
-    return {
-        "title": title,
-        "description": description,
-        "x-group": group,
-        "x-unit": "",
-        "x-live": False,
-    } | more
-
-
-PROPERTIES: Final = {
-    "scenario": _property("Scenario", "(a name) = (what is felt)", "Input", type="string"),
-    "log": _property("Recorded drive", "(a file) = (is cued)", "Input", type="string"),
-    "platform": _property(
-        "Platform", "(a platform) = (its limits)", "Platform", type="string", enum=["davsi", "thesis"]
-    ),
-    "dofs": _property(
-        "Degrees of freedom", "(more) = (more is felt)", "Platform", type="string", enum=["surge-pitch"]
-    ),
-    "plant": _property("Plant", "(ideal) = (follows exactly)", "Platform", type="string", enum=["", "ideal"]),
-    "cueing": _property(
-        "Algorithm A",
-        "(an algorithm) = (motion)",
-        "Algorithm",
-        type="string",
-        enum=["predictive", "classical"],
-    ),
-    "cueing_b": _property(
-        "Algorithm B", "(another) = (beside A)", "Algorithm", type="string", enum=["", "classical"]
-    ),
-    "liveliness": _property(
-        "Liveliness",
-        "(larger) = (more travel is spent on what is felt)",
-        "Algorithm",
-        type="number",
-        minimum=0,
-        maximum=1,
-        **{"x-live": True},
-    ),
-    "horizon": _property(
-        "Horizon",
-        "(longer) = (sees limits sooner)",
-        "Algorithm",
-        anyOf=[{"type": "integer", "minimum": 2, "maximum": 500}, {"type": "null"}],
-        **{"x-unit": "steps"},
-    ),
-}
-VALUES: Final = {
-    "scenario": "step-sine-1",
-    "log": "",
-    "platform": "davsi",
-    "dofs": "surge-pitch",
-    "plant": "",
-    "cueing": "predictive",
-    "cueing_b": "",
-    "liveliness": 0.5,
-    "horizon": None,
-}
+PLATFORM: Final = load("davsi")
+COLUMNS: Final = described(PLATFORM)
+HEXAPOD: Final = PLATFORM.six_legs()
+VALUES: Final = Form().model_dump()
 
 
 def signals(time: np.ndarray) -> np.ndarray:
@@ -119,11 +43,11 @@ def signals(time: np.ndarray) -> np.ndarray:
     pose[:, 0], pose[:, 4] = 0.2 * np.sin(time), 0.1 * np.sin(0.7 * time)
     rows[:, 0] = time
     rows[:, at["wanted_x"]], rows[:, at["felt_x"]] = np.sin(time), 0.9 * np.sin(time - 0.2)
-    for k, name in enumerate(AXES):
-        rows[:, at[name]] = pose[:, k] if k < 3 else np.degrees(pose[:, k])
-    rows[:, at["pitch_rate"]] = np.degrees(0.07 * np.cos(0.7 * time))
+    for k, name in enumerate(("x", "y", "z", "roll", "pitch", "yaw")):
+        rows[:, at[f"pose_{name}"]] = pose[:, k] if k < 3 else np.degrees(pose[:, k])
+    rows[:, at["tilt_rate_pitch"]] = np.degrees(0.07 * np.cos(0.7 * time))
     rows[:, at["leg_1"] : at["leg_6"] + 1] = [HEXAPOD.lengths(one) for one in pose]
-    rows[:, at["step"]], rows[:, at["changes"]] = 40.0 + 30.0 * np.sin(5.0 * time) ** 2, 2.0
+    rows[:, at["step_us"]], rows[:, at["changes"]] = 40.0 + 30.0 * np.sin(5.0 * time) ** 2, 2.0
     rows[:, at["residual"]] = 1e-9
     rows[(time >= 4.0) & (time < 5.0), 1:] = np.nan
     return rows
@@ -225,7 +149,7 @@ async def start() -> dict[str, Any]:
         "version": "0",
         "mode": "offline",
         "values": VALUES,
-        "schema": {"properties": PROPERTIES},
+        "schema": schema(),
         "presets": [{"name": "calm", "values": VALUES | {"liveliness": 0.2}}],
         "choices": {
             "scenarios": names(
@@ -339,9 +263,8 @@ def frame(sequence: int, first: float, last: float) -> bytes:
     """Return the envelope of the signals between two times as the message of a frame."""
     count = max(0, math.floor((last - first) / BUCKET))
     time = first + BUCKET * np.arange(count)
-    rows = np.repeat(signals(time), 2, axis=0).astype("<f4")
-    head = HEADER.pack(b"OTLC", 1, 1, sequence, first, 0.01, len(rows), len(COLUMNS), 5)
-    return head + rows.tobytes(order="F")
+    rows = np.repeat(signals(time), 2, axis=0)
+    return Frame(kind=ENVELOPE, sequence=sequence, t0=first, age=0.01, decimation=5, rows=rows).pack()
 
 
 async def listen(socket: WebSocket) -> None:
@@ -369,7 +292,7 @@ async def send(socket: WebSocket) -> None:
 
 @app.websocket("/stream")
 async def stream(socket: WebSocket) -> None:
-    await socket.accept(subprotocol="otolith.1")
+    await socket.accept(subprotocol=PROTOCOL)
     await socket.send_text(json.dumps(fake.schema()))
     await socket.send_text(json.dumps(fake.status()))
     fake.sockets.add(socket)

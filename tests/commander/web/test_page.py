@@ -1,5 +1,6 @@
 """What the page owes to whoever looks at it, when samples are missing, late or refused."""
 
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -9,11 +10,13 @@ from playwright.sync_api import Page, expect
 
 from tests.commander.web.conftest import Server, Watched
 
-INK = """([first, last]) => {
-  const chart = document.querySelector(".panel canvas"), over = document.querySelector(".panel .u-over").getBoundingClientRect();
-  const box = chart.getBoundingClientRect(), scale = chart.width / box.width;
-  const x = scale * (over.left - box.left + over.width * first / 20), wide = scale * over.width * (last - first) / 20;
-  const y = scale * (over.top - box.top), {data} = chart.getContext("2d").getImageData(x, y, wide, scale * over.height);
+INK = """([first, last]) => {  // blue pixels of the first plot between two times [s]; its axis ends at 20 s
+  const chart = document.querySelector(".panel canvas"), box = chart.getBoundingClientRect();
+  const over = document.querySelector(".panel .u-over").getBoundingClientRect();
+  const scale = chart.width / box.width;
+  const x = scale * (over.left - box.left + over.width * first / 20), y = scale * (over.top - box.top);
+  const wide = scale * over.width * (last - first) / 20, tall = scale * over.height;
+  const {data} = chart.getContext("2d").getImageData(x, y, wide, tall);
   let blue = 0;
   for (let k = 0; k < data.length; k += 4) if (data[k + 2] > data[k] + 60 && data[k + 3] > 60) blue += 1;
   return blue;
@@ -55,8 +58,6 @@ def test_numbers_are_those_of_the_samples(watched: Watched, fake: Server) -> Non
     time.sleep(0.5)
     surge = page.locator("#pose td").first.inner_text()
     shown = float(surge.removesuffix(" m").replace("−", "-"))
-    import math
-
     assert shown == pytest.approx(0.2 * math.sin(reached), abs=0.2 * 0.01 + 0.0006)  # a bucket, and rounding
 
 
@@ -130,7 +131,9 @@ def test_stop_is_repeated_until_it_has_arrived(watched: Watched, fake: Server) -
 def test_a_slider_acts_when_it_is_let_go(watched: Watched, fake: Server) -> None:
     page = begin(watched, fake)
     page.click("#tab-tune")
-    box: Any = page.locator(".field:has(#field-liveliness) input[type=range]").bounding_box()
+    slider = page.locator(".field:has(#field-liveliness) input[type=range]")
+    slider.scroll_into_view_if_needed()
+    box: Any = slider.bounding_box()
     middle = box["y"] + box["height"] / 2
     page.mouse.move(box["x"] + box["width"] / 2, middle)
     page.mouse.down()

@@ -11,13 +11,13 @@ export class Effort {
   }
 
   describe(columns) {
-    this.at = Object.fromEntries(["step", "changes", "residual"].map((name) => [name, columns.findIndex((column) => column.name === name)]));
+    this.at = Object.fromEntries(["step_us", "changes", "residual"].map((name) => [name, columns.findIndex((column) => column.name === name)]));
     Object.assign(this, {counts: EDGES.map(() => 0), number: 0, slowest: 0, changes: 0, residual: 0});
   }
 
   take(signals) {
-    if (this.at.step < 0) return;
-    const steps = signals[this.at.step], changes = signals[this.at.changes], residual = signals[this.at.residual];
+    if (this.at.step_us < 0) return;
+    const steps = signals[this.at.step_us], changes = signals[this.at.changes], residual = signals[this.at.residual];
     for (let k = 0; k < steps.length; k += 1) {
       if (Number.isNaN(steps[k])) continue;
       const above = EDGES.findIndex((edge) => steps[k] < edge);

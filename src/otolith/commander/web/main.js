@@ -65,12 +65,12 @@ class Page {
   }
 
   /** Take the signals of a run; a new generation is a new run, and its history begins empty. */
-  async describe({columns, generation, rate}) {
+  async describe({columns, generation, rate, values}) {
     const another = generation !== this.generation;
     Object.assign(this, {columns, generation, rate});
     if (another || this.history.columns.length !== columns.length) this.history = new History(columns);
     this.history.columns = columns;
-    this.plots.describe(columns, this.history, this.settings.values().dofs);
+    this.plots.describe(columns, this.history, (values ?? this.settings.values()).dofs);
     if (another) {
       this.result.clear();
       this.result.effort.describe(columns);
@@ -161,7 +161,9 @@ class Page {
       const soon = Math.max(0, (this.next - now) / 1000);
       text = `No connection for ${((now - this.lost) / 1000).toFixed(1)} s; trying again in ${soon.toFixed(1)} s`;
       showState("no connection");
-    } else if (this.state.running && age > STALE && !/pause|prepar/.test(this.state.state)) {
+    } else if (this.state.state === "preparing") {
+      text = this.state.text.replace(/^./, (letter) => letter.toUpperCase());
+    } else if (this.state.running && age > STALE) {
       text = `No data for ${(Number.isFinite(age) ? age : silent).toFixed(1)} s`;
     }
     const veil = byId("veil");

@@ -3,13 +3,13 @@ import {get} from "/web/api.js";
 import {colour, HexapodView} from "/web/hexapod.js";
 import {byId, element, onLook, shown} from "/web/look.js";
 
-const POSE = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
+const POSE = {x: "surge", y: "sway", z: "heave", roll: "roll", pitch: "pitch", yaw: "yaw"};
 const WORDS = {"--fault": "end", "--warn": "near", "--good": ""};
 
 export class Platform {
   constructor() {
     this.view = new HexapodView(byId("hexapod"));
-    this.pose = this.table("pose", POSE, 2);
+    this.pose = this.table("pose", Object.values(POSE), 2);
     onLook(() => this.view.draw());
   }
 
@@ -27,7 +27,7 @@ export class Platform {
   }
 
   async describe(columns) {
-    this.poses = POSE.map((name) => columns.findIndex((column) => column.name === name));
+    this.poses = Object.keys(POSE).map((name) => columns.findIndex((column) => column.name === `pose_${name}`));
     this.legs = [1, 2, 3, 4, 5, 6].map((number) => columns.findIndex((column) => column.name === `leg_${number}`));
     const geometry = await get("/api/hexapod");
     this.geometry = geometry?.base ? geometry : null;

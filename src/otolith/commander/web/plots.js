@@ -4,23 +4,14 @@ import {Panel} from "/web/panel.js";
 
 const HEIGHT = 118;  // [px] least height of a panel
 const ALONG = {surge: "x", sway: "y", heave: "z"};
-const FORCES = {x: "Force forward", y: "Force to the left", z: "Force upwards"};
-const ORDER = ["Force forward", "Force to the left", "Tilt rate", "Position", "Angle", "Force upwards", "Yaw rate"];
+const ORDER = ["Force forward", "Force sideways", "Tilt rate", "Position", "Angle", "Vertical force"];
 
-/** Return the title of the panel that a column belongs to. */
-function titleOf({group, unit, axis, label}) {
-  if (group === "force") return FORCES[axis];
-  if (group === "pose") return unit === "m" ? "Position" : "Angle";
-  if (group === "solver") return label[0].toUpperCase() + label.slice(1);
-  return group[0].toUpperCase() + group.slice(1);
-}
-
-/** Return the panels that a schema's columns make. */
+/** Return the panels that a schema's columns make: those of one group and unit share one. */
 export function panelsOf(columns) {
   const found = new Map();
   columns.forEach((column, k) => {
     if (column.name === "time") return;
-    const title = titleOf(column);
+    const title = column.group;
     if (!found.has(title)) found.set(title, {title, unit: column.unit, columns: []});
     found.get(title).columns.push({...column, index: k});
   });
@@ -44,7 +35,7 @@ export class Plots extends EventTarget {
 
   /** Take the columns of a schema; `dofs` is what is cued, such as surge-pitch,heave. */
   describe(columns, history, dofs) {
-    const cued = dofs.split(/[-,]/), axes = [...cued, ...cued.map((axis) => ALONG[axis])];
+    const cued = dofs.split(/[-,]/), axes = cued.map((axis) => ALONG[axis] ?? axis);
     this.wanted = this.touched ? [...this.open.keys()] : null;
     this.clear();
     Object.assign(this, {every: panelsOf(columns), all: [], history, axes, marks: [], spans: [], fixed: null});

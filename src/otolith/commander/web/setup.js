@@ -3,7 +3,7 @@ import {post, Refused, upload} from "/web/api.js";
 import {element} from "/web/look.js";
 
 const LIVE = [["arm", "Arm"], ["engage", "Engage"], ["return", "Return"], ["park", "Park"], ["rearm", "Rearm"]];
-const STEPS = [["1 Input", ["scenario", "log"]], ["2 Platform", ["platform", "dofs", "plant"]], ["3 Algorithm", ["cueing", "cueing_b"]]];
+const STEPS = [["1 Input", ["scenario", "log"]], ["2 Platform", ["platform", "dofs", "plant"]], ["3 Algorithm", ["cueing", "second"]]];
 
 /** Names of the settings that are chosen here; all others are tuned. */
 export const CHAIN = STEPS.flatMap(([, names]) => names);
@@ -11,8 +11,9 @@ export const CHAIN = STEPS.flatMap(([, names]) => names);
 export class Setup {
   constructor(root, {fields, choices, mode, settings, tell}) {
     Object.assign(this, {fields, settings, tell, mode});
-    const texts = {scenario: choices.scenarios, platform: choices.platforms, cueing: choices.cueing, plant: choices.plants, cueing_b: choices.cueing};
+    const texts = {scenario: choices.scenarios, platform: choices.platforms, cueing: choices.cueing, plant: choices.plants, second: choices.cueing};
     const steps = STEPS.map(([title, names]) => this.step(title, names.filter((name) => name in fields), texts));
+    this.inputs = [];  // beside those of the fields
     this.offer(choices.scenarios);
     steps[0].append(this.file());
     this.checks = element("ul", {className: "checks"});
@@ -39,6 +40,7 @@ export class Setup {
     const field = this.fields.scenario, names = scenarios.filter(({name}) => !name.endsWith("…"));
     const pick = element("select", {"aria-label": "Scenarios", id: "scenarios"}, element("option", {value: ""}, "a formula:"), ...names.map(({name}) => element("option", {value: name}, name)));
     const formulas = scenarios.filter(({name}) => name.endsWith("…")).map(({name, text}) => name.replace("…", text.split("; ").pop()));
+    this.inputs.push(pick);
     field.input.setAttribute("list", "formulas");
     pick.addEventListener("change", () => this.settings.set({scenario: pick.value || formulas[0], log: ""}));
     const tell = field.told;
@@ -50,7 +52,8 @@ export class Setup {
 
   /** Return the input for a file of a drive; the server keeps it under its own name in one folder. */
   file() {
-    const input = element("input", {type: "file", id: "file", accept: ".csv,.h5,.toml,.txt"}), note = element("p", {className: "about", role: "status"});
+    const input = element("input", {type: "file", id: "file", accept: ".csv,.tsv,.txt,.json"}), note = element("p", {className: "about", role: "status"});
+    this.inputs.push(input);
     input.addEventListener("change", async () => {
       if (!input.files.length) return;
       try {
@@ -104,6 +107,7 @@ export class Setup {
   /** Follow the state: what is possible now. */
   follow({busy: running, control, words}) {
     Object.assign(this, {running, control});
+    for (const input of this.inputs) input.disabled = running;
     this.take.hidden = control;
     if (words) this.words.forEach((button, k) => { button.disabled = !control || !words.includes(LIVE[k][0]); });
     this.enable();

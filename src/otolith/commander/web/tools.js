@@ -56,7 +56,7 @@ export class Tools {
 
   follow({busy, state}, mode) {
     const paused = /pause/i.test(state), button = byId("pause");
-    button.hidden = mode !== "offline" || !busy;
+    button.hidden = mode !== "offline" || !(busy && /running|paused/.test(state));
     button.textContent = paused ? "Resume" : "Pause";
     button.dataset.word = paused ? "resume" : "pause";
   }
