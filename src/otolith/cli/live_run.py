@@ -52,6 +52,7 @@ class Choices:
     axes: Path | None = None
     neutral_heave: float | None = None
     pauses_silently: bool = False
+    forward: str | None = None
     file: Path | None = None
     preset: str | None = None
 
@@ -94,6 +95,8 @@ class Choices:
             changed["input"] = {**changed.get("input", {}), "source": source, "listen": listen}
         if self.pauses_silently and "input" in changed:
             changed["input"] = {**changed["input"], "pauses_silently": True}
+        if self.forward is not None and "input" in changed:
+            changed["input"] = {**changed["input"], "forward": self.forward}
         if self.outgoing is not None:
             kind, address = _address("--out", self.outgoing)
             if kind not in DEVICES:
@@ -139,6 +142,12 @@ def run(
         bool, typer.Option("--pauses-silently", help="The source sends nothing in its menus.")
     ] = False,
     log: LogFolder = None,
+    forward: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT", help="Who gets every packet too: another program on the same port."
+        ),
+    ] = None,
     seconds: Annotated[
         float | None,
         typer.Option(help="Arm and engage without a word, and park after this time.", min=1.0),
@@ -158,6 +167,7 @@ def run(
         axes=axes,
         neutral_heave=neutral_heave,
         pauses_silently=pauses_silently,
+        forward=forward,
         file=session,
         preset=preset,
     )

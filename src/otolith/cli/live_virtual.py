@@ -36,7 +36,7 @@ def faults(
     json: Json = False,
 ) -> None:
     """Play the matrix of faults in virtual time, and say what followed; exit code 1 if anything is wrong."""
-    from otolith.live.faults import CASES, run_matrix
+    from otolith.live.faults import CASES, ROWS, row_of, run_matrix
 
     chosen = tuple(case for case in CASES if not rows or any(_is_of(case.row, row) for row in rows))
     if not chosen:
@@ -67,7 +67,11 @@ def faults(
         )
     else:
         _show(results)
-    console.print(f"{len(results) - len(wrong)} of {len(results)} as expected", highlight=False)
+    played = len({row_of(result.case) for result in results})
+    console.print(
+        f"{len(results) - len(wrong)} of {len(results)} as expected, of {played} of {ROWS} rows",
+        highlight=False,
+    )
     if wrong:
         raise typer.Exit(1)
 

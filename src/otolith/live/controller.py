@@ -84,7 +84,7 @@ class Controller:
     ) -> None:
         self.health = Health() if health is None else health
         self.cueing, self._gate = cueing, gate
-        self._parse, self._wanted, self._cued = parse, wanted, cued
+        self._parse, self.wanted, self._cued = parse, wanted, cued
         self._observer, self._fader = Observer(), Fader()
         self._counters = _Counters()
         self._rollout = Rollout(gate)
@@ -122,7 +122,7 @@ class Controller:
     def _receive(self, arrival_ns: int, packet: bytes) -> None:
         try:
             telemetry = self._parse(packet)
-            wanted = self._wanted(telemetry)
+            wanted = self.wanted(telemetry)
         except OtherPacket:  # sound, but without motion: it says nothing of the telemetry's health
             return
         except OtolithError:

@@ -33,6 +33,7 @@ class IdealDevice:
     offset: Vec = field(default_factory=lambda: np.zeros(6))  # of what it measures: a fault
     share: Vec = field(default_factory=lambda: np.ones(6))  # of the way that it goes: a fault
     refuses: bool = False  # to engage: a fault
+    token: int | None = None  # of another session that it follows: a fault
     mute: bool = False  # sends no replies: a fault
     pose: Vec = field(default_factory=lambda: np.zeros(6))
     _target: Vec = field(default_factory=lambda: np.zeros(6))
@@ -77,7 +78,8 @@ class IdealDevice:
         """Return what it reports."""
         if self.mute:
             return None
-        return Feedback(pose=self.pose + self.offset, state=self.shown or self.state, faults=self.faults)
+        pose, state = self.pose + self.offset, self.shown or self.state
+        return Feedback(pose=pose, state=state, faults=self.faults, token=self.token)
 
     def fail(self, now_ns: int, *faults: str) -> None:
         """Fail: power goes, and the platform sinks to where it rests."""

@@ -111,6 +111,7 @@ class Feedback:
     state: DeviceState = DeviceState.UNKNOWN
     faults: tuple[str, ...] = ()  # in the device's own words
     sequence: int | None = None
+    token: int | None = None  # of the session that the device follows; None where it does not say
 
     def __post_init__(self) -> None:
         if self.pose is not None:

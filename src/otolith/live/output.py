@@ -18,7 +18,7 @@ from otolith.live.core.moves import Move
 from otolith.live.core.rollout import Rollout
 from otolith.live.core.session import POWERED, Seen, Session
 from otolith.live.core.watchdog import ControllerWatch
-from otolith.live.devices.driver import Request
+from otolith.live.devices.driver import Request, judged
 from otolith.live.messages import DeviceState, Feedback, Plan, Report, Rung, SetPoint, State, Word
 
 MS: Final = 1_000_000  # [ns]
@@ -143,7 +143,7 @@ class Output:
 
     def _receive(self, now_ns: int, inbox: OutputInbox) -> None:
         if inbox.feedback is not None:
-            self._feedback, self._feedback_ns = inbox.feedback, now_ns
+            self._feedback, self._feedback_ns = judged(inbox.feedback, self._token), now_ns
         plan = inbox.plan
         if plan is not None and (self._plan is None or plan.sequence > self._plan.sequence):
             self._plan = plan

@@ -66,6 +66,12 @@ class Session:
         return _host_and_port(self.settings.input.listen)
 
     @property
+    def forward(self) -> tuple[str, int] | None:
+        """Return host and port of who gets every packet of telemetry too; None if nobody does."""
+        stated = self.settings.input.forward
+        return None if stated is None else _host_and_port(stated)
+
+    @property
     def driver(self) -> Driver:
         """Return what speaks the language of the device."""
         stated = self.settings.device

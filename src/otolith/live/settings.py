@@ -68,6 +68,16 @@ class Input(_Table):
     source: str  # a name of `otolith.live.wire.sources`, such as "forza" or "wrc:channels.json"
     listen: Address  # host and port of UDP
     pauses_silently: bool = False  # the source sends nothing in its menus
+    forward: Address | None = None  # host and port that get every packet too: another program's
+
+    @model_validator(mode="after")
+    def _does_not_hear_itself(self) -> Self:
+        if (
+            self.forward is not None
+            and urlsplit(f"//{self.forward}").port == urlsplit(f"//{self.listen}").port
+        ):
+            raise refuse("a port other than that of listen", field="forward", value=self.forward)
+        return self
 
 
 class DeviceTable(_Table):

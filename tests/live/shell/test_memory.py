@@ -68,7 +68,7 @@ def test_another_layout_and_a_message_too_long_are_refused() -> None:
     with Channel(name("layout"), create=True) as channel:
         with pytest.raises(WrongMemory, match="at most"):
             channel.write(b"x" * SIZE)
-        channel._buffer[8] = 9
+        channel.buffer[8] = 9
         with pytest.raises(WrongMemory, match="has layout"):
             Channel(name("layout"))
 

@@ -1,7 +1,10 @@
 """What every driver of a motion platform does: it turns set-points into packets and packets into feedback."""
 
+from dataclasses import replace
 from enum import StrEnum
 from typing import Literal, Protocol
+
+import numpy as np
 
 from otolith.live.messages import Feedback, SetPoint
 
@@ -48,3 +51,16 @@ class Driver(Protocol):
         ------
         WireError : the bytes are no packet of this device.
         """
+
+
+def judged(feedback: Feedback, token: int) -> Feedback:
+    """Return what a device reports with what is wrong about it among its faults.
+
+    That is a pose that is no number, which is left out, and the token of another session.
+    """
+    wrong = feedback.faults
+    if feedback.token not in (None, token):
+        wrong += (f"it follows another session, of token {feedback.token}",)
+    if feedback.pose is None or bool(np.isfinite(feedback.pose).all()):
+        return feedback if wrong is feedback.faults else replace(feedback, faults=wrong)
+    return replace(feedback, faults=(*wrong, "its measured pose is no number"), pose=None)

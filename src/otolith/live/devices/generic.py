@@ -72,6 +72,7 @@ class Generic:
             state=_word(DEVICE_STATES, values, "state", FEEDBACK.name),
             faults=tuple(name for bit, name in enumerate(FAULTS) if word >> bit & 1),
             sequence=int(values["sequence"][0]),
+            token=int(values["token"][0]) or None,
         )
 
 

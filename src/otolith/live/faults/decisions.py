@@ -193,7 +193,7 @@ DECISION_CASES: Final = (
         seconds=8.0,
     ),
     Case(
-        row="22",
+        row="22a",
         fault="the counter in the memory goes back for 15 ms",
         expected="the last good plan goes on",
         begin=_memory(lambda plan: replace(plan, sequence=3), 0.015),

@@ -1,5 +1,6 @@
 """All cases of the fault matrix, and the worlds that they begin in."""
 
+import re
 from collections.abc import Iterator
 from typing import Final
 
@@ -9,14 +10,24 @@ from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.live.faults.case import ENGAGED_S, Case, Result, run_case
 from otolith.live.faults.decisions import DECISION_CASES
 from otolith.live.faults.machine import MACHINE_CASES
+from otolith.live.faults.outside import OUTSIDE_CASES
 from otolith.live.faults.processes import PROCESS_CASES
 from otolith.live.faults.telemetry import TELEMETRY_CASES
 from otolith.live.world import World, arm_and_engage, sines
 from otolith.platforms import Platform
 
-CASES: Final = (*TELEMETRY_CASES, *DECISION_CASES, *PROCESS_CASES, *MACHINE_CASES)
+CASES: Final = (*TELEMETRY_CASES, *DECISION_CASES, *PROCESS_CASES, *MACHINE_CASES, *OUTSIDE_CASES)
+ROWS: Final = 38  # of the matrix
 PARK: Final = np.array([0.0, 0.0, -0.15, 0.0, 0.0, 0.0])  # [m, rad] where the virtual platform rests
 DRIVE: Final = sines({0: (0.5, 0.5), 1: (0.4, 0.7)})  # within what a washout that knows no limits may move
+
+
+def row_of(case: Case) -> int:
+    """Return the number of the row that a case belongs to: 13 of "13b" and of "13.8000"."""
+    found = re.match(r"\d+", case.row)
+    if found is None:
+        raise ValueError(f"row {case.row!r} has no number")
+    return int(found[0])
 
 
 def prepare(cueing: Cueing, platform: Platform, *, seed: int = 0, tick: float = 2e-3) -> tuple[World, World]:

@@ -1,11 +1,13 @@
 """UDP sockets for what needs no real time: recording packets, and an emulator that answers."""
 
+import contextlib
 import socket
 import time
 from collections.abc import Callable
 from typing import Final
 
 from otolith.core.errors import InputError, OtolithError
+from otolith.live.shell.ports import holders_of
 
 LOCAL: Final = "127.0.0.1"
 LARGEST: Final = 65_535  # [bytes]
@@ -16,8 +18,14 @@ class PortInUse(OtolithError):
     """Another program holds a UDP port, or the user may not open it."""
 
     def __init__(self, host: str, port: int, reason: str) -> None:
+        holders = holders_of(port)
+        who = f"it is held by {', '.join(holders)}" if holders else "is another program listening there?"
+        advice = (
+            "; let that program forward its packets to another port, or end it and let 'otolith live run "
+            "--forward HOST:PORT' pass them on"
+        )
         super().__init__(
-            f"UDP port {port} on {host} cannot be opened: {reason}; is another program listening there?"
+            f"UDP port {port} on {host} cannot be opened: {reason}; {who}{advice if holders else ''}"
         )
         self.host, self.port = host, port
 
@@ -67,3 +75,10 @@ def receive(
             passed(now)
         if sender is not None and (answer := take(packet, now)) is not None:
             listening.sendto(answer, sender)
+
+
+def passed_on(line: socket.socket, packets: tuple[tuple[int, bytes], ...], to: tuple[str, int]) -> None:
+    """Send packets on to another program, which may be absent: nothing is waited for."""
+    for _, packet in packets:
+        with contextlib.suppress(OSError):  # nobody listens there now, or there is no room: it missed one
+            line.sendto(packet, socket.MSG_DONTWAIT, to)

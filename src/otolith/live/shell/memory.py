@@ -19,6 +19,7 @@ VERSION: Final = 2  # of the layout of header, slots and messages
 SLOTS: Final = 4
 SIZE: Final = 65_536  # [bytes] of a slot
 _HEAD: Final = struct.Struct("<QQQ")  # magic, version, size of a slot
+VERSION_AT: Final = 8  # place of the version in the header
 _COUNTER: Final = _HEAD.size
 _BEATS: Final = _COUNTER + 8  # signs of life
 _FINISHED: Final = _BEATS + 8  # whether the writer ended as it was asked to
@@ -57,14 +58,15 @@ class Channel:
             name, create=create, size=_FIRST + SLOTS * SIZE if create else 0
         )
         if create:
-            _HEAD.pack_into(self._buffer, 0, MAGIC, VERSION, SIZE)
-        found = _HEAD.unpack_from(self._buffer, 0)
+            _HEAD.pack_into(self.buffer, 0, MAGIC, VERSION, SIZE)
+        found = _HEAD.unpack_from(self.buffer, 0)
         if found != (MAGIC, VERSION, SIZE):
             raise WrongMemory(f"shared memory {name} has layout {found}, must be {(MAGIC, VERSION, SIZE)}")
         self._seen = 0
 
     @property
-    def _buffer(self) -> memoryview:
+    def buffer(self) -> memoryview:
+        """Return all bytes of the segment."""
         buffer = self._memory.buf
         if buffer is None:
             raise WrongMemory("shared memory is closed")
@@ -73,25 +75,25 @@ class Channel:
     @property
     def published(self) -> int:
         """Return how many messages there were."""
-        return int(_LENGTH.unpack_from(self._buffer, _COUNTER)[0])
+        return int(_LENGTH.unpack_from(self.buffer, _COUNTER)[0])
 
     @property
     def beats(self) -> int:
         """Return how many signs of life the writer gave beside its messages."""
-        return int(_LENGTH.unpack_from(self._buffer, _BEATS)[0])
+        return int(_LENGTH.unpack_from(self.buffer, _BEATS)[0])
 
     def beat(self) -> None:
         """Give a sign of life."""
-        _LENGTH.pack_into(self._buffer, _BEATS, self.beats + 1)
+        _LENGTH.pack_into(self.buffer, _BEATS, self.beats + 1)
 
     @property
     def finished(self) -> bool:
         """Return whether the writer has ended as it was asked to."""
-        return bool(_LENGTH.unpack_from(self._buffer, _FINISHED)[0])
+        return bool(_LENGTH.unpack_from(self.buffer, _FINISHED)[0])
 
     def finish(self) -> None:
         """Say that no message follows, and that this is right."""
-        _LENGTH.pack_into(self._buffer, _FINISHED, 1)
+        _LENGTH.pack_into(self.buffer, _FINISHED, 1)
 
     def write(self, message: bytes) -> None:
         """Publish a message of at most `SIZE` - 8 bytes."""
@@ -99,8 +101,8 @@ class Channel:
             raise WrongMemory(f"a message has {len(message)} bytes, must be at most {SIZE - _LENGTH.size}")
         n = self.published + 1
         at = _FIRST + (n % SLOTS) * SIZE
-        self._buffer[at : at + _LENGTH.size + len(message)] = _LENGTH.pack(len(message)) + message
-        _LENGTH.pack_into(self._buffer, _COUNTER, n)
+        self.buffer[at : at + _LENGTH.size + len(message)] = _LENGTH.pack(len(message)) + message
+        _LENGTH.pack_into(self.buffer, _COUNTER, n)
 
     def read(self) -> bytes | None:
         """Return the latest message if it is new and whole; None to go on with the one before."""
@@ -108,8 +110,8 @@ class Channel:
         if n == self._seen:
             return None
         at = _FIRST + (n % SLOTS) * SIZE
-        (length,) = _LENGTH.unpack_from(self._buffer, at)
-        message = bytes(self._buffer[at + _LENGTH.size : at + _LENGTH.size + min(length, SIZE)])
+        (length,) = _LENGTH.unpack_from(self.buffer, at)
+        message = bytes(self.buffer[at + _LENGTH.size : at + _LENGTH.size + min(length, SIZE)])
         if self.published - n >= SLOTS - 1:
             return None
         self._seen = n

@@ -27,7 +27,7 @@ from otolith.live.output import Output, OutputInbox
 from otolith.live.packed import pack_plan, pack_report, unpack_plan, unpack_report, unpack_words
 from otolith.live.session import Session
 from otolith.live.shell.clock import Ticks
-from otolith.live.shell.datagrams import LARGEST, opened
+from otolith.live.shell.datagrams import LARGEST, opened, passed_on
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.recorder import SharedRing, record_until, ring_of
 from otolith.live.shell.rights import die_with_parent, take_rights
@@ -50,6 +50,7 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
         opened(session.listen[1], host=session.listen[0]) as listening,
         ring_of(names, "controller") as ring,
     ):
+        forward = session.forward
         log = None if ring is None else ControllerLog(ring, lambda: _named(controller.health.counts))
         ready.set()
         period_ns = round(1e9 * session.period)
@@ -61,6 +62,8 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
             # A packet after a tick without one is answered at once; others at twice the rate at most.
             soonest = last + period_ns // 2 if packets else last
             packets = _until_due(listening, last, period_ns, soonest=soonest)
+            if forward is not None:
+                passed_on(listening, packets, forward)
             now, cpu = time.monotonic_ns(), time.thread_time_ns()
             plans.beat()
             message = reports.read()

@@ -69,8 +69,7 @@ def only_session(device: tuple[str, int], tell: Callable[[str], None] = lambda _
     Occupied : another process holds it.
     """
     host, port = device
-    path = Path(tempfile.gettempdir()) / f"otolith-live-{host}-{port}.lock"
-    with path.open("a+") as file:
+    with lock_of(device).open("a+") as file:
         file.seek(0)
         holder = file.read().strip()
         try:
@@ -85,6 +84,12 @@ def only_session(device: tuple[str, int], tell: Callable[[str], None] = lambda _
         file.flush()
         yield file.fileno()
         file.truncate(0)
+
+
+def lock_of(device: tuple[str, int]) -> Path:
+    """Return the file whose lock says that a device, by host and port, is driven."""
+    host, port = device
+    return Path(tempfile.gettempdir()) / f"otolith-live-{host}-{port}.lock"
 
 
 def _runs(holder: str) -> bool:
