@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from otolith import files, sealed
+from otolith import files, sealed, stored
 from otolith.core.errors import CorruptFile
 from otolith.core.frames import SURGE_PITCH
 from otolith.core.hdf5 import read_sealed, write_sealed
@@ -18,7 +18,7 @@ from otolith.mpqp import Law, enumerate_regions
 from otolith.platforms import load
 from tests.mutilation import flipped
 
-RUN: dict[str, Any] = {"kind": sealed.RUN_KIND, "version": sealed.RUN_VERSION}
+RUN: dict[str, Any] = {"kind": stored.RUN_KIND, "version": stored.RUN_VERSION}
 LAW: dict[str, Any] = {"kind": sealed.LAW_KIND, "version": sealed.LAW_VERSION}
 
 
@@ -81,7 +81,7 @@ def rewritten(run: Run, path: Path, *, attributes: dict[str, Any], arrays: dict[
     return path
 
 
-@pytest.mark.parametrize("name", sealed._SERIES)
+@pytest.mark.parametrize("name", stored.SERIES)
 def test_every_series_must_have_the_shape_and_kind_that_the_clocks_give_it(
     handmade: Run, tmp_path: Path, name: str
 ) -> None:

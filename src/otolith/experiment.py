@@ -23,7 +23,9 @@ from otolith.cueing.optimum import NAME as OPTIMUM
 from otolith.cueing.optimum import Optimum, measure_of
 from otolith.cueing.optimum import optimum as best_motion
 from otolith.cueing.prediction import Road
-from otolith.loop import Run, simulate
+from otolith.loop import Keeper, Run, simulate
+from otolith.loop.keep import kept
+from otolith.loop.run import DECIDED, SAMPLED
 from otolith.perception import sense
 from otolith.platforms import Platform
 from otolith.record import design_from_record, design_to_record
@@ -228,15 +230,20 @@ class Experiment:
             return self.plant or "ideal"
         return self.plant or registry.cueing_named(self.cueing).plant
 
-    def run(self, *, progress: Callable[[float], None] = lambda _: None) -> Run:
-        """Simulate the closed loop; `progress` is called with the fraction done.
+    def run(self, *, progress: Callable[[float], None] = lambda _: None, keep: Keeper | None = None) -> Run:
+        """Simulate the closed loop.
+
+        Parameters
+        ----------
+        progress : is called with the fraction done.
+        keep : keeps the record, e.g. in a file (`otolith.files.run_file`); by default, it stays in memory.
 
         Raises
         ------
         OtolithError : a value is refused, or an algorithm from outside failed.
         """
         if self.cueing == OPTIMUM:
-            return self.optimum().run
+            return kept(self.optimum().run, keep)
         reference = self.wanted.along(self.design)
         plant = registry.make_plant(self.plant_name, self.design.platform)
         cueing = registry.make_cueing(self.cueing, self.design, dead_time=plant.dead_time)
@@ -250,6 +257,7 @@ class Experiment:
             settings=self.record(),
             preview=self.design.preview,
             progress=progress,
+            keep=keep,
         )
 
     def optimum(self, reference: Scenario | None = None) -> Optimum:
@@ -346,7 +354,14 @@ def hint_for(
 def differences(run: Run, again: Run) -> list[str]:
     """Return the fields in which two runs differ by any bit, except times, settings and names."""
     names = [one.name for one in fields(Run) if one.name not in FREE]
-    return [name for name in names if not _equal(getattr(run, name), getattr(again, name))]
+    series = {*SAMPLED, *DECIDED}
+    if run.samples != again.samples or run.decisions != again.decisions:
+        return [name for name in names if name in series or getattr(run, name) != getattr(again, name)]
+    equal = dict.fromkeys(names, True)
+    for one, other in zip(run.parts(), again.parts(), strict=True):
+        for name in names:
+            equal[name] = equal[name] and _equal(getattr(one, name), getattr(other, name))
+    return [name for name in names if not equal[name]]
 
 
 def _equal(a: Any, b: Any) -> bool:

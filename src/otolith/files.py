@@ -20,13 +20,12 @@ from otolith.recordings.settings import PLAIN, LogSettings, settings_from_toml
 from otolith.sealed import (
     read_hint,
     read_laws,
-    read_run,
     read_sets,
     write_hint,
     write_laws,
-    write_run,
     write_sets,
 )
+from otolith.stored import RunFile, open_run, read_run, run_file, write_run
 
 if TYPE_CHECKING:  # what a file holds is imported on use: no command reads files of every kind
     from otolith.cueing.washout.tuning import Tuning
@@ -38,9 +37,11 @@ if TYPE_CHECKING:  # what a file holds is imported on use: no command reads file
 
 __all__ = [
     "PICTURES",
+    "RunFile",
     "check_file",
     "check_folder",
     "enlist",
+    "open_run",
     "read_car",
     "read_hint",
     "read_laws",
@@ -51,6 +52,7 @@ __all__ = [
     "read_sets",
     "read_text",
     "read_tuning",
+    "run_file",
     "whole",
     "whole_folder",
     "write_figure",

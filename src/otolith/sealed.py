@@ -1,132 +1,23 @@
-"""Runs, explicit laws, hints and terminal sets as sealed HDF5 files (`otolith.core.hdf5`)."""
+"""Explicit laws, hints and terminal sets as sealed HDF5 files (`otolith.core.hdf5`)."""
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from otolith.core.arrays import frozen_array
 from otolith.core.errors import damage_reported
-from otolith.core.frames import DOFS
 from otolith.core.hdf5 import Content, read_sealed, write_sealed
-from otolith.loop import Run
-from otolith.platforms import Platform
-from otolith.safety.supervisor import Intervention, Reason
 
 if TYPE_CHECKING:  # laws, hints and sets are imported on use, because most commands read only runs
     from otolith.cueing.hints.stored import StoredHint
     from otolith.cueing.mpc.terminal import TerminalSets
     from otolith.mpqp import Law
 
-RUN_KIND, RUN_VERSION = "otolith-run", 4
 LAW_KIND, LAW_VERSION = "otolith-law", 2
 HINT_KIND, HINT_VERSION = "otolith-hint", 5
 SETS_KIND, SETS_VERSION = "otolith-terminal-sets", 1
-# Shapes of a run's series: n plant samples, m decisions.
-_SERIES: Final[dict[str, tuple[Any, ...]]] = {
-    "time": ("n",),
-    "reference_force": ("n", 3),
-    "reference_rate": ("n", 3),
-    "felt_force": ("n", 3),
-    "pose": ("n", 6),
-    "twist": ("n", 6),
-    "acceleration": ("n", 6),
-    "command_time": ("m",),
-    "command": ("m", 6),
-    "status": ("m",),
-    "solver": ("m",),
-    "changes": ("m",),
-    "residual": ("m",),
-    "guess_missed": ("m",),
-    "step_time": ("m",),
-}
-_KINDS: Final = {
-    "status": "S",
-    "solver": "S",
-    "changes": "i",
-    "guess_missed": "b",
-}  # kinds of numbers; all others: "f"
-_WORDS: Final = ("status", "solver")
-_TEXTS: Final = ("scenario", "cueing", "plant")
-_PERIODS: Final = ("period", "plant_period")
-
-
-def write_run(run: Run, path: Path) -> None:
-    """Store a run: one data set per series, attributes for the rest."""
-    attributes = {name: getattr(run, name) for name in (*_TEXTS, *_PERIODS)}
-    attributes["platform"] = run.platform.model_dump_json()
-    attributes |= {name: json.dumps(getattr(run, name)) for name in ("dofs", "soft", "settings")}
-    attributes["interventions"] = json.dumps([asdict(one) for one in run.interventions])
-    arrays = {name: np.asarray(getattr(run, name)) for name in _SERIES if name not in _WORDS}
-    arrays |= {name: np.array(getattr(run, name), dtype="S16") for name in _WORDS}
-    write_sealed(path, attributes, arrays, kind=RUN_KIND, version=RUN_VERSION)
-
-
-def read_run(path: Path) -> Run:
-    """Read a run that equals the one written.
-
-    Raises
-    ------
-    InputError : there is no such file.
-    CorruptFile : the file is not a run of this version, is damaged, or its series do not belong together.
-    """
-    content = read_sealed(path, kind=RUN_KIND, version=RUN_VERSION)
-    with damage_reported(f"{path} is no sound {RUN_KIND} file"):
-        return _run(content)
-
-
-def _run(content: Content) -> Run:
-    stored, arrays = content.attributes, content.arrays
-    plain: dict[str, Any] = {name: str(stored[name]) for name in _TEXTS}
-    plain |= {name: float(stored[name]) for name in _PERIODS}
-    _check_series(arrays, period=plain["period"], plant_period=plain["plant_period"])
-    series: dict[str, Any] = {name: frozen_array(arrays[name], dtype=None) for name in _SERIES}
-    series |= {name: tuple(value.decode() for value in series[name]) for name in _WORDS}
-    run = Run(
-        **plain,
-        **series,
-        platform=Platform.model_validate_json(stored["platform"]),
-        dofs=tuple(json.loads(stored["dofs"])),
-        soft=tuple(map(str, json.loads(stored["soft"]))),
-        settings=json.loads(stored["settings"]),
-        interventions=tuple(
-            Intervention(**{**one, "reason": Reason(one["reason"])})
-            for one in json.loads(stored["interventions"])
-        ),
-    )
-    if not (set(run.dofs) <= set(DOFS) and run.dofs):
-        raise ValueError(f"it names the degrees of freedom {run.dofs}")
-    if not isinstance(run.settings, dict):
-        raise ValueError("its settings are not a table of names and values")
-    return run
-
-
-def _check_series(arrays: Mapping[str, NDArray[Any]], *, period: float, plant_period: float) -> None:
-    """Check that every series has the type and shape that follow from the two clocks.
-
-    Raises
-    ------
-    ValueError : a series has not; the message names it.
-    """
-    n, m = len(arrays["time"]), len(arrays["command_time"])
-    if not (0.0 < plant_period <= period < np.inf and n == m * round(period / plant_period) > 0):
-        raise ValueError(
-            f"{n} samples every {plant_period:g} s do not belong to {m} decisions every {period:g} s"
-        )
-    for name, letters in _SERIES.items():
-        shape = tuple({"n": n, "m": m}.get(letter, letter) for letter in letters)
-        found, kind = arrays[name], _KINDS.get(name, "f")
-        if found.shape != shape or found.dtype.kind != kind:
-            raise ValueError(
-                f"{name} has shape {found.shape} of {found.dtype}, must be {shape} of kind {kind}"
-            )
-    for name, step in (("time", plant_period), ("command_time", period)):
-        if not np.allclose(np.diff(arrays[name]), step, rtol=1e-6, atol=1e-9):
-            raise ValueError(f"{name} does not run in steps of {step:g} s")
 
 
 def write_laws(laws: Sequence["Law"], path: Path) -> None:

@@ -13,7 +13,7 @@ from otolith.platforms import parse_platform
 from otolith.platforms.combined_limits import together
 from otolith.platforms.template import template
 from otolith.report.platform_page import file_share
-from otolith.sealed import read_run
+from otolith.stored import read_run
 
 
 def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:

@@ -10,7 +10,7 @@ import pytest
 from otolith import cli, files
 from otolith.cli.example import _SAMPLES
 from otolith.core.hdf5 import read_sealed, write_sealed
-from otolith.sealed import RUN_KIND, RUN_VERSION
+from otolith.stored import RUN_KIND, RUN_VERSION
 from tests.cli.test_cli import done, refused
 
 WANTED = "sine:amplitude=0.8,frequency=0.5,duration=2"

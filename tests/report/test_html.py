@@ -1,5 +1,6 @@
 import base64
 import json
+from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
 
@@ -8,6 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Vec
+from otolith.loop import Run
+from otolith.loop.run import SAMPLED
 from otolith.metrics import compare, summarise
 from otolith.platforms import load
 from otolith.report import render, render_comparison, render_contest
@@ -309,3 +312,21 @@ def test_a_lap_on_six_legs_is_a_page_of_less_than_2_mb(make_run: MakeRun) -> Non
     """Four minutes in four degrees of freedom, with the moving platform."""
     run = make_run(24_000, dofs=("surge-pitch", "sway-roll"), platform=load("davsi"), plant="hexapod")
     assert len(render(run, summarise(run)).encode()) < 2e6
+
+
+def test_a_page_does_not_grow_with_the_drive(make_run: MakeRun, light: None) -> None:
+    """Curves have so many points, however many samples these stand for."""
+    short = make_run(3_000, dofs=("surge-pitch", "sway-roll"))
+
+    def repeated(times: int) -> Run:
+        series: dict[str, Any] = {
+            name: np.tile(getattr(short, name), (times, *[1] * (np.ndim(getattr(short, name)) - 1)))
+            for name in (*SAMPLED, "command", "changes", "residual", "guess_missed", "step_time")
+        }
+        series["time"] = np.arange(1, times * short.samples + 1) * short.plant_period
+        series |= {name: getattr(short, name) * times for name in ("status", "solver")}
+        series["command_time"] = np.arange(times * short.decisions) * short.period
+        return replace(short, **series)
+
+    sizes = [len(render(run, summarise(run))) for run in map(repeated, (2, 12))]
+    assert sizes[1] < 1.1 * sizes[0]

@@ -66,18 +66,18 @@ def test_survival_is_the_share_of_counts_at_least_k(counts: Vec) -> None:
 def test_the_two_parts_add_up_to_the_felt_force(make_run: MakeRun, pair: str) -> None:
     run = make_run(100, dofs=("surge-pitch", "sway-roll"))
     s = pair_series(run, pair)
-    assert_allclose(s.translation + s.gravity, s.felt, atol=1e-12)
-    assert np.abs(s.gravity).max() > 0.1
+    assert_allclose(s.translation.y + s.gravity.y, s.felt.y, atol=1e-12)
+    assert np.abs(s.gravity.y).max() > 0.1
 
 
 def test_tilt_has_the_sign_of_its_own_force(make_run: MakeRun) -> None:
     run = make_run(100)
     s = pair_series(run, "surge-pitch")
-    assert_allclose(s.gravity, GRAVITY * np.sin(np.deg2rad(s.tilt_deg)), atol=1e-12)
-    assert_allclose(s.tilt_deg, -np.rad2deg(run.pose[:, 4]))
-    assert_allclose(s.tilt_rate_deg, -np.rad2deg(run.twist[:, 4]))
-    assert_array_equal(s.position, run.pose[:, 0])
-    assert_array_equal(s.velocity, run.twist[:, 0])
+    assert_allclose(s.gravity.y, GRAVITY * np.sin(np.deg2rad(s.tilt_deg.y)), atol=1e-12)
+    assert_allclose(s.tilt_deg.y, -np.rad2deg(run.pose[:, 4]))
+    assert_allclose(s.tilt_rate_deg.y, -np.rad2deg(run.twist[:, 4]))
+    assert_array_equal(s.position.y, run.pose[:, 0])
+    assert_array_equal(s.velocity.y, run.twist[:, 0])
 
 
 def test_limits_are_the_platform_files(make_run: MakeRun) -> None:

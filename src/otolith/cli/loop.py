@@ -1,7 +1,7 @@
 """The part that `run` and `compare` share: check all options, then close the loop."""
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -15,7 +15,7 @@ from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused
 from otolith.experiment import Experiment
 from otolith.interfaces import Cueing
-from otolith.loop import ClosedLoop, Run
+from otolith.loop import ClosedLoop, Keeper, Run
 from otolith.safety.supervisor import Intervention
 from otolith.scenarios import Scenario
 from otolith.scenarios.catalog import has_literal
@@ -75,8 +75,13 @@ def _check_literal(each: Sequence[RunOptions]) -> None:
         raise InputError("--literal", f"given, but {' and '.join(names)} would ignore it", bound)
 
 
-def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
-    """Return one run per scenario and algorithm, grouped by scenario."""
+def simulate_all(prepared: Prepared, console: Console, keep: Callable[[int, str], Keeper]) -> list[list[Run]]:
+    """Return one run per scenario and algorithm, grouped by scenario.
+
+    Parameters
+    ----------
+    keep : returns what keeps a run, given the number of its scenario and the name of its algorithm.
+    """
     runs: list[list[Run]] = [[] for _ in prepared.scenarios]
     design = replace(
         prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
@@ -85,11 +90,11 @@ def simulate_all(prepared: Prepared, console: Console) -> list[list[Run]]:
         text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
         with working(console, text) as report:
             cueing = cueing_of(prepared, name, design)
-        for k, (done, scenario) in enumerate(zip(runs, prepared.scenarios, strict=True)):
+        for k, scenario in enumerate(prepared.scenarios):
             with progress_bar(console, f"{name} on {scenario.name}") as progress:
-                run = closed_loop(prepared, k, name, cueing).complete(progress)
+                run = closed_loop(prepared, k, name, cueing, keep=keep(k, name)).complete(progress)
             _report_interventions(run.interventions, console)
-            done.append(run)
+            runs[k].append(run)
     return runs
 
 
@@ -99,7 +104,9 @@ def cueing_of(prepared: Prepared, name: str, design: Design) -> Cueing:
     return registry.make_cueing(name, design, dead_time=plant.dead_time)
 
 
-def closed_loop(prepared: Prepared, k: int, name: str, cueing: Cueing) -> ClosedLoop:
+def closed_loop(
+    prepared: Prepared, k: int, name: str, cueing: Cueing, *, keep: Keeper | None = None
+) -> ClosedLoop:
     """Return the loop of an algorithm and its plant on scenario k, at its start."""
     design, plant = prepared.design, prepared.plants[name]
     return ClosedLoop(
@@ -111,6 +118,7 @@ def closed_loop(prepared: Prepared, k: int, name: str, cueing: Cueing) -> Closed
         names=(name, plant),
         settings=dict(prepared.settings[k][name]),
         preview=design.preview,
+        keep=keep,
     )
 
 

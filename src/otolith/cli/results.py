@@ -29,7 +29,14 @@ Figures = Annotated[
 def write_results(
     result: Run, folder: Path, *, command: str, force: bool, best: Optimum | str, figures: bool = False
 ) -> dict[str, Any]:
-    """Write run.h5, summary.json and report.html of one run; return the key figures.
+    """Write run.h5, and all that `write_account` writes; return the key figures."""
+    with files.whole_folder(folder, command=command, force=force) as made:
+        files.write_run(result, made / "run.h5")
+        return write_account(result, made, best=best, figures=figures)
+
+
+def write_account(result: Run, folder: Path, *, best: Optimum | str, figures: bool = False) -> dict[str, Any]:
+    """Write summary.json and report.html of one run; return the key figures.
 
     Parameters
     ----------
@@ -40,14 +47,11 @@ def write_results(
 
     summary = metrics.summarise(result, best)
     drawn = None if isinstance(best, str) or best.run is result else best.run
-    with files.whole_folder(folder, command=command, force=force) as made:
-        files.write_run(result, made / "run.h5")
-        page = report.render(result, summary, date=today(), best=drawn)
-        write_all(made, summary, page)
-        if figures:
-            write_figures(
-                made, figures_of(result.dofs, lambda dof: report.cueing_figure(result, dof, best=drawn))
-            )
+    write_all(folder, summary, report.render(result, summary, date=today(), best=drawn))
+    if figures:
+        write_figures(
+            folder, figures_of(result.dofs, lambda dof: report.cueing_figure(result, dof, best=drawn))
+        )
     return summary
 
 

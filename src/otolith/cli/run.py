@@ -1,6 +1,7 @@
 """`otolith run` and `otolith compare`: close the loop, judge it, and write the results."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -19,9 +20,9 @@ from otolith.cli.results import (
     Out,
     figures_of,
     today,
+    write_account,
     write_all,
     write_figures,
-    write_results,
 )
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
@@ -78,9 +79,12 @@ def run(
     folder = out or Path("out") / f"{file_name(prepared.scenarios[0].name)}-{file_name(cueing)}"
     files.check_folder(folder, command="run", force=force)
     yardstick = Yardstick(prepared, optimum, console)
-    ((result,),) = simulate_all(prepared, console)
-    best = yardstick.best(0, cueing)
-    summary = write_results(result, folder, command="run", force=force, best=best, figures=figures)
+    with (
+        files.whole_folder(folder, command="run", force=force) as made,
+        files.run_file(made / "run.h5") as keep,
+    ):
+        ((result,),) = simulate_all(prepared, console, keep=lambda *_: keep)
+        summary = write_account(result, made, best=yardstick.best(0, cueing), figures=figures)
     _print_results(summary if json else None, [summary], folder, console)
     _judge([summary], strict)
 
@@ -122,23 +126,23 @@ def compare(
     folder = out or Path("out") / f"{compared}-compared"
     files.check_folder(folder, command="compare", force=force)
     yardstick = Yardstick(prepared, optimum, console)
-    runs = simulate_all(prepared, console)
-    from otolith import metrics
+    with files.whole_folder(folder, command="compare", force=force) as made, ExitStack() as stack:
 
-    contest = {
-        of_one[0].scenario: (of_one, metrics.compare(of_one, [yardstick.best(k, name) for name in names]))
-        for k, of_one in enumerate(runs)
-    }
-    best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
-    summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
-    several = len(contest) > 1
-    ranked = standings(summaries, criterion)
-    with files.whole_folder(folder, command="compare", force=force) as made:
-        for scenario, (of_one, _) in contest.items():
-            for result in of_one:
-                own = file_name(result.cueing)
-                name = f"{file_name(scenario)}-{own}" if several else own
-                files.write_run(result, made / f"{name}.h5")
+        def keep(k: int, name: str) -> files.RunFile:
+            own = file_name(name)
+            whose = f"{file_name(prepared.scenarios[k].name)}-{own}" if len(scenarios) > 1 else own
+            return stack.enter_context(files.run_file(made / f"{whose}.h5"))
+
+        runs = simulate_all(prepared, console, keep=keep)
+        from otolith import metrics
+
+        contest = {
+            of_one[0].scenario: (of_one, metrics.compare(of_one, [yardstick.best(k, name) for name in names]))
+            for k, of_one in enumerate(runs)
+        }
+        best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
+        summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
+        ranked = standings(summaries, criterion)
         account = _write_comparison(made, contest, (by, criterion), ranked, best)
         if figures:
             write_figures(made, _contest_figures(contest, best))

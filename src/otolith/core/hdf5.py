@@ -1,16 +1,18 @@
 """Sealed HDF5 files: their SHA-256 is checked before the HDF5 library sees a single byte.
 
 The HDF5 library cannot be trusted with damaged files: one flipped bit can make it crash the whole process,
-and so can a full disk while it writes. Therefore a file is composed in memory and written in one go. It
+and so can a full disk while it writes. Therefore a file is composed in memory and written in one go, or, if
+it is too large for that, through a layer that hides a failing disk from the library (`GrowingFile`). It
 begins with a *seal*, 512 bytes that contain the SHA-256 of the rest. HDF5 calls such bytes a user block and
-skips them, so MATLAB's h5read and Python's h5py open these files like any others.
+skips them, so MATLAB's h5read and Python's h5py open these files like any others. The seal is written last.
 
 The seal protects against accidental damage. It does not protect against a person, who can compute a new one.
 """
 
+import contextlib
 import hashlib
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 SEAL_BYTES: Final = 512
 _SEAL: Final = "Otolith file, an HDF5 file after its first 512 bytes. SHA-256 of all that follows them:\n"
 MOST_BYTES: Final = 4 * 2**30  # limit on the unpacked data of a file [bytes]: five hours of a run
+CHUNK_ROWS: Final = 10_000  # rows of a growing array that are compressed together, at most
 MOST_RATIO: Final = 1100  # limit on the compression ratio; gzip reaches 1032 at most
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -55,6 +58,89 @@ def write_sealed(
     write_bytes(path, _seal(hashlib.sha256(content).hexdigest()) + content)
 
 
+class GrowingFile:
+    """A sealed file that is written row by row, so that its arrays need not be in memory as a whole.
+
+    Until `seal` is called, nothing takes the file for a sealed one. A failure of the disk is an `OSError`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        import h5py
+
+        self._disk = _Disk(path, "w+")
+        self._file = h5py.File(self._disk, "w", userblock_size=SEAL_BYTES)
+
+    def append(self, arrays: Arrays) -> None:
+        """Append rows to the arrays of these names; the first call makes them.
+
+        Whole multiples of `CHUNK_ROWS`, the last call aside, give the smallest file.
+        """
+        with self._disk.failures_told():
+            for name, rows in arrays.items():
+                if name not in self._file:
+                    shape = rows.shape[1:]
+                    self._file.create_dataset(
+                        name,
+                        shape=(0, *shape),
+                        maxshape=(None, *shape),
+                        chunks=(min(max(1, len(rows)), CHUNK_ROWS), *shape),
+                        dtype=rows.dtype,
+                        compression="gzip",
+                    )
+                data = self._file[name]
+                before = len(data)
+                data.resize(before + len(rows), axis=0)
+                data[before:] = rows
+
+    def seal(self, attributes: Mapping[str, Any], *, kind: str, version: int) -> None:
+        """Write the attributes, close the file, and seal it."""
+        with self._disk.failures_told():
+            self._file.attrs.update(kind=kind, version=version, **attributes)
+            self._file.close()
+        self._disk.seek(SEAL_BYTES)
+        digest = hashlib.file_digest(self._disk, "sha256").hexdigest()
+        self._disk.seek(0)
+        with self._disk.failures_told():
+            self._disk.write(_seal(digest))
+        self._disk.close()
+
+    def close(self) -> None:
+        """Close the file, whether or not it was sealed; what is not sealed is to be thrown away."""
+        if self._disk.closed:
+            return
+        with contextlib.suppress(Exception):  # the library finds nothing of what a full disk has not taken
+            self._file.close()
+        self._disk.close()
+
+
+class _Disk(io.FileIO):
+    """A file whose failures the HDF5 library does not see, because it would crash; we ask for them."""
+
+    def __init__(self, path: Path, mode: str) -> None:
+        super().__init__(path, mode)
+        self._failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all bytes, or keep the reason why not."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        try:
+            while self._failure is None and len(left):
+                left = left[super().write(left) :]
+        except OSError as error:
+            self._failure = error
+        return size
+
+    @contextlib.contextmanager
+    def failures_told(self) -> Iterator[None]:
+        """Raise a failure of the disk after the block, also in place of what the library says of it."""
+        try:
+            yield
+        finally:
+            if self._failure is not None:
+                raise self._failure
+
+
 def read_sealed(path: Path, *, kind: str, version: int) -> Content:
     """Read a sealed HDF5 file of the given kind and version.
 
@@ -64,13 +150,22 @@ def read_sealed(path: Path, *, kind: str, version: int) -> Content:
     CorruptFile : the file is damaged, was altered, has another kind or version, or unpacks to more than
         `MOST_BYTES`.
     """
+    file = open_sealed(path, kind=kind, version=version)
+    with damage_reported(f"{path} is no readable {kind} file"), file:
+        return Content(attributes_of(file), _arrays(file))
+
+
+def open_sealed(path: Path, *, kind: str, version: int) -> "h5py.File":
+    """Open a sealed HDF5 file of the given kind and version; the errors are those of `read_sealed`."""
     import h5py
 
     _check_seal(path, kind)
-    with damage_reported(f"{path} is no readable {kind} file"), h5py.File(path, "r") as file:
+    with damage_reported(f"{path} is no readable {kind} file"), contextlib.ExitStack() as stack:
+        file = stack.enter_context(h5py.File(path, "r"))
         _check_kind(file, path, kind, version)
         _check_size(file, path)
-        return Content(_attributes(file), _arrays(file))
+        stack.pop_all()
+    return file
 
 
 def _seal(digest: str) -> bytes:
@@ -132,6 +227,6 @@ def _arrays(file: "h5py.File") -> dict[str, NDArray[Any]]:
     return {name: data[()] for name, data in _datasets(file).items()}
 
 
-def _attributes(file: "h5py.File") -> dict[str, Any]:
-    """The file's attributes except kind and version, which were checked before."""
+def attributes_of(file: "h5py.File") -> dict[str, Any]:
+    """Return a file's attributes except kind and version, which were checked before."""
     return {name: value for name, value in file.attrs.items() if name not in ("kind", "version")}

@@ -1,7 +1,7 @@
 """The record of a closed loop, sample by sample and decision by decision."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +17,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _NOTEBOOK: Final = "otolith.report.notebook"  # imported on use: reports read runs, not the other way round
+PART: Final = 60_000  # plant samples of a part of a run, about 13 MB
+SAMPLED: Final = (
+    "time",
+    "reference_force",
+    "reference_rate",
+    "felt_force",
+    "pose",
+    "twist",
+    "acceleration",
+)  # series at the plant's rate
+DECIDED: Final = (
+    "command_time",
+    "command",
+    "status",
+    "solver",
+    "changes",
+    "residual",
+    "guess_missed",
+    "step_time",
+)  # series at the controller's rate
+
+
+def periods_of_part(period: float, plant_period: float) -> int:
+    """Return the number of the controller's periods in a part of a run, at least one."""
+    return max(1, PART // round(period / plant_period))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +50,9 @@ class Run:
 
     A plant sample stands at the end of its plant step, t = dt, 2 dt, …; where a signal jumps there,
     the sample holds the value just before the jump. Control samples stand at the decision.
+
+    A long run may be stored in a file and not in memory (`otolith.stored`): then every series is read when it
+    is asked for. What has to be computed of any run goes through its `parts`, one after the other.
     """
 
     scenario: str
@@ -55,6 +83,42 @@ class Run:
     step_time: Vec  # (m,) [s] thread CPU time of each decision
 
     interventions: tuple[Intervention, ...] = ()  # of a plant's supervisor, in order of time
+
+    @property
+    def decisions(self) -> int:
+        """Return the number of control steps, m."""
+        return len(self.command_time)
+
+    @property
+    def samples(self) -> int:
+        """Return the number of plant samples, n."""
+        return len(self.time)
+
+    @property
+    def duration(self) -> float:
+        """Return the time of the last plant sample [s]."""
+        return float(self.part(self.decisions - 1, self.decisions).time[-1])
+
+    def part(self, first: int, last: int) -> "Run":
+        """Return the control steps from `first` up to `last`, and their plant samples, as a run of its own.
+
+        The series are views of this run's, or are read from its file.
+        """
+        every = round(self.period / self.plant_period)
+        samples = {name: getattr(self, name)[first * every : last * every] for name in SAMPLED}
+        return replace(self, **samples, **{name: getattr(self, name)[first:last] for name in DECIDED})
+
+    def parts(self) -> Iterator["Run"]:
+        """Yield consecutive parts of about `PART` plant samples, which together are the whole run.
+
+        A figure that is computed part by part needs little memory, however long the run is.
+        """
+        size, m = periods_of_part(self.period, self.plant_period), self.decisions
+        if m <= size:
+            yield self
+            return
+        for first in range(0, m, size):
+            yield self.part(first, min(first + size, m))
 
     @property
     def outcomes(self) -> tuple[str, ...]:

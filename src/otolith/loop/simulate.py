@@ -6,6 +6,7 @@ Where both offer a method of their role (`otolith.compiled`), the loop runs in o
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -23,12 +24,14 @@ from otolith.compiled import (
     CompiledCueing,
     offered,
 )
+from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
 from otolith.core.methods import Bound, hold
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.loop.closed import CLOCK, Loop, close, follow_once
-from otolith.loop.run import Run
+from otolith.loop.keep import InMemory, Keeper, joined
+from otolith.loop.run import Run, periods_of_part
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
 
@@ -38,35 +41,32 @@ EDGE = 1e-9  # [s]
 
 
 class _Wanted:
-    """What is wanted at every decision, as far as it is known then."""
+    """What is wanted at the m decisions from `first` on, those of a part, as far as it is known then."""
 
-    def __init__(self, scenario: Scenario, m: int, period: float, preview: int) -> None:
-        known = np.arange(m + preview, dtype=np.float64) * period
+    def __init__(self, scenario: Scenario, first: int, m: int, period: float, preview: int) -> None:
+        known = np.arange(first, first + m + preview, dtype=np.float64) * period
         self.force = scenario.specific_force(known + EDGE)  # (m + preview, 3)
         rate = scenario.angular_rate(known[:m] + EDGE)  # (m, 3)
         self.now = np.hstack([self.force[:m], rate])  # (m, 6)
         self.gain = np.ones(m)  # factor on the scenario
-        self.preview, self._period = preview, period
+        self.preview, self._first, self._period = preview, first, period
         self._foreseen = scenario.foreseen if preview else None
-
-    @property
-    def comes_true(self) -> bool:
-        """Return whether the preview is the true future and not a forecast of the scenario."""
-        return self._foreseen is None
+        self._plain: tuple[Mat, Mat] | None = None  # both without the factor, once there is one
 
     def rescale(self, first: int, factor: float) -> None:
         """Want the scenario times `factor` from decision `first` on, in place: kernels hold these arrays."""
         if first < len(self.gain):
-            change = factor / self.gain[first]
-            self.force[first:] *= change
-            self.now[first:] *= change
+            self._plain = self._plain or (self.force.copy(), self.now.copy())
+            for scaled, plain in zip((self.force, self.now), self._plain, strict=True):
+                np.multiply(plain[first:], factor, out=scaled[first:])
             self.gain[first:] = factor
 
     def at(self, i: int) -> Reference:
-        """Return the reference of decision i."""
+        """Return the reference of decision i of the part."""
         coming = self.force[i + 1 : i + 1 + self.preview]
         if self._foreseen is not None:
-            coming = self.gain[i] * self._foreseen(i * self._period, self._period, self.preview)
+            now = (self._first + i) * self._period
+            coming = self.gain[i] * self._foreseen(now, self._period, self.preview)
         return Reference(
             specific_force=self.now[i, :3],
             angular_rate=self.now[i, 3:],
@@ -75,7 +75,7 @@ class _Wanted:
 
 
 class _Record:
-    """Series of a run with m decisions and n plant samples, filled while it runs."""
+    """Series of a part with m decisions and n plant samples, filled while it runs."""
 
     def __init__(self, m: int, n: int) -> None:
         self.command, self.result, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
@@ -114,9 +114,10 @@ class _Record:
 
 
 class ClosedLoop:
-    """A closed loop that is run in parts: `advance` it, look at what it recorded, change it, go on.
+    """A closed loop that is run piece by piece: `advance` it, look at what it recorded, change it, go on.
 
-    However it is cut into parts, the numbers are the same.
+    However it is cut into pieces, the numbers are the same. By itself it is cut into parts of a minute or so:
+    of each, what is wanted is asked and what happens is recorded; then the part goes to the keeper.
 
     Parameters
     ----------
@@ -126,6 +127,7 @@ class ClosedLoop:
     preview : number of coming periods whose forces the controller receives; 0: only what is wanted now. The
         forces are those that the scenario foresees, or the true ones if it foresees none.
     clock : [s] measures the time of each decision; it has no influence on the motion.
+    keep : keeps the record; by default, it stays in memory.
 
     Raises
     ------
@@ -145,6 +147,7 @@ class ClosedLoop:
         plant_period: float = 1e-3,
         preview: int = 0,
         clock: Callable[[], float] = time.thread_time,
+        keep: Keeper | None = None,
     ) -> None:
         every = round(cueing.period / plant_period)
         if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
@@ -155,18 +158,30 @@ class ClosedLoop:
         self.every, self.done = every, 0  # plant steps per period; decisions that were made
         self.dofs, self.names, self.settings, self._dt = dofs, names, settings or {}, plant_period
         self._clock, self._state, self._request = clock, PlatformState(), NOTHING
-        m = self.decisions = round(scenario.duration / cueing.period)
-        self._wanted = _Wanted(scenario, m, cueing.period, preview)
-        self._record = _Record(m, m * every)
+        self.decisions = round(scenario.duration / cueing.period)
+        self._memory = InMemory()
+        self._keep = self._memory if keep is None else keep
+        self._motion, self._gain, self._preview = np.zeros((3, 6)), 1.0, preview
         cueing.reset(PlatformState())
         plant.reset(PlatformState())
-        decide = offered(cueing) if clock is time.thread_time and self._wanted.comes_true else None
+        true = scenario.foreseen is None or not preview  # the preview is no forecast, but what comes
+        self._decide = offered(cueing) if clock is time.thread_time and true else None
         self._follow = offered(plant, plant_period)
-        self._bound = decide  # kernels know the algorithm by address only
-        self._compiled = None if decide is None or self._follow is None else self._hold(decide, self._follow)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin the next part."""
+        self._first = self.done
+        m = min(periods_of_part(self.period, self._dt), self.decisions - self._first)
+        self._wanted = _Wanted(self.scenario, self._first, m, self.period, self._preview)
+        if self._gain != 1.0:
+            self._wanted.rescale(0, self._gain)
+        self._record = _Record(m, m * self.every)
+        decide, follow = self._decide, self._follow
+        self._compiled = None if decide is None or follow is None else self._hold(decide, follow)
 
     def _hold(self, decide: Bound, follow: Bound) -> Any:
-        """Return the loop as its kernel takes it."""
+        """Return the part as its kernel takes it."""
         record = self._record
         held, _ = hold(
             Loop(
@@ -176,7 +191,7 @@ class ClosedLoop:
                 known=self._wanted.preview,
                 now=self._wanted.now,
                 forces=self._wanted.force,
-                state=np.zeros((3, 6)),
+                state=self._motion,
                 command=record.command,
                 result=record.result,
                 seconds=record.step_time,
@@ -196,18 +211,29 @@ class ClosedLoop:
 
     def rescale(self, factor: float) -> None:
         """Want the scenario times a factor, from the next decision on."""
-        self._wanted.rescale(self.done, factor)
+        self._gain = factor
+        self._wanted.rescale(self.done - self._first, factor)
 
     def advance(self, last: int) -> None:
         """Run up to decision `last`, without it, or to the end of the scenario."""
         last = min(last, self.decisions)
-        if self._compiled is None:
-            self._advance_in_python(last)
         while self.done < last:
-            self.done, request = close(self._compiled, self.done, last, int(self._request != NOTHING))
-            self._request = request
-            if request != NOTHING:
-                self._answer(request)
+            end = self._first + len(self._record.command)
+            if self.done == end:
+                self._keep.add(self._part(self._first))
+                self._begin()
+            elif self._compiled is None:
+                self._advance_in_python(min(last, end))
+            else:
+                self._advance_compiled(min(last, end))
+
+    def _advance_compiled(self, last: int) -> None:
+        while self.done < last:
+            here, end = self.done - self._first, last - self._first
+            here, self._request = close(self._compiled, here, end, int(self._request != NOTHING))
+            self.done = self._first + here
+            if self._request != NOTHING:
+                self._answer(self._request)
 
     def _advance_in_python(self, last: int) -> None:
         while self.done < last:
@@ -216,7 +242,7 @@ class ClosedLoop:
 
     def _step(self, state: PlatformState) -> Command:
         """Let the algorithm decide, and record the decision."""
-        i, record = self.done, self._record
+        i, record = self.done - self._first, self._record
         reference, started = self._wanted.at(i), self._clock()
         command = self.cueing.step(state, reference)
         record.step_time[i] = self._clock() - started
@@ -229,7 +255,8 @@ class ClosedLoop:
 
     def _move(self, command: Command) -> PlatformState:
         """Let the plant follow a command for a period, in one compiled call if it offers one."""
-        record, first, after = self._record, self.done * self.every, (self.done + 1) * self.every
+        i, record = self.done - self._first, self._record
+        first, after = i * self.every, (i + 1) * self.every
         if self._follow is not None:
             moved, force = record.motion[first:after], record.force[first:after]
             follow_once(self._follow.method, command.acceleration, moved, force)
@@ -241,7 +268,7 @@ class ClosedLoop:
 
     def _answer(self, request: int) -> None:
         """Let the algorithm meet, in Python, the request of its kernel at the decision that waits."""
-        i, started = self.done, self._clock()
+        i, started = self.done - self._first, self._clock()
         cast(CompiledCueing, self.cueing).answer(request, self._wanted.at(i))
         self._record.step_time[i] += self._clock() - started
 
@@ -252,19 +279,34 @@ class ClosedLoop:
             while self.done < m:
                 progress(self.done / m)
                 self.advance(self.done + max(1, m // 100))
+        self._keep.add(self._part(self._first))
+        self._first = self.done  # nothing is left of the part
         progress(1.0)
-        return self.run()
+        return self._keep.whole()
 
     def run(self, first: int = 0, *, settings: Mapping[str, Any] | None = None) -> Run:
-        """Return the record from decision `first` to the last that was made.
+        """Return the record from decision `first` to the last that was made, of a loop kept in memory.
 
         Parameters
         ----------
         settings : for the record, in place of those given.
         """
-        n, begin = self.done * self.every, first * self.every
-        sample_time = np.arange(begin + 1, n + 1, dtype=np.float64) * self._dt
-        scenario, gain = self.scenario, np.repeat(self._wanted.gain[first : self.done], self.every)[:, None]
+        found, begin = [], 0
+        for part in self._memory.parts:
+            if first < begin + part.decisions:
+                found.append(part.part(max(0, first - begin), part.decisions))
+            begin += part.decisions
+        if self.done > self._first or not found:
+            found.append(self._part(max(first, self._first)))
+        run = joined(found)
+        return run if settings is None else replace(run, settings=settings)
+
+    def _part(self, first: int) -> Run:
+        """Return the record of the current part from decision `first` to the last that was made."""
+        begin, end = first - self._first, self.done - self._first
+        n = self.done * self.every
+        sample_time = np.arange(first * self.every + 1, n + 1, dtype=np.float64) * self._dt
+        scenario, gain = self.scenario, np.repeat(self._wanted.gain[begin:end], self.every)[:, None]
         return Run(
             scenario=scenario.name,
             cueing=self.names[0],
@@ -272,14 +314,14 @@ class ClosedLoop:
             platform=self.platform,
             dofs=self.dofs,
             soft=tuple(sorted(getattr(self.cueing, "soft", ()))),
-            settings=self.settings if settings is None else settings,
+            settings=self.settings,
             period=self.period,
             plant_period=self._dt,
             time=sample_time,
             reference_force=scenario.specific_force(sample_time - EDGE) * gain,
             reference_rate=scenario.angular_rate(sample_time - EDGE) * gain,
             command_time=np.arange(first, self.done, dtype=np.float64) * self.period,
-            **self._record.series(first, self.done, self.every),
+            **self._record.series(begin, end, self.every),
             interventions=tuple(getattr(self.plant, "interventions", ())),
         )
 
@@ -297,6 +339,7 @@ def simulate(
     preview: int = 0,
     clock: Callable[[], float] = time.thread_time,
     progress: Callable[[float], None] = lambda _: None,
+    keep: Keeper | None = None,
 ) -> Run:
     """Close the loop from the neutral pose at rest and record it.
 
@@ -314,5 +357,6 @@ def simulate(
         plant_period=plant_period,
         preview=preview,
         clock=clock,
+        keep=keep,
     )
     return loop.complete(progress)

@@ -14,6 +14,7 @@ from otolith.core.errors import InputError
 from otolith.loop import Run
 from otolith.metrics.axes import by_force, by_rate
 from otolith.metrics.measure import Summary
+from otolith.metrics.parts import root_mean_square
 from otolith.metrics.tracking import rate_rmse, tracking_rmse
 
 WITHIN_REACH: Final = 0.02  # of what is wanted; an optimum whose error is less, its lag aside, is perfect
@@ -77,8 +78,11 @@ def not_computed(reason: str = NOT_COMPUTED) -> dict[str, Any]:
 
 
 def _check_alike(run: Run, best: Run) -> None:
-    same = run.dofs == best.dofs and run.platform == best.platform
-    if not same or not np.array_equal(run.reference_force, best.reference_force):
+    same = run.dofs == best.dofs and run.platform == best.platform and run.decisions == best.decisions
+    if not same or not all(
+        np.array_equal(one.reference_force, other.reference_force)
+        for one, other in zip(run.parts(), best.parts(), strict=True)
+    ):
         raise InputError("the optimum", "of another drive, platform or --dofs", "of those of the run")
 
 
@@ -89,9 +93,8 @@ def _errors(run: Run) -> dict[str, float]:
 
 def _wanted(run: Run) -> dict[str, float]:
     """Return the RMS of what is wanted, by degree of freedom [m/s² or rad/s]."""
-    force, rate = (
-        np.sqrt(np.mean(wanted**2, axis=0)) for wanted in (run.reference_force, run.reference_rate)
-    )
+    force = root_mean_square(run, lambda part: part.reference_force)
+    rate = root_mean_square(run, lambda part: part.reference_rate)
     return by_force(run, force) | by_rate(run, rate)
 
 

@@ -114,7 +114,7 @@ _FELT: Final = (
         name="correlation",
         words="Correlation of felt and wanted",
         unit="",
-        of=lambda run: values.of_signals(run, similarity.correlation),
+        of=lambda run: values.of_signals(run, similarity.correlation_in_parts),
         better=Better.HIGHER,
         scale=scales.SAME_SHAPE,
         section="Correlation",
@@ -124,7 +124,7 @@ _FELT: Final = (
         words="Delay",
         unit="s",
         of=lambda run: values.of_signals(
-            run, lambda wanted, felt: similarity.delay(wanted, felt, run.plant_period)
+            run, lambda pairs: similarity.delay_in_parts(pairs, run.plant_period)
         ),
         section="What to trust how far",
     ),
@@ -132,14 +132,14 @@ _FELT: Final = (
         name="scale_ratio",
         words="Mean size, felt over wanted",
         unit="",
-        of=lambda run: values.of_signals(run, similarity.scale_ratio),
+        of=lambda run: values.of_signals(run, similarity.scale_in_parts),
         section="What to trust how far",
     ),
     Measure(
         name="mean_absolute_difference",
         words="Mean absolute difference",
         unit="m/s²",
-        of=lambda run: values.of_forces(run, similarity.mean_absolute_difference),
+        of=lambda run: values.of_forces(run, similarity.difference_in_parts),
         better=Better.LOWER,
         needs=FORCES,
         section="What to trust how far",

@@ -16,8 +16,9 @@ Two forces below τ are no cue, even if they differ by τ. A delayed cue appears
 cue from one that swings back.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -31,8 +32,9 @@ MISLEADING: Final = KINDS[:3]  # a scaled cue does not mislead
 THRESHOLD: Final = 0.17  # [m/s²] of horizontal force in common use, as by Reid & Nahon (UTIAS 296, 1985)
 SHORTEST: Final = 0.05  # [s] our choice: a shorter stretch is no cue
 
-# wanted (n,), felt (n,), τ [m/s²] -> index of the kind (n,) or −1, size of the mismatch (n,) [m/s²]
-Judge = Callable[[Vec, Vec, float], tuple[Ints, Vec]]
+# wanted (n,), felt (n,) -> index of the kind (n,) or −1, size of the mismatch (n,) [m/s²]; is called for
+# one part of a run after the other
+Judge = Callable[[Vec, Vec], tuple[Ints, Vec]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,36 +62,80 @@ def false_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = SHOR
     threshold : τ [m/s²] of the module's table.
     shortest : stretches shorter than this [s] are left out.
     """
-    return classified(run, _judge, KINDS, threshold=threshold, shortest=shortest)
+    return classified(run, lambda: partial(_judge, threshold=threshold), KINDS, shortest=shortest)
 
 
 def classified(
-    run: Run, judge: Judge, kinds: Sequence[str], *, threshold: float, shortest: float
+    run: Run, judge: Callable[[], Judge], kinds: Sequence[str], *, shortest: float
 ) -> list[FalseCue]:
     """Find the stretches of one kind each along every cued force axis, in the order of their start.
 
     Parameters
     ----------
-    judge : gives for every sample an index into `kinds`, −1 where there is no mismatch, and the mismatch's
-        size.
-    threshold : [m/s²], passed to `judge`.
+    judge : makes, for every axis, what gives for every sample an index into `kinds`, −1 where there is no
+        mismatch, and the mismatch's size.
     shortest : stretches shorter than this [s] are left out.
     """
-    cues = []
-    for dof, axis in force_axes(run).items():
-        codes, size = judge(run.reference_force[:, axis], run.felt_force[:, axis], threshold)
-        for code, first, stop in _stretches(codes, len(kinds)):
-            cue = FalseCue(
-                dof=dof,
-                kind=kinds[code],
-                start=float(run.time[first] - run.plant_period),  # a sample stands for the step before it
-                end=float(run.time[stop - 1]),
-                peak=float(np.max(size[first:stop])),
-                integral=float(np.sum(size[first:stop]) * run.plant_period),
-            )
-            if cue.duration >= shortest:
-                cues.append(cue)
-    return sorted(cues, key=lambda cue: cue.start)
+    axes, dt = force_axes(run), run.plant_period
+    judges = {dof: judge() for dof in axes}
+    found: dict[str, list[_Stretch]] = {dof: [] for dof in axes}
+    before = 0  # samples of the parts before
+    for part in run.parts():
+        wanted, felt, time = part.reference_force, part.felt_force, part.time
+        for dof, axis in axes.items():
+            codes, size = judges[dof](wanted[:, axis], felt[:, axis])
+            found[dof] += [
+                _Stretch(
+                    code=code,
+                    first=before + first,
+                    stop=before + stop,
+                    start=float(time[first] - dt),  # a sample stands for the step before it
+                    end=float(time[stop - 1]),
+                    peak=float(np.max(size[first:stop])),
+                    total=float(np.sum(size[first:stop])),
+                )
+                for code, first, stop in _stretches(codes, len(kinds))
+            ]
+        before += part.samples
+    cues = [one.cue(dof, kinds, dt) for dof in axes for one in _joined(found[dof])]
+    return sorted((cue for cue in cues if cue.duration >= shortest), key=lambda cue: cue.start)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Stretch:
+    """Consecutive samples of one kind, from `first` up to `stop`."""
+
+    code: int
+    first: int
+    stop: int
+    start: float  # [s]
+    end: float  # [s]
+    peak: float  # of the sizes
+    total: float  # sum of the sizes
+
+    def cue(self, dof: str, kinds: Sequence[str], dt: float) -> FalseCue:
+        """Return the stretch as a cue."""
+        return FalseCue(
+            dof=dof,
+            kind=kinds[self.code],
+            start=self.start,
+            end=self.end,
+            peak=self.peak,
+            integral=self.total * dt,
+        )
+
+
+def _joined(stretches: Iterable[_Stretch]) -> list[_Stretch]:
+    """Join stretches of one kind where the border between two parts cuts them."""
+    joined: list[_Stretch] = []
+    for one in sorted(stretches, key=lambda one: (one.code, one.first)):
+        last = joined[-1] if joined else None
+        if last is None or last.code != one.code or last.stop != one.first:
+            joined.append(one)
+            continue
+        peak, total = float(np.maximum(last.peak, one.peak)), last.total + one.total
+        joined[-1] = replace(last, stop=one.stop, end=one.end, peak=peak, total=total)
+    return joined
 
 
 def totals(cues: Sequence[FalseCue], kinds: Sequence[str] = KINDS) -> dict[str, dict[str, Any]]:

@@ -8,12 +8,13 @@ violating it (`Run.soft`).
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
-from otolith.core.arrays import Vec
+from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import AXES, DOFS, Dof
 from otolith.loop import Run
 
@@ -80,20 +81,49 @@ def excesses(run: Run) -> list[Excess]:
     An MPC imposes limits at its nodes only. Between them the motion may exceed a limit by what one period
     allows, which `between_nodes` shows.
     """
-    return [excess for name in run.dofs for excess in _of_dof(run, DOFS[name])] + _of_circle(run)
+    limited = [one for name in run.dofs for one in _of_dof(run, DOFS[name])] + _of_circle(run)
+    worst: list[tuple[float, float, int]] = [(0.0, 0.0, 0)] * len(limited)
+    for part in run.parts():
+        series = {name: getattr(part, name) for name in _SERIES}  # read once for all axes
+        for k, one in enumerate(limited):
+            beyond = _beyond(one.of(series), *one.limit)
+            # commands exist at the nodes only
+            at_nodes = beyond if one.series == "command" else part.at_decisions(beyond)
+            node, anywhere, violations = worst[k]
+            worst[k] = (
+                max(node, float(np.max(at_nodes, initial=0.0))),
+                max(anywhere, float(np.max(beyond, initial=0.0))),
+                violations + int(np.count_nonzero(at_nodes > TOLERANCE)),
+            )
+    return [_excess(run, one, *judged) for one, judged in zip(limited, worst, strict=True)]
 
 
-def _of_circle(run: Run) -> list[Excess]:
-    """Judge the limit circle of surge and sway, if the platform has one and both are cued (section 4.2)."""
+@dataclass(frozen=True, slots=True)
+class _Limited:
+    """One limited quantity of a run."""
+
+    quantity: str
+    words: tuple[str, str]  # its name for readers, and its unit
+    limit: tuple[float, float]  # low and high [SI]
+    series: str  # a key of `_SERIES`
+    axis: int | None  # None: the distance of surge and sway from neutral
+
+    def of(self, series: Mapping[str, Mat]) -> Vec:
+        """Return its values, given the series of a run by name."""
+        values = series[self.series]
+        return np.hypot(values[:, 0], values[:, 1]) if self.axis is None else values[:, self.axis]
+
+
+def _of_circle(run: Run) -> list[_Limited]:
+    """Return the limit circle of surge and sway, if the platform has one and both are cued (section 4.2)."""
     radius = run.platform.circle
     if radius is None or not {"surge-pitch", "sway-roll"} <= set(run.dofs):
         return []
-    distance = np.hypot(run.pose[:, 0], run.pose[:, 1])
-    return [_excess(run, "circle", ("distance of surge and sway", "m"), distance, (0.0, radius))]
+    return [_Limited("circle", ("distance of surge and sway", "m"), (0.0, radius), "pose", None)]
 
 
-def _of_dof(run: Run, dof: Dof) -> list[Excess]:
-    """Judge every limited axis of a degree of freedom, in the platform's own sign."""
+def _of_dof(run: Run, dof: Dof) -> list[_Limited]:
+    """Return every limit of the axes of a degree of freedom, in the platform's own sign."""
     found = []
     for i, sign, limits in zip(dof.axes, dof.signs, run.platform.limits(dof), strict=True):
         bounds = {
@@ -105,8 +135,8 @@ def _of_dof(run: Run, dof: Dof) -> list[Excess]:
         names = _TILTED if dof.is_pair and i >= 3 else _MOVED
         for series, limit in bounds.items():
             if math.isfinite(limit[1]):
-                quantity, values = f"{dof.name} {names[series]}", getattr(run, series)[:, i]
-                found.append(_excess(run, quantity, _words(series, i), values, limit))
+                quantity = f"{dof.name} {names[series]}"
+                found.append(_Limited(quantity, _words(series, i), limit, series, i))
     return found
 
 
@@ -121,27 +151,18 @@ def _either_way(bound: float) -> tuple[float, float]:
     return -bound, bound
 
 
-def _excess(
-    run: Run, quantity: str, words: tuple[str, str], series: Vec, limit: tuple[float, float]
-) -> Excess:
-    """Judge one quantity; commands exist at the nodes only.
-
-    Parameters
-    ----------
-    words : the quantity's name for readers, and its unit.
-    """
-    beyond = _beyond(series, *limit)
-    at_nodes = beyond if len(beyond) == len(run.command_time) else run.at_decisions(beyond)
+def _excess(run: Run, one: _Limited, at_nodes: float, between_nodes: float, violations: int) -> Excess:
+    quantity = one.quantity
     return Excess(
         quantity=quantity,
-        name=words[0],
-        unit=words[1],
-        limit=limit,
+        name=one.words[0],
+        unit=one.words[1],
+        limit=one.limit,
         soft=quantity in run.soft,
         comfort=quantity.endswith(" tilt_rate") and _noticed(run, quantity),
-        at_nodes=float(np.max(at_nodes, initial=0.0)),
-        between_nodes=float(np.max(beyond, initial=0.0)),
-        violations=int(np.count_nonzero(at_nodes > TOLERANCE)),
+        at_nodes=at_nodes,
+        between_nodes=between_nodes,
+        violations=violations,
     )
 
 

@@ -5,7 +5,8 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.lti import StateSpace
 from otolith.loop import Run
-from otolith.perception import canals, otoliths, sense
+from otolith.metrics.parts import OfPart, filtered, mean
+from otolith.perception import canals, otoliths, sensing
 
 
 def perceived_error(run: Run, otolith: StateSpace | None = None) -> Mat:
@@ -18,19 +19,27 @@ def perceived_error(run: Run, otolith: StateSpace | None = None) -> Mat:
     ----------
     otolith : model of the organ; by default Telban's.
     """
-    organ = otoliths.telban() if otolith is None else otolith
-    return sense(organ, run.felt_force - run.reference_force, run.plant_period, before=np.zeros(3))
+    organ = sensing(otoliths.telban() if otolith is None else otolith, run.plant_period, before=np.zeros(3))
+    return np.concatenate(list(filtered(run, organ, _force_error)))
 
 
 def perceived_rmse(run: Run, otolith: StateSpace | None = None) -> Vec:
     """Return the RMSE of the perceived specific force per axis (3,) [m/s²], over all plant samples."""
-    rmse: Vec = np.sqrt(np.mean(perceived_error(run, otolith) ** 2, axis=0))
-    return rmse
+    return _rms(run, otoliths.telban() if otolith is None else otolith, _force_error)
 
 
 def perceived_rate_rmse(run: Run, canal: StateSpace | None = None) -> Vec:
     """Return the RMSE of the perceived rate about x, y, z (3,) [rad/s]; the model is Telban's by default."""
     organ = canals.telban() if canal is None else canal
-    error = sense(organ, run.felt_rate - run.reference_rate, run.plant_period, before=np.zeros(3))
-    rmse: Vec = np.sqrt(np.mean(error**2, axis=0))
-    return rmse
+    return _rms(run, organ, lambda part: part.felt_rate - part.reference_rate)
+
+
+def _force_error(part: Run) -> Mat:
+    return part.felt_force - part.reference_force
+
+
+def _rms(run: Run, organ: StateSpace, error: OfPart) -> Vec:
+    """Return the RMS of an error (n, 3) after an organ."""
+    perceived = filtered(run, sensing(organ, run.plant_period, before=np.zeros(3)), error)
+    rms: Vec = np.sqrt(mean(one**2 for one in perceived))
+    return rms

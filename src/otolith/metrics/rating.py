@@ -1,5 +1,6 @@
 """A driver's rating of the motion, predicted from the mismatch of specific force."""
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -10,6 +11,7 @@ from otolith.core.filter import Filter
 from otolith.core.lti import StateSpace
 from otolith.loop import Run
 from otolith.metrics.axes import force_axes
+from otolith.metrics.parts import filtered
 
 WEIGHTS: Final = (0.34, 0.66, 0.0)  # longitudinal, lateral, vertical
 TIME_CONSTANT: Final = 3.0  # [s] our own choice, see `mismatch_rating`
@@ -29,10 +31,19 @@ def mismatch_rating(run: Run, *, time_constant: float = TIME_CONSTANT) -> Vec:
     ------
     InputError : the time constant is not positive.
     """
+    return np.concatenate(list(rating_in_parts(run, time_constant=time_constant)))
+
+
+def rating_in_parts(run: Run, *, time_constant: float = TIME_CONSTANT) -> Iterator[Vec]:
+    """Yield what `mismatch_rating` returns, by part of the run."""
     if not 0.0 < time_constant < np.inf:
         raise InputError("the rating's time constant", f"{time_constant} s", "greater than 0 s and finite")
     axes = list(force_axes(run).values())
-    mismatch = np.abs(run.felt_force - run.reference_force)[:, axes] @ np.array(WEIGHTS)[axes]
+    weights = np.array(WEIGHTS)[axes]
     lag = StateSpace.from_polynomials([1.0], [time_constant, 1.0]).discretise(run.plant_period, hold="first")
-    rating: Vec = Filter(lag).simulate(mismatch[:, None])[:, 0]
-    return rating
+    for rating in filtered(
+        run,
+        Filter(lag),
+        lambda part: (np.abs(part.felt_force - part.reference_force)[:, axes] @ weights)[:, None],
+    ):
+        yield rating[:, 0]

@@ -5,6 +5,7 @@ with Q = 1/√2, the transition f₄, Q₄ with infinite f₃, and the upward st
 """
 
 import math
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -41,9 +42,16 @@ def sickness_dose(acceleration: Vec, period: float) -> float:
     ----------
     acceleration : (n,) [m/s²] sampled with `period` [s].
     """
-    weighting = Filter(sickness_weighting().discretise(period, hold="first"))
-    weighted = weighting.simulate(np.asarray(acceleration)[:, None])[:, 0]
-    return math.sqrt(float(weighted @ weighted) * period)
+    return dose_in_parts([np.asarray(acceleration)], period)
+
+
+def dose_in_parts(acceleration: Iterable[Vec], period: float) -> float:
+    """Return the dose of an acceleration that is given in consecutive parts; see `sickness_dose`."""
+    weighting, total = Filter(sickness_weighting().discretise(period, hold="first")), 0.0
+    for part in acceleration:
+        weighted = weighting.simulate(part[:, None])[:, 0]
+        total += float(weighted @ weighted)
+    return math.sqrt(total * period)
 
 
 def illness_percent(dose_vertical: float) -> float:

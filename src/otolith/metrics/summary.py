@@ -27,7 +27,7 @@ def summarise(run: Run, best: Best | str | None = None) -> dict[str, Any]:
         "plant": run.plant,
         "platform": run.platform.name,
         "dofs": ",".join(run.dofs),
-        "duration_s": float(run.time[-1]),
+        "duration_s": run.duration,
         "period_s": run.period,
         **{
             name: measure.of(run)

@@ -24,6 +24,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from otolith.core.arrays import Bools, Ints, Vec
 from otolith.loop import Run
@@ -32,6 +33,7 @@ from otolith.metrics.false_cues import SHORTEST, THRESHOLD, FalseCue, classified
 from otolith.metrics.workspace import reach
 
 KINDS: Final = ("lag", "rebound")
+Bytes = NDArray[np.int8]
 NEUTRAL: Final = 0.01  # share of the reach, our choice: nearer than this the platform is at neutral
 
 
@@ -43,7 +45,7 @@ def unwanted_cues(run: Run, *, threshold: float = THRESHOLD, shortest: float = S
     threshold : τ [m/s²] of the module's table.
     shortest : stretches shorter than this [s] are left out.
     """
-    return classified(run, _judge, KINDS, threshold=threshold, shortest=shortest)
+    return classified(run, lambda: _Memory(threshold).judge, KINDS, shortest=shortest)
 
 
 def unwanted_totals(run: Run) -> dict[str, dict[str, dict[str, Any]]]:
@@ -74,14 +76,26 @@ def turns_against(run: Run, *, threshold: float = THRESHOLD, shortest: float = S
     threshold : τ [m/s²].
     shortest : stretches shorter than this [s] are left out.
     """
-    found = {}
-    for name, axis in force_axes(run).items():
-        wanted, felt = run.reference_force[:, axis], run.felt_force[:, axis]
-        found[name] = sum(
-            _turns(way * wanted, way * felt, threshold, round(shortest / run.plant_period))
-            for way in (1.0, -1.0)
-        )
-    return found
+    least = round(shortest / run.plant_period)
+    return {
+        name: sum(_turns(way * wanted, way * felt, least) for way in (1, -1))
+        for name, (wanted, felt) in _beyond(run, threshold).items()
+    }
+
+
+def _beyond(run: Run, threshold: float) -> dict[str, tuple[Bytes, Bytes]]:
+    """Return, for every cued force axis, the sides on which wanted and felt force are beyond ±τ (n,)."""
+    axes = force_axes(run)
+    found: dict[str, list[tuple[Bytes, Bytes]]] = {name: [] for name in axes}
+    for part in run.parts():
+        wanted, felt = part.reference_force, part.felt_force
+        for name, i in axes.items():
+            both = (_side(series[:, i], -threshold, threshold) for series in (wanted, felt))
+            found[name].append((next(both), next(both)))
+    return {
+        name: (np.concatenate([one[0] for one in parts]), np.concatenate([one[1] for one in parts]))
+        for name, parts in found.items()
+    }
 
 
 def neutral_crossings(run: Run) -> dict[str, int]:
@@ -89,50 +103,66 @@ def neutral_crossings(run: Run) -> dict[str, int]:
 
     A crossing leads from more than 1 % of the reach on one side to more than 1 % on the other.
     """
-    found = {}
-    for name, i in moving_axes(run).items():
-        low, high = (NEUTRAL * end for end in reach(run.platform, name))
-        found[name] = len(np.flatnonzero(np.diff(_sides(run.pose[:, i], low, high))))
-    return found
+    found: dict[str, list[Bytes]] = {name: [] for name in moving_axes(run)}
+    for part in run.parts():
+        pose = part.pose
+        for name, i in moving_axes(run).items():
+            low, high = (NEUTRAL * end for end in reach(run.platform, name))
+            found[name].append(_side(pose[:, i], low, high))
+    return {name: int(np.count_nonzero(_changes(np.concatenate(sides)))) for name, sides in found.items()}
 
 
-def _judge(wanted: Vec, felt: Vec, threshold: float) -> tuple[Ints, Vec]:
-    """Return an index into KINDS for every sample, −1 for neither, and the size of the cue [m/s²].
+class _Memory:
+    """Tells lag from rebound by what was wanted before, from part to part of a run."""
 
-    A felt force that is not a number counts as rebound.
-    """
-    codes = np.where(np.isnan(felt), 1, -1).astype(np.int64)
-    for way in (1.0, -1.0):
-        lag, rebound = _too_much(way * wanted, way * felt, threshold)
-        codes[lag], codes[rebound] = 0, 1
-    return codes, np.abs(felt) - np.maximum(np.sign(felt) * wanted, 0.0)
+    def __init__(self, threshold: float) -> None:
+        self._threshold = threshold
+        # largest force wanted in either direction while it is remembered [m/s²]; −∞: it is forgotten
+        self._most = {1.0: -np.inf, -1.0: -np.inf}
+
+    def judge(self, wanted: Vec, felt: Vec) -> tuple[Ints, Vec]:
+        """Return an index into KINDS for every sample, −1 for neither, and the size of the cue [m/s²].
+
+        A felt force that is not a number counts as rebound.
+        """
+        codes = np.where(np.isnan(felt), 1, -1).astype(np.int64)
+        for way in self._most:
+            lag, rebound = self._too_much(way, way * wanted, way * felt)
+            codes[lag], codes[rebound] = 0, 1
+        return codes, np.abs(felt) - np.maximum(np.sign(felt) * wanted, 0.0)
+
+    def _too_much(self, way: float, wanted: Vec, felt: Vec) -> tuple[Bools, Bools]:
+        """Return where the felt force lags and where it rebounds, in the positive direction alone."""
+        threshold = self._threshold
+        most = np.zeros(len(wanted))  # largest force wanted in this direction while it is remembered [m/s²]
+        forgotten = (wanted <= -threshold) & (felt <= 0.0)
+        for first, stop in spans(~forgotten):
+            known = self._most[way] if first == 0 else -np.inf
+            most[first:stop] = np.maximum(known, np.maximum.accumulate(wanted[first:stop]))
+        self._most[way] = -np.inf if forgotten[-1] else float(most[-1])
+        too_much = (felt >= threshold) & (felt - wanted >= threshold)
+        of_wrong_size = (wanted >= threshold) & (felt - most >= threshold)
+        remembered = most >= threshold
+        return too_much & remembered & ~of_wrong_size, too_much & ~remembered
 
 
-def _too_much(wanted: Vec, felt: Vec, threshold: float) -> tuple[Bools, Bools]:
-    """Return where the felt force lags and where it rebounds, in the positive direction alone."""
-    most = np.zeros(len(wanted))  # largest force wanted in this direction while it is remembered [m/s²]
-    forgotten = (wanted <= -threshold) & (felt <= 0.0)
-    for first, stop in spans(~forgotten):
-        most[first:stop] = np.maximum.accumulate(wanted[first:stop])
-    too_much = (felt >= threshold) & (felt - wanted >= threshold)
-    of_wrong_size = (wanted >= threshold) & (felt - most >= threshold)
-    remembered = most >= threshold
-    return too_much & remembered & ~of_wrong_size, too_much & ~remembered
+def _turns(wanted: Bytes, felt: Bytes, shortest: int) -> int:
+    """Count the changes of the felt force from with to against a positive wanted force, given their sides."""
+    return sum(
+        int(np.sum(_changes(felt[first:stop]) < 0))
+        for first, stop in spans(wanted > 0)
+        if stop - first >= shortest
+    )
 
 
-def _turns(wanted: Vec, felt: Vec, threshold: float, shortest: int) -> int:
-    """Count the changes of the felt force from with to against a positive wanted force."""
-    count = 0
-    for first, stop in spans(wanted >= threshold):
-        if stop - first >= shortest:
-            count += int(np.sum(np.diff(_sides(felt[first:stop], -threshold, threshold)) < 0))
-    return count
+def _side(series: Vec, low: float, high: float) -> Bytes:
+    """Return the side, 1 or −1, on which every sample is beyond `high` or `low`, and 0 between."""
+    return np.subtract(series >= high, series <= low, dtype=np.int8)
 
 
-def _sides(series: Vec, low: float, high: float) -> Ints:
-    """Return the sides, 1 or −1, on which a series is beyond `high` or `low`, without samples between."""
-    sides = (series >= high).astype(np.int64) - (series <= low)
-    beyond: Ints = sides[sides != 0]
+def _changes(sides: Bytes) -> Bytes:
+    """Return the changes of side, without samples between the sides."""
+    beyond: Bytes = np.diff(sides[sides != 0])
     return beyond
 
 

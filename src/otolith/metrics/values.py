@@ -4,8 +4,8 @@
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -16,13 +16,15 @@ from otolith.metrics.axes import by_force, force_axes, rate_axes
 from otolith.metrics.false_cues import false_cues, totals
 from otolith.metrics.limits import excesses
 from otolith.metrics.measure import root_sum_square
-from otolith.metrics.rating import mismatch_rating
-from otolith.metrics.sickness import sickness_dose
+from otolith.metrics.parts import mean
+from otolith.metrics.rating import rating_in_parts
+from otolith.metrics.sickness import dose_in_parts
+from otolith.metrics.similarity import Pairs
 from otolith.metrics.tracking import tracking_rmse
 from otolith.metrics.workspace import workspace_use
 
 ByName = dict[str, float]
-OfSignals = Callable[[Vec, Vec], float]  # arguments: the wanted and the felt signal, each (n,)
+OfSignals = Callable[[Pairs], float]  # argument: the wanted and the felt signal, in parts
 
 
 def rmse(run: Run) -> float | None:
@@ -33,18 +35,20 @@ def rmse(run: Run) -> float | None:
 
 def wanted_rms(run: Run) -> ByName:
     """Return the RMS of what should be felt: force [m/s²], or for yaw its rate [rad/s]."""
-    return {name: float(np.sqrt(np.mean(wanted**2))) for name, (wanted, _) in _signals(run).items()}
+    return {
+        name: float(np.sqrt(mean(wanted**2 for wanted, _ in pairs))) for name, pairs in _signals(run).items()
+    }
 
 
 def of_signals(run: Run, figure: OfSignals) -> dict[str, float | None]:
     """Apply a figure to wanted and felt force, or for yaw to its rate; None where it is undefined."""
-    figures = {name: figure(*pair) for name, pair in _signals(run).items()}
+    figures = {name: figure(pairs) for name, pairs in _signals(run).items()}
     return {name: None if math.isnan(value) else value for name, value in figures.items()}
 
 
 def of_forces(run: Run, figure: OfSignals) -> ByName:
     """Apply a figure to wanted and felt force along every cued axis."""
-    return {name: figure(*pair) for name, pair in _forces(run).items()}
+    return {name: figure(pairs) for name, pairs in _forces(run).items()}
 
 
 def false_cues_by_kind(run: Run) -> dict[str, Any]:
@@ -55,14 +59,20 @@ def false_cues_by_kind(run: Run) -> dict[str, Any]:
 
 def mean_and_largest_rating(run: Run) -> ByName:
     """Return mean and maximum of the predicted mismatch rating over time [m/s²]."""
-    rating = mismatch_rating(run)
-    return {"mean": float(np.mean(rating)), "max": float(np.max(rating))}
+    largest, ratings = [], rating_in_parts(run)
+
+    def noted(rating: Vec) -> Vec:
+        largest.append(float(np.max(rating)))
+        return rating
+
+    return {"mean": float(mean(map(noted, ratings))), "max": float(np.max(largest))}
 
 
 def sickness_doses(run: Run) -> ByName:
     """Return the motion sickness dose of the force along every cued axis [m/s^1.5]."""
     return {
-        name: sickness_dose(run.felt_force[:, i], run.plant_period) for name, i in force_axes(run).items()
+        name: dose_in_parts((part.felt_force[:, i] for part in run.parts()), run.plant_period)
+        for name, i in force_axes(run).items()
     }
 
 
@@ -101,12 +111,27 @@ def supervised(run: Run) -> dict[str, ByName]:
     return by_limit
 
 
-def _forces(run: Run) -> dict[str, tuple[Vec, Vec]]:
+def _forces(run: Run) -> dict[str, "_Signals"]:
     """Return wanted and felt specific force [m/s²] along every cued axis."""
-    return {name: (run.reference_force[:, i], run.felt_force[:, i]) for name, i in force_axes(run).items()}
+    return {name: _Signals(run, i, rate=False) for name, i in force_axes(run).items()}
 
 
-def _signals(run: Run) -> dict[str, tuple[Vec, Vec]]:
+def _signals(run: Run) -> dict[str, "_Signals"]:
     """Return wanted and felt force [m/s²], or for yaw the rates [rad/s], by degree of freedom."""
-    rates, felt = rate_axes(run), run.felt_rate
-    return _forces(run) | {name: (run.reference_rate[:, i], felt[:, i]) for name, i in rates.items()}
+    return _forces(run) | {name: _Signals(run, i, rate=True) for name, i in rate_axes(run).items()}
+
+
+@dataclass(frozen=True)
+class _Signals:
+    """What was wanted and felt along, or about, one axis of a run, in parts."""
+
+    run: Run
+    axis: int
+    rate: bool
+
+    def __iter__(self) -> Iterator[tuple[Vec, Vec]]:
+        for part in self.run.parts():
+            if self.rate:
+                yield part.reference_rate[:, self.axis], part.felt_rate[:, self.axis]
+            else:
+                yield part.reference_force[:, self.axis], part.felt_force[:, self.axis]

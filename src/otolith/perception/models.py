@@ -10,6 +10,15 @@ from otolith.core.lti import StateSpace, diagonal
 from otolith.perception import canals, otoliths
 
 
+def sensing(organ: StateSpace, period: float, *, before: Vec) -> Filter:
+    """Return the filter with which `sense` makes the perceived motion (n, k) of a motion (n, k).
+
+    It keeps its state, so a long motion may pass through it in parts.
+    """
+    organs = diagonal(*[organ] * len(before)).discretise(period, hold="first")
+    return Filter(organs).at_rest(before)
+
+
 def sense(organ: StateSpace, motion: Mat, period: float, *, before: Vec) -> Mat:
     """Return the perceived motion (n, k) of the motion (n, k), which is linear between samples.
 
@@ -20,8 +29,7 @@ def sense(organ: StateSpace, motion: Mat, period: float, *, before: Vec) -> Mat:
     before : (k,) the constant motion long before the first sample, which determines the initial state. If the
         first sample differs from it, the motion changes linearly over the preceding period.
     """
-    organs = diagonal(*[organ] * motion.shape[1]).discretise(period, hold="first")
-    return Filter(organs).at_rest(before).simulate(motion)
+    return sensing(organ, period, before=before).simulate(motion)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -93,7 +93,7 @@ def points_each(panels: Iterable[Panel]) -> int:
 def facts(runs: Sequence[Run], date: str) -> str:
     """List the circumstances of runs of one kind, read from the first of them."""
     run = runs[0]
-    steps = len(run.command_time)
+    steps = run.decisions
     known = {
         "platform": run.platform.name,
         "plant": run.plant,
@@ -146,7 +146,7 @@ def decimation(runs: Sequence[Run]) -> str:
     """Return a note that not all samples are drawn; empty if all are."""
     if not any(decimated(run) for run in runs):
         return ""
-    longest = max(len(run.time) for run in runs)
+    longest = max(run.samples for run in runs)
     return (
         f'<p class="note">A curve has up to {number(longest)} samples, of which at most {number(MAX_POINTS)} '
         "are drawn, fewer where there are many curves, chosen so that the lowest and the highest of every "

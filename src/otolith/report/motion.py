@@ -69,7 +69,7 @@ def motion_comparison(runs: Sequence[Run], dof: str, best: Run | None = None) ->
 
 
 def _felt(s: SingleSeries, span: Band, best: tuple[Curve, ...]) -> Panel:
-    curves = (reference_of(s), curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4), *best)
+    curves = (reference_of(s), curve_of("felt", s.felt, palette.BLUE, width=1.4), *best)
     return Panel(
         key=s.axis,
         title=FELT[s.axis].capitalize(),
@@ -86,8 +86,8 @@ def _place(s: SingleSeries, span: Band) -> Panel:
         f"{place.capitalize()} and {speed}",
         (f"{place} [{s.units[1]}]", f"{speed} [{s.units[2]}]"),
         (
-            curve_of(place, s.time, s.place, palette.BLUE, width=1.4),
-            curve_of(speed, s.time, s.speed, palette.VERMILION, width=0.9, axis=1),
+            curve_of(place, s.place, palette.BLUE, width=1.4),
+            curve_of(speed, s.speed, palette.VERMILION, width=0.9, axis=1),
         ),
         (s.place_band, s.speed_band),
         span,

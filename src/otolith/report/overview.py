@@ -50,14 +50,14 @@ def false_cue_panel(runs: Sequence[Run], dof: str) -> Panel:
         title="False cues",
         axes=(_rows(labels(runs)),),
         curves=tuple(curves),
-        x_span=(0.0, max(len(run.command_time) * run.period for run in runs) or 1.0),
+        x_span=(0.0, max(run.decisions * run.period for run in runs) or 1.0),
     )
 
 
 def use_panel(runs: Sequence[Run]) -> Panel:
     """Return a panel of the largest share of the reach that each run used per axis; 100 % is the limit."""
     require_one_scenario(runs)
-    used = [workspace_use(run) if len(run.time) else {} for run in runs]
+    used = [workspace_use(run) if run.samples else {} for run in runs]
     axes = list(dict.fromkeys(axis for of_run in used for axis in of_run))
     curves, largest = [], 1.1
     for k, axis in enumerate(axes):

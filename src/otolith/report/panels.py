@@ -16,6 +16,7 @@ from otolith.report import palette
 from otolith.report.series import (
     Band,
     Effort,
+    Line,
     PairSeries,
     SingleSeries,
     decimate,
@@ -185,9 +186,9 @@ def require_one_scenario(runs: Sequence[Run]) -> None:
 def _force(s: PairSeries, span: Band, best: tuple[Curve, ...]) -> Panel:
     curves = (
         reference_of(s),
-        curve_of("felt", s.time, s.felt, palette.BLUE, width=1.4),
-        curve_of(f"from {AXES[s.pair.translation]}", s.time, s.translation, palette.VERMILION, width=0.9),
-        curve_of(f"from {AXES[s.pair.rotation]}", s.time, s.gravity, palette.GREEN, dash="dash", width=1.1),
+        curve_of("felt", s.felt, palette.BLUE, width=1.4),
+        curve_of(f"from {AXES[s.pair.translation]}", s.translation, palette.VERMILION, width=0.9),
+        curve_of(f"from {AXES[s.pair.rotation]}", s.gravity, palette.GREEN, dash="dash", width=1.1),
         *best,
     )
     return Panel(
@@ -205,8 +206,8 @@ def _tilt(s: PairSeries, span: Band) -> Panel:
         "Tilt and tilt rate",
         ("tilt [deg]", "tilt rate [deg/s]"),
         (
-            curve_of("tilt", s.time, s.tilt_deg, palette.BLUE, width=1.4),
-            curve_of("tilt rate", s.time, s.tilt_rate_deg, palette.VERMILION, width=0.9, axis=1),
+            curve_of("tilt", s.tilt_deg, palette.BLUE, width=1.4),
+            curve_of("tilt rate", s.tilt_rate_deg, palette.VERMILION, width=0.9, axis=1),
         ),
         (s.tilt_band_deg, s.tilt_rate_band_deg),
         span,
@@ -219,8 +220,8 @@ def _position(s: PairSeries, span: Band) -> Panel:
         "Position and velocity",
         ("position [m]", "velocity [m/s]"),
         (
-            curve_of("position", s.time, s.position, palette.BLUE, width=1.4),
-            curve_of("velocity", s.time, s.velocity, palette.VERMILION, width=0.9, axis=1),
+            curve_of("position", s.position, palette.BLUE, width=1.4),
+            curve_of("velocity", s.velocity, palette.VERMILION, width=0.9, axis=1),
         ),
         (s.position_band, s.velocity_band),
         span,
@@ -269,20 +270,19 @@ def _step_time(cost: Effort, span: Band) -> Panel:
 
 def time_span(run: Run) -> Band:
     """Return the time from the start to the end of the last decision's period [s]."""
-    return 0.0, max(run.period, len(run.command_time) * run.period)
+    return 0.0, max(run.period, run.decisions * run.period)
 
 
 def curve_of(
-    label: str, x: Vec, y: Vec, color: str, *, dash: str = "solid", width: float, axis: int = 0
+    label: str, line: Line, color: str, *, dash: str = "solid", width: float, axis: int = 0
 ) -> Curve:
-    """Return a line, decimated to the number of points that a screen shows."""
-    x, y = decimate(x, y)
-    return Curve(label=label, x=x, y=y, color=color, dash=dash, width=width, axis=axis)
+    """Return a line as a curve of a panel."""
+    return Curve(label=label, x=line.x, y=line.y, color=color, dash=dash, width=width, axis=axis)
 
 
 def reference_of(s: PairSeries | SingleSeries) -> Curve:
     """Return the reference as a broad grey line behind all others."""
-    return curve_of("reference", s.time, s.reference, palette.GREY, width=2.6)
+    return curve_of("reference", s.reference, palette.GREY, width=2.6)
 
 
 def best_felt(best: Run | None, dof: str) -> tuple[Curve, ...]:
@@ -290,7 +290,7 @@ def best_felt(best: Run | None, dof: str) -> tuple[Curve, ...]:
     if best is None:
         return ()
     s = pair_series(best, dof) if dof in PAIRS else single_series(best, dof)
-    return (curve_of("best possible", s.time, s.felt, palette.PURPLE, dash="dash", width=1.3),)
+    return (curve_of("best possible", s.felt, palette.PURPLE, dash="dash", width=1.3),)
 
 
 def _style(k: int) -> tuple[str, str]:
@@ -299,13 +299,13 @@ def _style(k: int) -> tuple[str, str]:
 
 
 def overlay(
-    names: Sequence[str], all_series: Sequence[Series], pick: Callable[[Series], Vec]
+    names: Sequence[str], all_series: Sequence[Series], pick: Callable[[Series], Line]
 ) -> tuple[Curve, ...]:
     """Return one curve per run; later ones are thinner, so that equal curves all remain visible."""
     curves = []
     for k, (name, s) in enumerate(zip(names, all_series, strict=True)):
         color, dash = _style(k)
-        curves.append(curve_of(name, s.time, pick(s), color, dash=dash, width=max(1.0, 2.0 - 0.3 * k)))
+        curves.append(curve_of(name, pick(s), color, dash=dash, width=max(1.0, 2.0 - 0.3 * k)))
     return tuple(curves)
 
 

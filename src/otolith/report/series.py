@@ -4,13 +4,13 @@ Everything that is drawn, on paper or on a page, comes from here, so both show t
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Ints, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import DOFS, Dof, specific_force
 from otolith.interfaces import Status
 from otolith.loop import Run
@@ -20,20 +20,27 @@ MAX_POINTS: Final = 5_000  # largest number of points of a curve; three times th
 Band = tuple[float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A quantity over time, with at most `MAX_POINTS` points that look like all samples of the run."""
+
+    x: Vec  # (k,) [s]
+    y: Vec  # (k,)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairSeries:
-    """The motion of one axis pair: n samples at the plant's rate, tilt in the planar model's sign."""
+    """The motion of one axis pair over time, tilt in the planar model's sign."""
 
     pair: Dof
-    time: Vec  # (n,) [s]
-    reference: Vec  # (n,) [m/s²] specific force to be felt
-    felt: Vec  # (n,) [m/s²] specific force felt
-    translation: Vec  # (n,) [m/s²] part of the felt force from moving
-    gravity: Vec  # (n,) [m/s²] part of the felt force from tilting
-    tilt_deg: Vec  # (n,) [deg]
-    tilt_rate_deg: Vec  # (n,) [deg/s]
-    position: Vec  # (n,) [m]
-    velocity: Vec  # (n,) [m/s]
+    reference: Line  # [m/s²] specific force to be felt
+    felt: Line  # [m/s²] specific force felt
+    translation: Line  # [m/s²] part of the felt force from moving
+    gravity: Line  # [m/s²] part of the felt force from tilting
+    tilt_deg: Line  # [deg]
+    tilt_rate_deg: Line  # [deg/s]
+    position: Line  # [m]
+    velocity: Line  # [m/s]
     tilt_band_deg: Band  # limits, low and high
     tilt_rate_band_deg: Band
     position_band: Band
@@ -42,15 +49,14 @@ class PairSeries:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SingleSeries:
-    """The motion of heave or yaw: n samples at the plant's rate, in `units`."""
+    """The motion of heave or yaw over time, in `units`."""
 
     axis: str
     units: tuple[str, str, str]  # units of what is felt, of the position, of the speed
-    time: Vec  # (n,) [s]
-    reference: Vec  # (n,) to be felt
-    felt: Vec  # (n,)
-    place: Vec  # (n,)
-    speed: Vec  # (n,)
+    reference: Line  # to be felt
+    felt: Line
+    place: Line
+    speed: Line
     place_band: Band
     speed_band: Band
 
@@ -79,19 +85,24 @@ def pair_series(run: Run, pair: str) -> PairSeries:
     travel, tilt = run.platform.limits(axes)
     low, high = np.rad2deg(tilt.position)
     rate, speed = float(np.rad2deg(tilt.velocity)), float(travel.velocity)
-    # The plants report acceleration in the driver's frame, so what is left of the force is gravity.
-    gravity = specific_force(np.zeros((len(run.time), 3)), run.pose[:, 3:])
+
+    def lines(part: Run) -> dict[str, Vec]:
+        pose, twist = part.pose, part.twist
+        return {
+            "reference": part.reference_force[:, i],
+            "felt": part.felt_force[:, i],
+            "translation": part.acceleration[:, i],
+            # The plants report acceleration in the driver's frame, so what is left of the force is gravity.
+            "gravity": specific_force(np.zeros((len(pose), 3)), pose[:, 3:])[:, i],
+            "tilt_deg": np.rad2deg(axes.sign * pose[:, j]),
+            "tilt_rate_deg": np.rad2deg(axes.sign * twist[:, j]),
+            "position": pose[:, i],
+            "velocity": twist[:, i],
+        }
+
     return PairSeries(
+        **thinned(run, lines),
         pair=axes,
-        time=run.time,
-        reference=run.reference_force[:, i],
-        felt=run.felt_force[:, i],
-        translation=run.acceleration[:, i],
-        gravity=gravity[:, i],
-        tilt_deg=np.rad2deg(axes.sign * run.pose[:, j]),
-        tilt_rate_deg=np.rad2deg(axes.sign * run.twist[:, j]),
-        position=run.pose[:, i],
-        velocity=run.twist[:, i],
         tilt_band_deg=(float(low), float(high)),
         tilt_rate_band_deg=(-rate, rate),
         position_band=(float(travel.position[0]), float(travel.position[1])),
@@ -105,17 +116,23 @@ def single_series(run: Run, axis: str) -> SingleSeries:
     (limits,), (i,) = run.platform.limits(dof), dof.axes
     heaves = not dof.feels_rate
     scale = 1.0 if heaves else float(np.rad2deg(1.0))
-    wanted, felt = (run.reference_force, run.felt_force) if heaves else (run.reference_rate, run.felt_rate)
     low, high = limits.position
     speed = scale * limits.velocity
+
+    def lines(part: Run) -> dict[str, Vec]:
+        force, rate = (part.reference_force, part.felt_force), (part.reference_rate, part.felt_rate)
+        wanted, felt = force if heaves else rate
+        return {
+            "reference": scale * wanted[:, dof.felt],
+            "felt": scale * felt[:, dof.felt],
+            "place": scale * part.pose[:, i],
+            "speed": scale * part.twist[:, i],
+        }
+
     return SingleSeries(
+        **thinned(run, lines),
         axis=axis,
         units=("m/s²", "m", "m/s") if heaves else ("deg/s", "deg", "deg/s"),
-        time=run.time,
-        reference=scale * wanted[:, dof.felt],
-        felt=scale * felt[:, dof.felt],
-        place=scale * run.pose[:, i],
-        speed=scale * run.twist[:, i],
         place_band=(scale * low, scale * high),
         speed_band=(-speed, speed),
     )
@@ -154,19 +171,55 @@ def decimate(x: Vec, y: Vec, limit: int = MAX_POINTS) -> tuple[Vec, Vec]:
     The points are cut into equal stretches. The lowest and highest of each stretch are kept, and the first
     and last of all, so no peak is lost. NaN remains only if a whole stretch is NaN.
     """
-    n = len(y)
+    length = _stretch(len(y), limit)
+    if length == 1:
+        return x, y
+    keep = _kept(y, length, first=True, last=True)
+    return x[keep], y[keep]
+
+
+def thinned(run: Run, lines: Callable[[Run], Mapping[str, Vec]], limit: int = MAX_POINTS) -> dict[str, Line]:
+    """Return quantities of a run over time, with those points of each that `decimate` keeps.
+
+    The run is read part by part, so only these points of a long run are in memory.
+
+    Parameters
+    ----------
+    lines : gives the quantities (n,) of a part by name.
+    """
+    length, left, first = _stretch(run.samples, limit), run.samples, True
+    rest: dict[str, Vec] = {}  # samples of a stretch that ends in the next part
+    kept: dict[str, list[Mat]] = {}
+    for part in run.parts():
+        found = {"": part.time, **lines(part)}
+        series = {name: np.concatenate([rest.get(name, one[:0]), one]) for name, one in found.items()}
+        left, count = left - part.samples, len(series[""])
+        whole = count - count % length if left else count
+        for name, values in series.items():
+            keep = _kept(values[:whole], length, first=first, last=not left)
+            kept.setdefault(name, []).append(np.stack([series[""][keep], values[keep]]))
+        first = first and not whole
+        rest = {name: values[whole:] for name, values in series.items()}
+    return {name: Line(*np.concatenate(parts, axis=1)) for name, parts in kept.items() if name}
+
+
+def _stretch(n: int, limit: int) -> int:
+    """Return how many of n points are represented by two, so that at most `limit` remain; 1 keeps all."""
     if limit < 4:
         raise ValueError(f"limit is {limit}, must be at least 4")
-    if n <= limit:
-        return x, y
-    length = -(-n // ((limit - 2) // 2))  # points of one stretch, rounded up
+    return 1 if n <= limit else -(-n // ((limit - 2) // 2))
+
+
+def _kept(y: Vec, length: int, *, first: bool, last: bool) -> Ints:
+    """Return the indices of the lowest and highest of every stretch of points, and of the ends if asked."""
+    n = len(y)
     rows = -(-n // length)
-    padded = np.pad(y, (0, rows * length - n), mode="edge").reshape(rows, length)
+    padded = np.pad(y, (0, rows * length - n), mode="edge").reshape(rows, length) if n else np.zeros((0, 1))
     start = length * np.arange(rows)
     low = start + np.argmin(np.where(np.isnan(padded), np.inf, padded), axis=1)
     high = start + np.argmax(np.where(np.isnan(padded), -np.inf, padded), axis=1)
-    keep = np.unique(np.minimum(np.concatenate([[0], low, high, [n - 1]]), n - 1))
-    return x[keep], y[keep]
+    ends = [0] * (first and n > 0) + [n - 1] * (last and n > 0)
+    return np.unique(np.minimum(np.concatenate([low, high, np.array(ends, dtype=np.int64)]), n - 1))
 
 
 def stairs(time: Vec, counts: Vec, period: float, limit: int = MAX_POINTS) -> tuple[Vec, Vec]:
@@ -201,4 +254,4 @@ def extent(*curves: Vec) -> Band:
 
 def decimated(run: Run) -> bool:
     """Return whether some curve of `run` has more samples than are drawn."""
-    return max(len(run.time), len(run.command_time)) > MAX_POINTS
+    return max(run.samples, run.decisions) > MAX_POINTS

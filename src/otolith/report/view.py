@@ -50,5 +50,11 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
 
 def frames_of(run: Run) -> tuple[Vec, Mat]:
     """Return time (n,) [s] and poses (n, 6) of a run at `FRAMES_PER_SECOND`, or less often if it is long."""
-    every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)), math.ceil(len(run.time) / FRAMES))
-    return run.time[::every], run.pose[::every]
+    every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)), math.ceil(run.samples / FRAMES))
+    times, poses, before = [], [], 0
+    for part in run.parts():
+        first = -before % every  # of the samples that are shown, the first in this part
+        times.append(part.time[first::every])
+        poses.append(part.pose[first::every])
+        before += part.samples
+    return np.concatenate(times), np.concatenate(poses)
