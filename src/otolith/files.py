@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # what a file holds is imported on use: no command reads file
     from otolith.cueing.washout.tuning import Tuning
     from otolith.platforms import Platform
     from otolith.recordings import Log
-    from otolith.recordings.recorded import Columns, Recorded
+    from otolith.recordings.recorded import Columns, Recorded, Signal
     from otolith.recordings.understanding import Understanding
     from otolith.vehicle import Car, Lap, Road
 
@@ -62,10 +62,12 @@ __all__ = [
     "write_laws",
     "write_run",
     "write_sets",
+    "write_tables",
     "write_text",
 ]
 
 LAP_KIND, LAP_VERSION = "otolith-lap", 2
+TABLES_KIND, TABLES_VERSION = "otolith-tables", 1
 
 
 def read_platform(name_or_path: str) -> "Platform":
@@ -192,6 +194,55 @@ def _read_lap(path: Path) -> "Columns":
         values=tuple(arrays[name] for name in COLUMNS),
         layout=Layout(form="a lap of otolith drive", rows=len(arrays[COLUMNS[0]])),
     )
+
+
+def write_tables(
+    path: Path, tables: "Mapping[str, Sequence[Signal]]", attributes: Mapping[str, str], *, table: str
+) -> None:
+    """Store tables as HDF5 (a group for each) or MDF 4 (a group of channels for each), or one of them as CSV.
+
+    Parameters
+    ----------
+    attributes : what is said beside them; an MDF and a CSV file have no room for it.
+    table : the one that a CSV file holds.
+
+    Raises
+    ------
+    InputError : there is no such table.
+    """
+    ending = path.suffix.lower()
+    if ending == ".csv":
+        if table not in tables:
+            raise InputError("table", repr(table), one_of(tables, table))
+        with whole(path) as temporary:
+            _write_csv(temporary, tables[table])
+        return
+    if ending == ".mf4":
+        from otolith import registry
+
+        write = registry.WRITERS["mdf"].load()
+        with whole(path) as temporary:
+            write(temporary, tables)
+        return
+    arrays = {f"{name}/time": signals[0].t for name, signals in tables.items()}
+    units = dict.fromkeys(arrays, "s")
+    for name, signals in tables.items():
+        arrays |= {f"{name}/{one.name}": one.values for one in signals}
+        units |= {f"{name}/{one.name}": one.unit for one in signals}
+    write_sealed(path, attributes, arrays, kind=TABLES_KIND, version=TABLES_VERSION, units=units)
+
+
+def _write_csv(path: Path, signals: "Sequence[Signal]") -> None:
+    """Write signals of one clock; numbers are written so that they come back bit for bit."""
+    import csv
+
+    names = ["time [s]", *(f"{one.name} [{one.unit}]" if one.unit else one.name for one in signals)]
+    columns = [signals[0].t, *(one.values for one in signals)]
+    texts = [map(bytes.decode, one) if one.dtype.kind == "S" else map(repr, one.tolist()) for one in columns]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(zip(*texts, strict=True))
 
 
 def write_json(path: Path, value: object) -> None:

@@ -277,6 +277,12 @@ LOG_FORMATS: Final = Table(
 )
 
 
+# What a library writes: callables that take a path and tables of `recordings.recorded.Signal` by name.
+WRITERS: Final = {
+    "mdf": Entry("otolith.recordings.mdf:write_mdf", "ASAM MDF 4", extra="logs", needs=("asammdf",)),
+}
+
+
 def check_options(names: Sequence[str], given: Iterable[str]) -> None:
     """Refuse an option that was given but that none of the cueing algorithms `names` reads.
 

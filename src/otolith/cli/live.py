@@ -1,7 +1,7 @@
 """`otolith live`: motion platforms in real time, and what can be done without one."""
 
 from otolith.cli.live_check import axis, check
-from otolith.cli.live_log import replay
+from otolith.cli.live_log import export, replay
 from otolith.cli.live_run import demo, run
 from otolith.cli.live_virtual import bench, faults
 from otolith.cli.live_wire import emulate, learn_, record
@@ -15,6 +15,7 @@ app.command("axis")(axis)
 app.command("record")(record)
 app.command("learn")(learn_)
 app.command("replay")(replay)
+app.command("export")(export)
 app.command("emulate")(emulate)
 app.command("faults")(faults)
 app.command("bench")(bench)

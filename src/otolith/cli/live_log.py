@@ -2,14 +2,16 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from otolith import files
 from otolith.cli.output import print_json, progress_bar, screen, warn, working
 from otolith.core.disk import mapped
-from otolith.core.errors import CorruptFile
+from otolith.core.errors import CorruptFile, InputError, one_of
 
 if TYPE_CHECKING:
     from otolith.live.log import Opened
@@ -29,8 +31,8 @@ def replay(
     from otolith.live.session import session_from_record, versions
 
     with opened(log) as found:
-        session = session_from_record(found.head["session"], log.name)
-        others = _others(found.head.get("versions", {}), versions())
+        session = session_from_record(found.session, log.name)
+        others = _others(found.head.get("versions", versions()), versions())
         if others:
             warn(screen(), f"bits may differ, for {others}")
         with working(screen(), "compiling what is not cached, up to a minute"):
@@ -52,6 +54,42 @@ def replay(
         warn(screen(), "kernels were compiled in this process, which changes last digits: replay again")
     if any(seen.different or not seen.compared for seen in play.seen):
         raise typer.Exit(1)
+
+
+def export(
+    log: LogFile,
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="What to write: .h5 or .mf4 with all tables, .csv with one.")
+    ],
+    table: Annotated[
+        str, typer.Option(help="Of a .csv: reference, set-points, measured, decisions or events.")
+    ] = "reference",
+) -> None:
+    """Write a log as tables with units; the reference as .csv is a drive that 'otolith run --log' reads."""
+    from otolith.live.export import CODES, TABLES, Tables
+    from otolith.live.log import PIECES
+    from otolith.live.session import session_from_record
+
+    files.check_file(out, ".h5", ".mf4", ".csv")
+    if table not in TABLES:
+        raise InputError("--table", repr(table), one_of(TABLES, table))
+    with opened(log) as found:
+        session = session_from_record(found.session, log.name)
+        tables = Tables(log.name, parse=session.source.parse, wanted=session.wanted, health=session.health())
+        with progress_bar(screen(), "reading") as bar:
+            try:
+                for piece in found.pieces(PIECES):
+                    tables.take(piece)
+                    bar(found.share)
+            except CorruptFile as damage:
+                warn(screen(), f"{damage}; what came before is written")
+        if found.records.cut:
+            warn(screen(), f"{log.name} ends within a record, as if its recorder had been killed")
+    said = {"log": log.name, "session": dumps(found.head), **CODES}
+    made = tables.signals()
+    files.write_tables(out, made, said, table=table)
+    rows = ", ".join(f"{name} {len(signals[0].t)}" for name, signals in made.items())
+    screen().print(f"rows: {rows}; written to {out}", soft_wrap=True)
 
 
 @contextmanager

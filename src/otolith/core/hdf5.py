@@ -43,9 +43,20 @@ class Content:
 
 
 def write_sealed(
-    path: Path, attributes: Mapping[str, Any], arrays: Arrays, *, kind: str, version: int
+    path: Path,
+    attributes: Mapping[str, Any],
+    arrays: Arrays,
+    *,
+    kind: str,
+    version: int,
+    units: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a sealed HDF5 file completely or not at all; raises `NotWritten` as `disk.whole` does."""
+    """Write a sealed HDF5 file completely or not at all; raises `NotWritten` as `disk.whole` does.
+
+    Parameters
+    ----------
+    units : of arrays by name; stored as the attribute `unit` of each.
+    """
     import h5py
 
     buffer = io.BytesIO()
@@ -53,7 +64,9 @@ def write_sealed(
         file.attrs.update(kind=kind, version=version, **attributes)
         for name, array in arrays.items():
             options = {"compression": "gzip"} if np.ndim(array) else {}
-            file.create_dataset(name, data=array, **options)
+            made = file.create_dataset(name, data=array, **options)
+            if units is not None and name in units:
+                made.attrs["unit"] = units[name]
     content = buffer.getvalue()[SEAL_BYTES:]
     write_bytes(path, _seal(hashlib.sha256(content).hexdigest()) + content)
 

@@ -296,6 +296,12 @@ class Opened:
             raise CorruptFile(f"{source} is no log of a session of version {VERSION}")
 
     @property
+    def session(self) -> Mapping[str, Any]:
+        """Return the session's plain values, see `otolith.live.session.session_from_record`."""
+        with damage_reported(f"{self.source} is no log of a session"):
+            return dict(self.head["session"])
+
+    @property
     def share(self) -> float:
         """Return how much was read, 0 to 1."""
         return self._read / self._size

@@ -23,7 +23,7 @@ from otolith.cueing.hints.stored import Refused
 from otolith.cueing.washout.tuning import Tuning, tunings
 from otolith.experiment import StoredFile, hint_for
 from otolith.interfaces import PlatformState, Reference
-from otolith.live.controller import Controller, plain
+from otolith.live.controller import Controller, Wanted, plain
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
 from otolith.live.core.reference import Cued
@@ -59,6 +59,15 @@ class Session:
     def source(self) -> Source:
         """Return the parser of telemetry."""
         return source_named(self.settings.input.source, self.texts.__getitem__)
+
+    @property
+    def wanted(self) -> Wanted:
+        """Return what makes of a sample what should be felt."""
+        return plain if self.axes is None else self.axes.wanted
+
+    def health(self) -> Health:
+        """Return a new judge of the telemetry."""
+        return Health(pauses_silently=self.settings.input.pauses_silently)
 
     @property
     def listen(self) -> tuple[str, int]:
@@ -132,8 +141,8 @@ class Session:
             cueing,
             self.gate(),
             parse=self.source.parse,
-            wanted=plain if self.axes is None else self.axes.wanted,
-            health=Health(pauses_silently=self.settings.input.pauses_silently),
+            wanted=self.wanted,
+            health=self.health(),
             cued=Cued(scale=self.settings.scale),
         )
 

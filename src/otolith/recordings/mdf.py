@@ -2,10 +2,11 @@
 
 import logging
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
+import asammdf
 import numpy as np
 from asammdf import MDF
 from asammdf.blocks.utils import MdfException
@@ -59,6 +60,23 @@ def read_mdf(path: Path, wanted: Callable[[str], bool]) -> Columns:
         f"{path.name}: {name!r} runs over {over}, not over time: left out" for name, over in left.items()
     )
     return with_own_clocks(path.name, timed, layout, notes)
+
+
+def write_mdf(path: Path, tables: Mapping[str, Sequence[Signal]]) -> None:
+    """Write tables as MDF 4, one group of channels for each; the signals of a table share its clock.
+
+    Parameters
+    ----------
+    tables : by name. Texts are bytes of UTF-8.
+    """
+    with MDF(version="4.10") as file:
+        for name, signals in tables.items():
+            channels = [
+                asammdf.Signal(one.values, one.t, name=one.name, unit=one.unit, encoding="utf-8")
+                for one in signals
+            ]
+            file.append(channels, acq_name=name, common_timebase=True)
+        file.save(path, overwrite=True, compression=2)
 
 
 def _signal(file: MDF, name: str, group: int, index: int) -> tuple[Signal, int]:
