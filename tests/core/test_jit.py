@@ -144,3 +144,42 @@ def test_every_signature_has_a_file_of_its_own_whoever_writes_it(tmp_path: Path)
         (small / name).rename(small / "__pycache__" / name)
     said = "print(*(call(x) for x in (1.0, 1, 1j)), sum(call.stats.cache_hits.values()))"
     assert python(f"from small.caller import call; {said}", small) == "2.0 2.0 2j 3"
+
+
+SUMS = """
+import numpy as np
+from otolith.core.jit import jit_fused, kernel
+
+@jit_fused
+def total(x):
+    sum_ = 0.0
+    for i in range(x.size):
+        sum_ += np.exp(x[i]) * np.sin(x[i]) / (1.0 + x[i])
+    return sum_
+
+@kernel
+def twice(x):
+    return total(x) + total(x[::-1])
+
+@kernel
+def thrice(x):
+    return twice(x) + total(x[1:])
+"""
+COPIES = """
+import numpy as np
+from llvmlite.binding import Linkage
+from small.sums import thrice
+
+thrice(np.ones(9))
+((overload,),) = [thrice.overloads.values()]
+module = overload.library._final_module
+own = [f for f in module.functions if not f.is_declaration and f.name.startswith("_ZN5small")]
+print(*sorted({Linkage(f.linkage).name for f in own}))
+"""
+
+
+def test_no_other_library_replaces_the_copies_that_a_function_calls(tmp_path: Path) -> None:
+    small = package(tmp_path)
+    (small / "sums.py").write_text(SUMS)
+    # its own name is seen from outside; what it calls is there, and seen by nobody
+    assert python(COPIES, small) == "external internal"

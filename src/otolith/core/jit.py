@@ -18,7 +18,7 @@ from typing import Any, Final, TypeVar, cast
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-from otolith.core import shipped
+from otolith.core import own_copies, shipped
 from otolith.core.sources import fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -36,6 +36,12 @@ _NUMBA: Final = "numba" + numba.__version__.replace(".", "_")  # in the names of
 _compiled: list[str] = []  # names of the functions that this process has compiled and stored
 _swept: set[tuple[str, str]] = set()  # (folder, module) whose stale code this process has already removed
 
+if not own_copies.keep_copies_apart():
+    warnings.warn(
+        f"numba {numba.__version__} is not known: last digits of results may depend on what else is compiled",
+        stacklevel=2,
+    )
+
 
 def kernel(function: F) -> F:
     """Compile `function` on first use and cache its machine code next to the source.
@@ -49,6 +55,7 @@ def kernel(function: F) -> F:
 def compiled(function: F, **options: Any) -> F:
     """Compile as `kernel` does, with further options of `numba.njit`."""
     options = {"error_model": "numpy", **options}
+    own_copies.own(function.__module__)
     dispatcher: Any = numba.njit(**options)(function)
     if hasattr(dispatcher, "py_func"):  # absent when numba is disabled
         dispatcher._cache = _cache_of(function) or dispatcher._cache
