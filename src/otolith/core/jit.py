@@ -33,7 +33,6 @@ _FREEDOMS: Final = {
 # The exceptions that unpickling raises when cached code refers to a type that was moved or renamed.
 _MOVED: Final = (ImportError, AttributeError)
 _NUMBA: Final = "numba" + numba.__version__.replace(".", "_")  # in the names of files of machine code
-_compiled: list[str] = []  # names of the functions that this process has compiled and stored
 _swept: set[tuple[str, str]] = set()  # (folder, module) whose stale code this process has already removed
 
 if not own_copies.keep_copies_apart():
@@ -60,15 +59,6 @@ def compiled(function: F, **options: Any) -> F:
     if hasattr(dispatcher, "py_func"):  # absent when numba is disabled
         dispatcher._cache = _cache_of(function) or dispatcher._cache
     return cast(F, dispatcher)
-
-
-def compiled_here() -> tuple[str, ...]:
-    """Return the functions that this process has compiled and stored, and not found in the cache.
-
-    Such a process differs from all later ones in the last digits, because functions that it also compiles on
-    their own are then put into their callers in another way. Who needs equal bits starts a process anew.
-    """
-    return tuple(_compiled)
 
 
 def jit_fused(function: F) -> F:
@@ -201,7 +191,6 @@ class SourceCache(FunctionCache):
         """Store the machine code for a signature, after removing code of this module under other stamps."""
         self._stamp()
         self._sweep()
-        _compiled.append(self._py_func.__qualname__)
         super().save_overload(sig, data)  # type: ignore[no-untyped-call]
         if shipped.on_compiled is not None:
             from numba.core.serialize import dumps  # the pickling of numba's own cache

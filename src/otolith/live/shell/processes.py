@@ -7,7 +7,6 @@ import multiprocessing
 import os
 import signal
 import socket
-import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ from multiprocessing.synchronize import Event
 from typing import Any, Final
 
 from otolith.core.errors import OtolithError
-from otolith.core.jit import compiled_here
 from otolith.live.axis_test import AxisTest, goal_of
 from otolith.live.controller import ControllerInbox
 from otolith.live.core.health import Count
@@ -34,7 +32,6 @@ from otolith.live.shell.rights import die_with_parent, take_rights
 from otolith.live.shell.timing import ControllerTiming, OutputTiming
 
 TICK_NS: Final = 1_000_000  # [ns] of the output
-COMPILED: Final = 7  # exit code of a process that is to be started anew, with what it has compiled
 CONTROLLER, OUTPUT = 10, 20  # real-time priorities
 
 
@@ -43,7 +40,6 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
     _begin_child()
     asked = _asked_to_end()
     controller = session.controller()
-    _end_if_compiled()
     plans, reports = Channel(names["plans"]), Channel(names["reports"])
     said.put(("controller", *take_rights(CONTROLLER)))
     with (
@@ -139,7 +135,6 @@ def run_output(session: Session, names: dict[str, str], ready: Event, said: Any,
     """
     _begin_child()
     output = session.output()
-    _end_if_compiled()
     asked = _asked_to_end()
     said.put(("output", *take_rights(OUTPUT)))
     plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
@@ -247,12 +242,6 @@ def _asked_to_end() -> list[int]:
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
     return asked
-
-
-def _end_if_compiled() -> None:
-    """End a process that has compiled anything: its last digits would be others than those of a replay."""
-    if compiled_here():
-        sys.exit(COMPILED)
 
 
 def _begin_child() -> None:

@@ -22,7 +22,7 @@ from otolith.live.messages import Report, State, Word
 from otolith.live.packed import pack_words, unpack_report
 from otolith.live.session import Session
 from otolith.live.shell.memory import Channel
-from otolith.live.shell.processes import COMPILED, run_controller, run_output, run_recorder
+from otolith.live.shell.processes import run_controller, run_output, run_recorder
 from otolith.live.shell.recorder import SessionLog
 from otolith.live.shell.timing import ControllerTiming, OutputTiming
 from otolith.live.shell.watch import OutputWatch
@@ -147,6 +147,7 @@ class Live:
         ------
         DidNotStart : one of them is not.
         """
+        begun = {}
         starts: dict[str, tuple[Any, int]] = {
             "controller": (self._run_controller, self._lock),
             "output": (run_output, self._lock),
@@ -156,16 +157,15 @@ class Live:
             starts = {"recorder": (run_recorder, self.log.number), **starts}
             names = {**names, **self.log.names}
             self._tell(f"the log is {self.log.path}")
-        begun = {name: self._begin(name, names, *starts[name]) for name in starts}
-        begin, again = time.monotonic(), 0
-        for name in starts:
+        for name, (run, number) in starts.items():
+            begun[name] = self._context.Event()
+            arguments = (self._session, names, begun[name], self._said, Handle(number))
+            self._children[name] = self._context.Process(target=run, args=arguments, name=f"otolith {name}")
+            self._children[name].start()
+        begin = time.monotonic()
+        for name, child in self._children.items():
             while not begun[name].wait(0.05):
-                child = self._children[name]
-                if child.exitcode == COMPILED and again < len(starts):
-                    again += 1
-                    self._tell(f"the {name} has compiled its kernels, and starts anew with them")
-                    begun[name] = self._begin(name, names, *starts[name])
-                elif not child.is_alive() or time.monotonic() - begin > STARTS:
+                if not child.is_alive() or time.monotonic() - begin > STARTS:
                     raise DidNotStart(f"the {name} did not start; its own message stands above")
         self._watch = OutputWatch(
             self._children["output"],
@@ -175,14 +175,6 @@ class Live:
         )
         self._watch.start()
         self.look()
-
-    def _begin(self, name: str, names: dict[str, str], run: Any, number: int) -> Any:
-        """Start one process, and return the event by which it says that it is ready."""
-        ready = self._context.Event()
-        arguments = (self._session, names, ready, self._said, Handle(number))
-        self._children[name] = self._context.Process(target=run, args=arguments, name=f"otolith {name}")
-        self._children[name].start()
-        return ready
 
     def _latch(self, reason: str) -> None:
         """Keep why the session is over; called by the watch's thread, told by `look`."""
