@@ -72,6 +72,7 @@ class Page {
     this.history.columns = columns;
     this.plots.describe(columns, this.history, (values ?? this.settings.values()).dofs);
     if (another) {
+      if (values) this.settings.show(values);
       this.result.clear();
       this.result.effort.describe(columns);
       this.tools.hold(false);

@@ -14,14 +14,18 @@ export class Settings {
   /** Take values as those that count as unchanged. */
   base(values) { for (const [name, field] of Object.entries(this.fields)) if (name in values) field.base(values[name]); }
 
+  /** Write values without sending them, as of a run that goes on. */
+  show(values) {
+    for (const [name, value] of Object.entries(values)) {
+      this.fields[name]?.write(value);
+      this.fields[name]?.told?.();
+    }
+  }
+
   /** Write values and have them checked; in a run those that may change then are sent. */
   async set(values) {
-    const known = Object.entries(values).filter(([name]) => name in this.fields);
-    for (const [name, value] of known) {
-      this.fields[name].write(value);
-      this.fields[name].told?.();
-    }
-    if (this.running) await this.send(Object.fromEntries(known.filter(([name]) => this.fields[name].live)));
+    this.show(values);
+    if (this.running) await this.send(Object.fromEntries(Object.entries(values).filter(([name]) => this.fields[name]?.live)));
     await this.check();
   }
 
