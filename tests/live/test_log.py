@@ -48,6 +48,7 @@ FEEDBACKS = st.builds(
     state=st.sampled_from(DeviceState),
     faults=st.lists(TEXTS.filter(lambda text: "\n" not in text), max_size=3).map(tuple),
     sequence=st.none() | st.integers(0, 2**32 - 1),
+    token=st.none() | st.integers(0, 2**64 - 1),
 )
 
 
@@ -59,7 +60,8 @@ def records(data: bytes) -> Records:
 def test_what_a_device_reports_comes_back_as_it_was(feedback: Feedback, now: int) -> None:
     time_ns, found = unpack_measured(pack_measured(now, feedback))
     assert time_ns == now
-    assert (found.state, found.faults, found.sequence) == (feedback.state, feedback.faults, feedback.sequence)
+    for name in ("state", "faults", "sequence", "token"):
+        assert getattr(found, name) == getattr(feedback, name)
     if feedback.pose is None:
         assert found.pose is None
     else:
@@ -79,7 +81,15 @@ def test_reactions_and_events_come_back_as_they_were(
 def test_every_part_of_an_inbox_is_in_the_log() -> None:
     """A core that is told anything else cannot be replayed: log it, and name it here."""
     assert {one.name for one in fields(ControllerInbox)} == {"packets", "report", "missed"}
-    assert {one.name for one in fields(OutputInbox)} == {"plan", "beats", "feedback", "words", "reaction"}
+    assert {one.name for one in fields(OutputInbox)} == {
+        "plan",
+        "beats",
+        "feedback",
+        "words",
+        "page",
+        "reaction",
+    }
+    assert {one.name for one in fields(Feedback)} == {"pose", "state", "faults", "sequence", "token"}
 
 
 def eventful(washout: Cueing, machine: Platform, log: VirtualLog) -> World:
@@ -100,6 +110,9 @@ def eventful(washout: Cueing, machine: Platform, log: VirtualLog) -> World:
     world.at(16.0, lambda: setattr(world, "reaction", Reaction(Rung.FAULT, "the line to the device: EIO")))
     world.at(16.3, lambda: setattr(world, "reaction", Reaction()))
     world.at(16.5, lambda: world.say(Word.REARM))
+    world.page_only = True
+    world.command_by_page()
+    world.at(11.0, lambda: world.stop("page", 0.9))
     return arm_and_engage(world).run(17.0)
 
 

@@ -55,6 +55,7 @@ class Choices:
     forward: str | None = None
     file: Path | None = None
     preset: str | None = None
+    page_only: bool = False
 
     def session(self) -> "Session":
         """Return the session; every invalid choice is refused before anything is opened."""
@@ -93,6 +94,8 @@ class Choices:
         if self.incoming is not None:
             source, listen = _address("--in", self.incoming)
             changed["input"] = {**changed.get("input", {}), "source": source, "listen": listen}
+        if self.page_only:
+            changed["page_only"] = True
         if self.pauses_silently and "input" in changed:
             changed["input"] = {**changed["input"], "pauses_silently": True}
         if self.forward is not None and "input" in changed:
@@ -142,6 +145,10 @@ def run(
         bool, typer.Option("--pauses-silently", help="The source sends nothing in its menus.")
     ] = False,
     log: LogFolder = None,
+    page_only: Annotated[
+        bool,
+        typer.Option("--page-only", help="A program alone speaks; 5 s without a line end cueing."),
+    ] = False,
     forward: Annotated[
         str | None,
         typer.Option(
@@ -170,6 +177,7 @@ def run(
         forward=forward,
         file=session,
         preset=preset,
+        page_only=page_only,
     )
     drive(permitted(choices.session(), allow_jitter=allow_jitter), seconds, log)
 
@@ -266,6 +274,7 @@ def _converse(live: "Live", seconds: float | None) -> None:
                 engaged_at = time.monotonic()
             if state is State.FAULT or (engaged_at is not None and time.monotonic() - engaged_at > seconds):
                 return
+            live.sign()
             time.sleep(LOOK)
         elif not _listen(live):
             return
@@ -280,6 +289,9 @@ def _listen(live: "Live") -> bool:
     line = sys.stdin.readline()
     if not line:
         return False
+    live.sign()
+    if not line.strip():
+        return True
     try:
         live.say(Word(line.strip().lower()))
     except ValueError:

@@ -74,6 +74,7 @@ SET_POINTS: Final = np.dtype(
         ("generation", "<i8"),  # of the engagement
         ("follows", "<i8"),  # sequence of the plan that is followed; -1: none
         ("beats", "<i8"),  # decisions that the controller had begun
+        ("page", "<i8"),  # signs of the page that alone commands; -1: others do, too
         ("state", "u1"),  # place in STATES
         ("request", "u1"),  # place in REQUESTS
         ("flags", "u1"),
@@ -90,8 +91,8 @@ DECISIONS: Final = np.dtype(
 )
 _TIME: Final = struct.Struct("<q")
 _EVENT: Final = struct.Struct("<qBB")
-_MEASURED: Final = struct.Struct("<qBB?q6d")  # time, state, parts, sequence, pose
-_HAS_POSE, _HAS_SEQUENCE = 1, 2
+_MEASURED: Final = struct.Struct("<qBB?qQ6d")  # time, state, parts, whether it failed, sequence, token, pose
+_HAS_POSE, _HAS_SEQUENCE, _HAS_TOKEN = 1, 2, 4
 
 
 class Sink(Protocol):
@@ -174,12 +175,12 @@ class OutputLog(_Log):
             parts.append(record(Kind.WORDS, pack_words(inbox.words)))
         if inbox.reaction.rung is not Rung.NONE:
             parts.append(record(Kind.REACTION, pack_reaction(inbox.reaction)))
-        parts.append(record(Kind.SET_POINT, set_point(now_ns, inbox.beats, out)))
+        parts.append(record(Kind.SET_POINT, set_point(now_ns, inbox, out)))
         parts += [record(Kind.EVENT, pack_event(event)) for event in events]
         self._sink.write(b"".join(parts + self._counters(now_ns)))
 
 
-def set_point(now_ns: int, beats: int, out: OutputOutbox) -> bytes:
+def set_point(now_ns: int, inbox: OutputInbox, out: OutputOutbox) -> bytes:
     """Return what the output said in one tick, as one of `SET_POINTS`."""
     report = out.report
     flags = SENDS * out.sends | DUE * (out.set_point is not None)
@@ -188,7 +189,8 @@ def set_point(now_ns: int, beats: int, out: OutputOutbox) -> bytes:
             now_ns,
             report.generation,
             report.follows,
-            beats,
+            inbox.beats,
+            -1 if inbox.page is None else inbox.page,
             STATES.index(report.state),
             REQUESTS.index(out.request),
             flags,
@@ -222,22 +224,25 @@ def unpack_event(payload: bytes) -> Event:
 
 def pack_measured(now_ns: int, feedback: Feedback) -> bytes:
     """Return what a device reported as bytes, after the time at which the output was told."""
-    parts = _HAS_POSE * (feedback.pose is not None) | _HAS_SEQUENCE * (feedback.sequence is not None)
+    parts = _HAS_POSE * (feedback.pose is not None)
+    parts |= _HAS_SEQUENCE * (feedback.sequence is not None) | _HAS_TOKEN * (feedback.token is not None)
     pose = np.zeros(6) if feedback.pose is None else feedback.pose
     state = DEVICE_STATES.index(feedback.state)
-    head = _MEASURED.pack(now_ns, state, parts, bool(feedback.faults), feedback.sequence or 0, *pose.tolist())
+    numbers = (feedback.sequence or 0, feedback.token or 0, *pose.tolist())
+    head = _MEASURED.pack(now_ns, state, parts, bool(feedback.faults), *numbers)
     return head + "\n".join(feedback.faults).encode()
 
 
 def unpack_measured(payload: bytes) -> tuple[int, Feedback]:
     """Return time and report of `pack_measured`."""
-    now_ns, state, parts, failed, sequence, *pose = _MEASURED.unpack_from(payload)
+    now_ns, state, parts, failed, sequence, token, *pose = _MEASURED.unpack_from(payload)
     faults = payload[_MEASURED.size :].decode().split("\n")
     return now_ns, Feedback(
         pose=np.array(pose) if parts & _HAS_POSE else None,
         state=DEVICE_STATES[state],
         faults=tuple(faults) if failed else (),
         sequence=sequence if parts & _HAS_SEQUENCE else None,
+        token=token if parts & _HAS_TOKEN else None,
     )
 
 

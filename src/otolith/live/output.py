@@ -17,7 +17,7 @@ from otolith.live.core.ladder import NO_REACTION, InARow, Lasting, Reaction, str
 from otolith.live.core.moves import Move
 from otolith.live.core.rollout import Rollout
 from otolith.live.core.session import POWERED, Seen, Session
-from otolith.live.core.watchdog import ControllerWatch
+from otolith.live.core.watchdog import ControllerWatch, PageWatch
 from otolith.live.devices.driver import Request, judged
 from otolith.live.messages import DeviceState, Feedback, Plan, Report, Rung, SetPoint, State, Word
 
@@ -56,7 +56,8 @@ class OutputInbox:
     beats: int = 0  # decisions that the controller has begun
     feedback: Feedback | None = None  # the latest
     words: tuple[Word, ...] = ()
-    reaction: Reaction = NO_REACTION  # of whoever else watches: the shell's signals, the operator's page
+    page: int | None = None  # signs of life of the page that alone commands; None where others do, too
+    reaction: Reaction = NO_REACTION  # of whoever else watches, such as the line to the device
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +90,7 @@ class Output:
         self._move: Move | None = None
         self._move_s = 0.0  # [s] of the move that have passed
         self._plan: Plan | None = None
-        self._watch = ControllerWatch()
+        self._watch, self._page = ControllerWatch(), PageWatch()
         self._followed = -1
         self._feedback = Feedback()
         self._feedback_ns: int | None = None
@@ -113,13 +114,14 @@ class Output:
         """Make one set-point."""
         dt_ns = 0 if self._last_ns is None else now_ns - self._last_ns
         gap = Reaction(Rung.FAULT, f"no tick for {dt_ns // MS} ms") if dt_ns > GAP else NO_REACTION
+        page = self._page.look(now_ns, inbox.page)
         due = self._is_due(now_ns)
         self._last_ns = now_ns
         self._receive(now_ns, inbox)
         before = self.session.state
         seen = Seen(
             words=inbox.words,
-            reaction=strongest(gap, inbox.reaction, self._reached, self._of_device(now_ns)),
+            reaction=strongest(gap, page, inbox.reaction, self._reached, self._of_device(now_ns)),
             cueing=self._of_controller(now_ns, inbox.beats),
             brought=self._brought,
             passed_checks=before is State.CHECKING and self._check(now_ns),

@@ -79,10 +79,11 @@ class ReplayedOutput:
 
     def tick(self, ends: Any, payload: bytes) -> None:
         """Let the core make its set-point, and compare."""
-        now_ns, beats = int(ends["time"]), int(ends["beats"])
-        out = self._core.tick(now_ns, replace(self._inbox, beats=beats))
+        now_ns, page = int(ends["time"]), int(ends["page"])
+        inbox = replace(self._inbox, beats=int(ends["beats"]), page=None if page < 0 else page)
+        out = self._core.tick(now_ns, inbox)
         self._inbox = OutputInbox()
-        if set_point(now_ns, beats, out) != payload:
+        if set_point(now_ns, inbox, out) != payload:
             off = np.abs(out.report.motion - ends["motion"]).max(axis=1)
             which = f"set-point {self.seen.compared + 1}, {self.seen.seconds:.3f} s after the first"
             self.seen.differs(f"{which}: pose, twist and acceleration by up to {off} (SI units)")

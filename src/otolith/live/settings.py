@@ -149,6 +149,7 @@ class Settings(_Table):
     hint: str | None = None  # file of a hint
     liveliness: Number = 0.5  # of predictive
     scale: Share = 1.0  # of what should be felt
+    page_only: bool = False  # a program alone commands: without a sign of it for 5 s, cueing ends
     input: Input
     device: DeviceTable
     limits: Limits = Limits()

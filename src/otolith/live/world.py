@@ -103,6 +103,8 @@ class World:
         self.on_plan: Callable[[Plan], Plan] | None = None  # what becomes of a plan in the memory
         self.reaction: Reaction = NO_REACTION  # of the shell
         self.log: VirtualLog | None = None
+        self.page = 0  # signs of life of a page
+        self.page_only = False  # whether it alone commands
         self._tick_ns, self._period_ns = round(1e9 * tick), round(1e9 * cueing.period)
         self._events: list[tuple[int, int, Callable[[], None]]] = []
         self._count = 0
@@ -162,6 +164,13 @@ class World:
         self.log, self.cores["recorder"] = log, _Core()
         self._record()
         return self
+
+    def command_by_page(self) -> None:
+        """Let a page give a sign of life now, and every second until it is stopped."""
+        self.cores.setdefault("page", _Core())
+        if self._runs("page", self.command_by_page):
+            self.page += 1
+            self._after(SECOND, self.command_by_page)
 
     def run(self, until: float) -> "World":
         """Let the world go on until a time [s]."""
@@ -259,6 +268,7 @@ class World:
             beats=self._beats,
             feedback=self._feedback,
             words=tuple(self._words),
+            page=self.page if self.page_only else None,
             reaction=self.reaction,
         )
         self._feedback = None

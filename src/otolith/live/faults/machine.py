@@ -1,4 +1,4 @@
-"""Faults of the device and of the people around it: rows 12, 13, 16, 27, 28, 30, 34 to 36."""
+"""Faults of the device and of the people around it: rows 12, 13, 27, 28, 30, 34 to 36."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -160,13 +160,6 @@ MACHINE_CASES: Final = (
         begin=_device(shown=DeviceState.UNKNOWN),
         holds=lambda after: after.after(State.FAULT) <= 0.05,
         device_fails=True,
-    ),
-    Case(
-        row="16",
-        fault="the page of a session that it alone commands is dead for 5 s",
-        expected="R3",
-        begin=_shell(Reaction(Rung.RETURN, "no word from the page for 5 s")),
-        holds=lambda after: after.after(State.RETURNING) <= 0.01,
     ),
     Case(
         row="28",

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from otolith.interfaces import Cueing, PlatformState, Reference
+from otolith.live.faults.around import AROUND_CASES
 from otolith.live.faults.case import ENGAGED_S, Case, Result, run_case
 from otolith.live.faults.decisions import DECISION_CASES
 from otolith.live.faults.machine import MACHINE_CASES
@@ -16,7 +17,14 @@ from otolith.live.faults.telemetry import TELEMETRY_CASES
 from otolith.live.world import World, arm_and_engage, sines
 from otolith.platforms import Platform
 
-CASES: Final = (*TELEMETRY_CASES, *DECISION_CASES, *PROCESS_CASES, *MACHINE_CASES, *OUTSIDE_CASES)
+CASES: Final = (
+    *TELEMETRY_CASES,
+    *DECISION_CASES,
+    *PROCESS_CASES,
+    *MACHINE_CASES,
+    *OUTSIDE_CASES,
+    *AROUND_CASES,
+)
 ROWS: Final = 38  # of the matrix
 PARK: Final = np.array([0.0, 0.0, -0.15, 0.0, 0.0, 0.0])  # [m, rad] where the virtual platform rests
 DRIVE: Final = sines({0: (0.5, 0.5), 1: (0.4, 0.7)})  # within what a washout that knows no limits may move

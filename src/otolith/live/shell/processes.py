@@ -139,7 +139,7 @@ def run_output(session: Session, names: dict[str, str], ready: Event, said: Any,
     said.put(("output", *take_rights(OUTPUT)))
     plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line, ring_of(names, "output") as ring:
-        shared = _Shared(plans, reports, words, ring)
+        shared = _Shared(plans, reports, words, ring, session.settings.page_only)
         line.setblocking(False)
         line.connect(session.device)
         ready.set()
@@ -187,6 +187,7 @@ class _Shared:
     reports: Channel
     words: Channel
     ring: SharedRing | None  # of the log
+    page_only: bool  # whether the signs of whoever speaks the words are watched
 
 
 def _roll(output: Output, driver: Driver, line: _Line, shared: _Shared, asked: list[int], said: Any) -> None:
@@ -203,7 +204,14 @@ def _roll(output: Output, driver: Driver, line: _Line, shared: _Shared, asked: l
             parking, given = True, (*given, Word.PARK)
         plan = None if message is None else unpack_plan(message)
         heard = line.hear()  # before its reaction is asked for
-        inbox = OutputInbox(plan=plan, beats=plans.beats, feedback=heard, words=given, reaction=line.reaction)
+        inbox = OutputInbox(
+            plan=plan,
+            beats=plans.beats,
+            feedback=heard,
+            words=given,
+            page=words.beats if shared.page_only else None,
+            reaction=line.reaction,
+        )
         out = output.tick(now, inbox)
         if line.reaction.rung is not Rung.FAULT or Word.REARM in given:
             line.reaction = NO_REACTION

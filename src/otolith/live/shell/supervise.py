@@ -186,6 +186,10 @@ class Live:
             self._tell(sentence)
         self._channels["words"].write(pack_words(words))
 
+    def sign(self) -> None:
+        """Pass on a sign of life of whoever speaks the words."""
+        self._channels["words"].beat()
+
     def look(self) -> State | None:
         """Tell what was said, read the latest report, and return the state."""
         with contextlib.suppress(queue.Empty):
