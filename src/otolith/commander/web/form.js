@@ -42,8 +42,8 @@ export class Field {
 
   /** Return a slider where the setting has both bounds; it copies to the number while dragged and acts on release. */
   drag(onChange) {
-    const {type, enum: choices, minimum, maximum} = this.type;
-    if (choices || type !== "number" || minimum === undefined || maximum === undefined) return [];
+    const {type, none, enum: choices, minimum, maximum} = this.type;
+    if (none || choices || type !== "number" || minimum === undefined || maximum === undefined) return [];
     this.slider = element("input", {type: "range", min: minimum, max: maximum, step: (maximum - minimum) / 100, "aria-label": `${this.property.title}, slider`});
     this.slider.addEventListener("input", () => this.copy(this.slider, this.input));
     this.slider.addEventListener("change", () => onChange(this));

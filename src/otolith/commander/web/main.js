@@ -1,5 +1,6 @@
 // Puts the page together: the stream fills the history, one animation loop draws it.
 import {get, start} from "/web/api.js";
+import {KIND} from "/web/frames.js";
 import {History} from "/web/history.js";
 import {byId, onLook} from "/web/look.js";
 import {LapMap} from "/web/map.js";
@@ -8,6 +9,7 @@ import {Plots} from "/web/plots.js";
 import {Result} from "/web/result.js";
 import {Settings} from "/web/settings.js";
 import {Setup} from "/web/setup.js";
+import {SoFar} from "/web/sofar.js";
 import {bindStop, lampsOf, showLamps, showState, tellEvent} from "/web/state.js";
 import {Stream} from "/web/stream.js";
 import {bindTabs} from "/web/tabs.js";
@@ -28,6 +30,7 @@ class Page {
     this.platform = new Platform();
     this.map = new LapMap(byId("map"));
     this.result = new Result(byId("result"), {tell: tellEvent});
+    this.sofar = new SoFar(byId("sofar"));
     this.choose = bindTabs(document.querySelector("[role=tablist]"));
     this.form();
     this.stream = new Stream();
@@ -75,6 +78,7 @@ class Page {
       if (values) this.settings.show(values);
       this.result.clear();
       this.result.effort.describe(columns);
+      this.sofar.describe(columns);
       this.tools.hold(false);
     }
     await this.platform.describe(columns);
@@ -113,13 +117,14 @@ class Page {
     if (this.watched === this.generation) this.choose("result");  // a page that is opened later begins at the start
   }
 
-  take({sequence, age, signals}) {
+  take({sequence, age, signals, kind}) {
     this.age = age;
     this.unanswered.push(sequence);
     if (signals.length === this.history.columns.length) {
       const first = !this.history.length;
       if (this.history.append(signals) || first) this.plots.begin();
       this.result.effort.take(signals);
+      this.sofar.take(signals, kind === KIND.ENVELOPE);
       this.dirty = true;
     }
     if (document.hidden || !this.dirty) this.answer();
@@ -140,7 +145,7 @@ class Page {
       this.plots.draw();
       this.showAt(this.cursor ?? this.tools.time ?? this.history.last, numbers);
       if (this.state.running) this.clock(this.history.last);
-      if (numbers) this.result.effort.draw();
+      if (numbers) for (const part of [this.result.effort, this.sofar]) part.draw();
     }
     this.answer();
   }

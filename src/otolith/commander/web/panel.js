@@ -14,6 +14,9 @@ function pen(name, k) {
 /** Return the limits of a column, or where it is felt, as [low, high]; null if it has none. */
 const boundsOf = ({limits, threshold}) => limits ?? (threshold ? [-threshold, threshold] : null);
 
+/** Return the name of a column within its plot: the axis of a force stands in the title. */
+const wordOf = ({label, name}) => (/^(wanted|felt)/.test(name) ? label.replace(/ [xyz]$/, "") : label);
+
 const span = ([low, high]) => (low === -high ? `±${shown(high, 2)}` : `${shown(low, 2)} to ${shown(high, 2)}`);
 
 /** One panel of signals {title, unit, columns}, each column with its index in the history. */
@@ -26,7 +29,7 @@ export class Panel {
     const legend = panel.columns.map((column, k) => {
       const swatch = element("i", {className: pen(column.name, k).dash ? "swatch dashed" : "swatch"});
       swatch.style.color = `var(${pen(column.name, k).colour})`;
-      return element("span", {}, swatch, `${column.label} `, this.values[k]);
+      return element("span", {}, swatch, `${wordOf(column)} `, this.values[k]);
     });
     this.limits = element("small");
     const close = element("button", {type: "button", title: "Remove this plot", "aria-label": `Remove ${panel.title}`}, "×");

@@ -37,7 +37,7 @@ export class Platform {
   }
 
   describeLegs() {
-    this.meters = this.legs.map((_, k) => element("meter", {min: 0, max: 1, low: 0.05, high: 0.95, optimum: 0.5, "aria-label": `leg ${k + 1}`}));
+    this.meters = this.legs.map((_, k) => element("meter", {min: 0, max: 1, low: 0.15, high: 0.85, optimum: 0.5, "aria-label": `leg ${k + 1}`}));
     const body = byId("legs").tBodies[0];
     this.cells = this.legs.map(() => [element("td"), element("td")]);
     body.replaceChildren(...this.cells.map(([length, use], k) => element("tr", {}, element("th", {scope: "row"}, String(k + 1)), element("td", {className: "wide"}, this.meters[k]), length, use)));

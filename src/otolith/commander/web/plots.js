@@ -45,10 +45,13 @@ export class Plots extends EventTarget {
 
   /** Open the plots that the user chose, or else those that matter most, of the signals that are cued or move. */
   begin() {
-    const alive = ({index, axis}) => this.history.awake[index] || (this.axes.includes(axis) && Number.isFinite(this.history.view(index)[0]));
-    this.all = this.every.map((panel) => ({...panel, columns: panel.columns.filter(alive)})).filter(({columns}) => columns.length);
-    const place = ({title}) => (ORDER.includes(title) ? ORDER.indexOf(title) : Infinity);
-    const best = this.all.filter((panel) => place(panel) < Infinity).sort((one, two) => place(one) - place(two)).slice(0, 4);
+    const {awake} = this.history, known = ({index}) => this.history.view(index).some(Number.isFinite);
+    const moves = ({index, axis}) => awake[index] || (this.axes.includes(axis) && known({index}));
+    this.all = this.every.filter(({columns}) => columns.some(moves)).map((panel) => ({
+      ...panel, columns: panel.columns.filter((column) => moves(column) || (column.name.startsWith("felt_") && known(column))),
+    }));
+    const cued = ({columns}) => columns.some(({axis}) => this.axes.includes(axis));
+    const best = ORDER.flatMap((title) => this.all.filter((panel) => panel.title === title && cued(panel))).slice(0, 4);
     const titles = this.touched ? this.wanted ?? [...this.open.keys()] : best.map(({title}) => title);
     this.wanted = null;
     this.clear();

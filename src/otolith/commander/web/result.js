@@ -11,7 +11,7 @@ const MEASURES = [  // name, unit, value in a summary, and whether less is bette
   ["delay, largest", "s", (s) => worst(s.delay_s), true],
   ["reach used, largest", "%", (s) => (s.workspace ? 100 * Math.max(...Object.values(s.workspace).map(({largest}) => largest)) : NaN)],
   ["false cues", "s", (s) => falseSeconds(s.false_cues), true],
-  ["limits passed", "", (s) => s.violations, true],
+  ["limits passed", "", (s) => s.violations, true, 0],
   ["step time, median", "µs", (s) => s.step_time_us?.median, true],
 ];
 
@@ -59,16 +59,22 @@ export class Result {
 
   show({summary, second, files, command}) {
     const runs = second ? [["A", summary], ["B", second]] : [["", summary]];
-    const rows = MEASURES.map(([title, unit, of, less]) => ({title, unit, less, values: runs.map(([, run]) => of(run))})).filter(({values}) => values.some(Number.isFinite));
+    const rows = MEASURES.map(([title, unit, of, less, digits]) => ({title, unit, less, digits, values: runs.map(([, run]) => of(run))})).filter(({values}) => values.some(Number.isFinite));
     this.measures.replaceChildren(element("table", {className: "plain"},
       element("thead", {}, element("tr", {}, element("td"), ...runs.map(([letter, run]) => element("th", {scope: "col"}, letter ? `${letter} ${run.cueing}` : run.cueing)))),
       element("tbody", {}, ...rows.map((row) => element("tr", {}, element("th", {scope: "row"}, row.title, row.unit ? element("small", {}, ` [${row.unit}]`) : ""),
-        ...row.values.map((value) => element("td", {className: better(row, value) ? "best" : ""}, (better(row, value) ? "★ " : "") + shown(value))))))));
-    this.files.replaceChildren(...files.map((name) => element("a", {href: `/api/result/${encodeURIComponent(name)}`, download: name}, FILES[name] ?? name)));
+        ...row.values.map((value) => element("td", {className: better(row, value) ? "best" : ""}, (better(row, value) ? "★ " : "") + shown(value, row.digits))))))));
+    this.files.replaceChildren(...files.map((name) => link(name)));
     this.command.textContent = command;
     this.copy.hidden = !navigator.clipboard;
     this.export.hidden = false;
   }
+}
+
+/** Return a link to a file of the result: a report opens beside this page, all others are saved. */
+function link(name) {
+  const made = element("a", {href: `/api/result/${encodeURIComponent(name)}`}, FILES[name] ?? name);
+  return Object.assign(made, name.endsWith(".html") ? {target: "_blank", rel: "noopener"} : {download: name});
 }
 
 /** Whether a value is the better one of two. */

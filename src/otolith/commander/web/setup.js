@@ -15,7 +15,7 @@ export class Setup {
     const steps = STEPS.map(([title, names]) => this.step(title, names.filter((name) => name in fields), texts));
     this.inputs = [];  // beside those of the fields
     this.offer(choices.scenarios);
-    steps[0].append(this.file());
+    this.file();
     this.checks = element("ul", {className: "checks"});
     this.command = element("code");
     this.verdict = element("p", {className: "verdict", role: "status"});
@@ -43,31 +43,46 @@ export class Setup {
     this.inputs.push(pick);
     field.input.setAttribute("list", "formulas");
     pick.addEventListener("change", () => this.settings.set({scenario: pick.value || formulas[0], log: ""}));
-    const tell = field.told;
-    field.told = () => { tell(); pick.value = names.some(({name}) => name === field.input.value) ? field.input.value : ""; };
+    const tell = field.told, about = field.input.parentElement.querySelector(".about");
+    field.told = () => {
+      tell();
+      pick.value = names.some(({name}) => name === field.input.value) ? field.input.value : "";
+      if (this.fields.log.read()) about.textContent = "not used: the recorded drive below is cued";
+    };
     field.input.addEventListener("change", field.told);
     field.input.before(pick, element("datalist", {id: "formulas"}, ...formulas.map((value) => element("option", {value}))));
     pick.after(field.input);
   }
 
-  /** Return the input for a file of a drive; the server keeps it under its own name in one folder. */
+  /** Put the input for a file of a drive beside the list of drives; the server keeps it in one folder. */
   file() {
-    const input = element("input", {type: "file", id: "file", accept: ".csv,.tsv,.txt,.json"}), note = element("p", {className: "about", role: "status"});
+    const {log, scenario} = this.fields, note = element("p", {className: "about", role: "status"});
+    const input = element("input", {type: "file", id: "file", className: "unseen", accept: ".csv,.tsv,.txt,.json"});
+    const entry = element("span", {className: "row"});
+    log.input.replaceWith(entry);
+    entry.append(log.input, element("label", {htmlFor: "file", className: "button", title: "A drive of your own"}, "Open …", input));
+    entry.parentElement.append(note);
     this.inputs.push(input);
     input.addEventListener("change", async () => {
-      if (!input.files.length) return;
-      try {
-        const {name, sentence} = await upload(input.files[0]);
-        note.textContent = sentence;
-        const {log} = this.fields;
-        if (log.input.options && ![...log.input.options].some((option) => option.value === name)) log.input.append(element("option", {value: name}, name));
-        this.settings.set({log: name});
-      } catch (error) {
-        if (!(error instanceof Refused)) throw error;
-        note.textContent = error.message;
-      }
+      if (input.files.length) note.textContent = await this.keep(input.files[0]);
+      input.value = "";
     });
-    return element("div", {className: "choice"}, element("label", {htmlFor: "file"}, "A drive of your own"), input, note);
+    log.told = () => scenario.told();
+    log.input.addEventListener("change", log.told);
+  }
+
+  /** Send a file, choose it, and return what the server understood of it. */
+  async keep(file) {
+    const {log} = this.fields;
+    try {
+      const {name, sentence} = await upload(file);
+      if (![...log.input.options].some(({value}) => value === name)) log.input.append(element("option", {value: name}, name));
+      await this.settings.set({log: name});
+      return sentence;
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      return error.message;
+    }
   }
 
   buttons() {

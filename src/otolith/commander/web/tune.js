@@ -4,17 +4,19 @@ import {differences} from "/web/form.js";
 import {element} from "/web/look.js";
 import {CHAIN} from "/web/setup.js";
 
+const LIVE = "While it runs";  // the group of what may be changed then
+
 export class Tune {
   constructor(root, {fields, properties, settings, tell, presets}) {
     Object.assign(this, {fields, properties, settings, tell});
-    const groups = new Map();
+    const groups = new Map([[LIVE, []]]);
     for (const [name, property] of Object.entries(properties)) {
       if (CHAIN.includes(name)) continue;
-      const group = property["x-group"] ?? "Other";
+      const group = fields[name].live ? LIVE : property["x-group"];
       groups.set(group, [...(groups.get(group) ?? []), fields[name].root]);
     }
     this.note = element("p", {className: "note", role: "status"});
-    root.append(this.presetBox(), this.note, ...[...groups].map(([title, parts], k) => element("details", {open: k < 2}, element("summary", {}, element("h2", {}, title)), ...parts)));
+    root.append(this.presetBox(), this.note, ...[...groups].map(([title, parts], k) => element("details", {open: k === 0}, element("summary", {}, element("h2", {}, title)), ...parts)));
     this.show(presets);
   }
 

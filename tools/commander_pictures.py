@@ -1,0 +1,108 @@
+"""Take the pictures of docs/commander.md: the tour, with a real server, real runs and the system's chromium.
+
+    python tools/commander_pictures.py [FOLDER]
+
+FOLDER is docs/images by default. It takes a few minutes where nothing is compiled yet.
+"""
+
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from playwright.sync_api import Page, sync_playwright
+
+ROOT: Final = Path(__file__).parents[1]
+LONG: Final = 300_000  # [ms] for whatever has to be compiled first
+START: Final = "import sys; from otolith.cli import main; main(sys.argv[1:])"
+
+
+@contextmanager
+def commander(folder: Path) -> Iterator[str]:
+    """Serve on a free port; the value is the address."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    arguments = ["commander", "--port", str(port), "--folder", str(folder)]
+    server = subprocess.Popen([sys.executable, "-c", START, *arguments])
+    address = f"http://127.0.0.1:{port}/"
+    try:
+        for _ in range(600):
+            try:
+                urllib.request.urlopen(f"{address}health").close()  # noqa: S310 (our own address)
+                break
+            except OSError:
+                time.sleep(0.1)
+        yield address
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def wait_for(page: Page, state: str) -> None:
+    """Wait until the state is a word."""
+    page.wait_for_selector(f"#state[data-word={state}]", timeout=LONG)
+
+
+def checked(page: Page) -> None:
+    """Wait until the server has checked the form."""
+    page.wait_for_timeout(1_000)
+    page.wait_for_selector("#run:enabled", timeout=LONG)
+
+
+def compare_on_a_log(page: Page, drive: Path, take: Path) -> None:
+    """The tour: predictive against classical on a drive of one's own, calmer, then the result."""
+    page.set_input_files("#file", drive)
+    page.wait_for_function("() => document.querySelector('#field-log').value === 'drive.csv'")
+    page.select_option("#field-platform", "davsi")
+    page.select_option("#field-second", "classical")
+    checked(page)
+    page.screenshot(path=take / "commander-set-up.png")
+    page.click("#run")
+    wait_for(page, "running")
+    page.wait_for_timeout(11_000)
+    page.click("#tab-tune")
+    page.fill("#field-liveliness", "0.2")
+    page.keyboard.press("Tab")
+    page.wait_for_timeout(5_000)
+    page.screenshot(path=take / "commander-tune.png")
+    page.emulate_media(color_scheme="dark")
+    page.set_viewport_size({"width": 1024, "height": 768})
+    page.wait_for_timeout(1_000)
+    page.screenshot(path=take / "commander-dark.png")
+    page.emulate_media(color_scheme="light")
+    page.set_viewport_size({"width": 1280, "height": 720})
+    wait_for(page, "done")
+    page.wait_for_selector("#measures table", timeout=LONG)
+    page.wait_for_timeout(500)
+    page.screenshot(path=take / "commander-result.png")
+
+
+def main() -> None:
+    """Take all pictures."""
+    take = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images"
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        sys.exit("there is no chromium here")
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        folder = Path(name)
+        example = [sys.executable, "-c", START, "example", "--out", str(folder / "example")]
+        subprocess.run(example, check=True)
+        with commander(folder / "own") as address:
+            browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+            page = browser.new_page(viewport={"width": 1280, "height": 720})
+            page.goto(address, wait_until="domcontentloaded")
+            checked(page)
+            compare_on_a_log(page, folder / "example" / "drive.csv", take)
+            browser.close()
+
+
+if __name__ == "__main__":
+    main()
