@@ -17,7 +17,7 @@ from otolith.live.wire.formats import OtherPacket, WireError
 from otolith.live.wire.forza import Forza
 from otolith.live.wire.generic import Generic, telemetry_packet
 from otolith.live.wire.lfs import OutSim, OutSim2
-from tests.live.wire.fuzz import outcomes, sound
+from tests.live.wire.fuzz import FORMATS, Format, outcomes, sound
 from tests.live.wire.golden import GOLDEN, Golden, f1_motion, forza, generic, lfs, lfs2
 
 
@@ -60,18 +60,18 @@ def _parsed_or_refused(golden: Golden, data: bytes) -> None:
     assert "\n" not in message
 
 
-def test_damaged_packets_give_a_sound_sample_or_a_wire_error():
-    """A hundred thousand packets; `benchmarks/fuzz_packets.py` does a million of each format."""
+@pytest.mark.parametrize("one", FORMATS, ids=[one.name for one in FORMATS])
+def test_damaged_packets_give_sound_values_or_a_wire_error(one: Format):
+    """420,000 over all formats; `benchmarks/fuzz_packets.py` does a million of each."""
     read = 0
-    for golden in GOLDEN:
-        for outcome in outcomes(golden, 100_000 // len(GOLDEN), seed=7):
-            if isinstance(outcome, Telemetry):
-                assert sound(outcome)
-                read += 1
-            else:
-                assert "must be" in str(outcome)
-                assert "\n" not in str(outcome)
-    assert 20_000 < read < 80_000  # both ends are reached
+    for outcome in outcomes(one, 15_000, seed=7):
+        if isinstance(outcome, WireError):
+            assert "must be" in str(outcome)
+            assert "\n" not in str(outcome)
+        else:
+            assert sound(outcome)
+            read += 1
+    assert 1_000 < read < 14_000  # both ends are reached
 
 
 @settings(max_examples=300, deadline=None)
