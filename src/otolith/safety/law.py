@@ -144,11 +144,9 @@ def _back(q: float, w: float, inside: float, reach: Reach, i: int) -> float:
 
 
 @kernel
-def _brake(w: float, n: float, reach: Reach, i: int) -> float:
-    """Return the command of the first period of stopping in n periods, or in as many as the axis needs."""
-    periods = max(n, _needed(w, reach.command[i], reach.period))
-    strength: float = min(reach.command[i], abs(w) / (periods * reach.period))
-    return -math.copysign(strength, w)
+def _brake(w: float, n: float, U: float, dt: float) -> float:
+    """Return the command of the first period of stopping in n periods, which are no fewer than U needs."""
+    return -math.copysign(min(U, abs(w) / (n * dt)), w)
 
 
 @kernel
@@ -167,8 +165,9 @@ def _turn(w: float, room: float, reach: Reach, i: int) -> float:
 
 
 @kernel
-def _comfortable(w: float, reach: Reach, i: int) -> float:
-    return float(np.ceil(abs(w) * EASE / (reach.speed[i] * reach.period)))
+def _comfortable(w: float, fastest: float, dt: float) -> float:
+    """Return the number of periods in which a stop from the leading speed w is comfortable."""
+    return float(np.ceil(abs(w) * EASE / (fastest * dt)))
 
 
 @kernel
@@ -178,8 +177,8 @@ def _axis(q: float, w: float, reach: Reach, i: int) -> float:
     n_room = _room(q, w, low, high, dt)
     n_needed = _needed(w, U, dt)
     if n_room >= n_needed and low <= q <= high:
-        n = max(n_needed, min(n_room, _comfortable(w, reach, i)))
-        return _brake(w, n, reach, i)
+        n = max(n_needed, min(n_room, _comfortable(w, reach.speed[i], dt)))
+        return _brake(w, n, U, dt)
     if _axis_safe(q, w, low, high, U, dt):
         return _full(w, reach, i)
     inside = low <= q <= high
@@ -195,13 +194,14 @@ def _axis(q: float, w: float, reach: Reach, i: int) -> float:
 def _in_circle(q: Vec, w: Vec, reach: Reach, u: Vec) -> None:
     """Write the commands of surge and sway, which share a circle."""
     n_needed, n_room = _together(q, w, reach, 0.0)
-    n_comfortable = max(_comfortable(w[0], reach, 0), _comfortable(w[1], reach, 1))
+    dt = reach.period
+    n_comfortable = max(_comfortable(w[0], reach.speed[0], dt), _comfortable(w[1], reach.speed[1], dt))
     n = max(n_needed, min(n_room, n_comfortable))
     distance = math.sqrt(q[0] * q[0] + q[1] * q[1])
     outwards = q[0] * w[0] + q[1] * w[1] > 0.0
     if n_room >= n_needed or distance <= reach.circle or outwards:
         for i in range(2):
-            u[i] = _brake(w[i], n, reach, i)
+            u[i] = _brake(w[i], n, reach.command[i], dt)
         return
     for i in range(2):
         u[i] = _back(q[i], w[i], q[i] / distance * reach.circle * (1.0 - 2.0 * _RETURN), reach, i)
@@ -210,27 +210,35 @@ def _in_circle(q: Vec, w: Vec, reach: Reach, u: Vec) -> None:
 @kernel
 def stop(motion: Mat, reach: Reach, u: Vec) -> None:
     """Write the law's commands (6,) for `motion` (3, 6)."""
-    q, w = np.empty(6), np.empty(6)
+    stop_by(motion, reach, u, np.empty(6), np.empty(6))
+
+
+@kernel
+def stop_by(motion: Mat, reach: Reach, u: Vec, q: Vec, w: Vec) -> None:
+    """Write the law's commands (6,) for `motion` (3, 6); q and w (6,) are to work with."""
     _leading(motion, reach.lag, q, w)
-    for i in range(6):
+    shared = reach.circle < np.inf  # by surge and sway
+    for i in range(2 if shared else 0, 6):
         u[i] = _axis(q[i], w[i], reach, i) if reach.command[i] > 0.0 else 0.0
-    if reach.circle < np.inf:
+    if shared:
         _in_circle(q, w, reach, u)
 
 
 @kernel
-def _decay(T: float, dt: float) -> float:
+def decay(T: float, dt: float) -> float:
+    """Return the share of an acceleration that is left after dt [s] of lag T [s]."""
     return math.exp(-dt / T) if T > 0.0 else 0.0
 
 
 @kernel
 def move(motion: Mat, u: Vec, T: float, dt: float) -> None:
     """Advance `motion` (3, 6) exactly by dt [s] under held commands (6,) with lag T [s]."""
-    _move(motion, u, T, dt, _decay(T, dt))
+    move_by(motion, u, T, dt, decay(T, dt))
 
 
 @kernel
-def _move(motion: Mat, u: Vec, T: float, dt: float, rho: float) -> None:
+def move_by(motion: Mat, u: Vec, T: float, dt: float, rho: float) -> None:
+    """Advance `motion` (3, 6) as `move` does, with `decay` rho known."""
     for i in range(6):
         p, v, a = motion[0, i], motion[1, i], motion[2, i]
         if T == 0.0:
@@ -261,11 +269,11 @@ def allowed(motion: Mat, u: Vec, reach: Reach) -> bool:
 
 
 @kernel
-def _none_left(u: Vec) -> bool:
-    """Return whether no command (6,) is large enough to go on with."""
+def none_above(u: Vec, most: float) -> bool:
+    """Return whether no command (6,) is larger than `most`."""
     left = 0
     for i in range(6):
-        left += not abs(u[i]) <= _AT_REST  # a NaN fails every comparison
+        left += not abs(u[i]) <= most  # a NaN fails every comparison
     return left == 0
 
 
@@ -276,13 +284,13 @@ def to_rest(motion: Mat, reach: Reach, given: int, out: Mat) -> int:
     `motion` (3, 6) advances by the first command.
     """
     ahead, k = motion.copy(), 0
-    rho = _decay(reach.lag, reach.period)
+    rho = decay(reach.lag, reach.period)
     while k < len(out):
         if k >= given:
             stop(ahead, reach, out[k])
-            if k > 0 and _none_left(out[k]):
+            if k > 0 and none_above(out[k], _AT_REST):
                 break
-        _move(ahead, out[k], reach.lag, reach.period, rho)
+        move_by(ahead, out[k], reach.lag, reach.period, rho)
         if k == 0:
             for j in range(3):
                 for i in range(6):

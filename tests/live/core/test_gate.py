@@ -1,12 +1,16 @@
 """The gate, against plain numpy and scipy, and against commands that want to break it."""
 
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from otolith.core.arrays import Mat, frozen_array
 from otolith.live.audit import leg_lengths
 from otolith.live.compilations import compiled
-from otolith.live.core.gate import MARGIN, Gate, Refusal, dofs_of
+from otolith.live.core.bounds import dofs_of
+from otolith.live.core.gate import MARGIN, Gate, Refusal
 from otolith.live.core.rollout import Rollout
 from otolith.platforms import Platform, load
 
@@ -148,3 +152,80 @@ def test_nothing_is_compiled_for_commands_that_cannot_be_written_to(gate: Gate) 
     gate.advance(motion, stages[1], 1e-3)
     gate.plan(motion, stages[1:], 0.01)
     assert compiled() == before
+
+
+def on_the_way(gate: Gate, motion: Mat) -> Mat:
+    """Motions (n, 3, 6) every 5 ms on the way to rest, by the matrix exponential of the lagged model."""
+    T, dt = gate.bounds.lag, 5e-3
+    A = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, -1 / T, 1 / T], [0, 0, 0, 0]])  # p, v, a, u
+    step = expm(A * dt)
+    found, state = [motion], np.vstack([motion, np.zeros(6)])
+    for u in gate.rest(motion):
+        state[3] = u
+        for _ in range(2):
+            state = step @ state
+            found.append(state[:3].copy())
+    return np.array(found)
+
+
+def test_the_way_to_rest_is_judged_as_plain_numpy_does() -> None:
+    """On six legs that are shorter than the box of their axes; what is within 2 % of a limit is left out."""
+    platform = load("davsi")
+    gate = Gate(platform, lag=0.01, period=0.01)
+    legs = platform.six_legs()
+    rng, found = np.random.default_rng(3), {True: 0, False: 0}
+    for motion in 0.45 * around(gate, rng, 500):
+        if gate.judge(motion).refusal is Refusal.CANNOT_STOP or not by_numpy(motion, platform):
+            continue
+        lengths = leg_lengths(on_the_way(gate, motion)[:, 0], legs.joints, legs.anchors)
+        room = min(float(lengths.min()) - legs.stroke[0], legs.stroke[1] - float(lengths.max()))
+        speed = float(np.abs(np.diff(lengths, axis=0)).max()) / 5e-3
+        width = legs.stroke[1] - legs.stroke[0]
+        if room < 0.0 or speed > legs.speed:
+            assert not gate.judge(motion).passes
+            found[False] += 1
+        elif room > 0.02 * width and speed < 0.9 * legs.speed:
+            strength = np.abs(np.diff(lengths, n=2, axis=0)).max() / 25e-6
+            if strength < 0.7 * legs.acceleration:
+                assert gate.judge(motion).passes
+                found[True] += 1
+    assert min(found.values()) > 10, found
+
+
+@pytest.mark.parametrize(
+    "widened",
+    [
+        "low",
+        "high",
+        "twist",
+        "acceleration",
+        "circle",
+        "shortest",
+        "longest",
+        "leg_speed",
+        "leg_acceleration",
+    ],
+)
+def test_a_check_that_is_left_out_is_missed(widened: str) -> None:
+    """Mutation: the gate without one of its limits disagrees with plain numpy."""
+    platform = load("davsi" if "leg" in widened or "est" in widened else "davsi-4dof")  # what meets it first
+    gate = Gate(platform, lag=0.01, period=0.01)
+    stroke, b = gate.bounds.stroke, gate.bounds
+    wide: dict[str, Any] = {
+        "low": b.low - 1e3,
+        "high": b.high + 1e3,
+        "twist": b.twist + 1e3,
+        "acceleration": b.acceleration + 1e3,
+    }
+    name = {"shortest": "stroke", "longest": "stroke"}.get(widened, widened)
+    value = {"shortest": (-9.0, stroke[1]), "longest": (stroke[0], 9.0)}.get(widened, wide.get(widened, 1e9))
+    rng = np.random.default_rng(4)
+    motions = around(gate, rng, 6000) * np.where(rng.random((6000, 1, 6)) < 0.7, 0.15, 1.0)
+    disagree = []
+    for bounds in (b, b._replace(**{name: value})):
+        gate.bounds = bounds
+        judged = np.array([gate.point(motion, motion, 0.0).passes for motion in motions])
+        disagree.append(judged)
+    changed = np.flatnonzero(disagree[0] != disagree[1])
+    assert len(changed) > 0
+    assert not any(by_numpy(motions[k] * (1.0 + 1e-5), platform) for k in changed[:20])

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import otolith.live
-from otolith.live.core.gate import ACCELERATION, SPEED, Gate
+from otolith.live.core.bounds import ACCELERATION, SPEED
+from otolith.live.core.gate import Gate
 from otolith.live.core.moves import JERK, CannotMove, Move
 from tests.live.conftest import PARK
 

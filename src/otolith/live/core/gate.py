@@ -13,6 +13,9 @@ q = p + T v and w = v + T a without overshoot, all four are checked, and q and w
 proof of `otolith.safety.law.safe`. A leg may be beyond a limit by
 what it changes in 2.5 ms; `MARGIN` keeps this room on the way to rest.
 
+On the way to rest, axes are judged by what the samples span, and legs by bounds over that span
+(`otolith.live.core.legs`); where these prove nothing, legs are judged at every sample.
+
 Notation: T lag of eq. 4.9; a motion moves by `otolith.safety.law.move`, which is exact, so the jerk of
 a commanded acceleration that jumps from one end of its limit U to the other is at most 2 U / T.
 
@@ -23,17 +26,17 @@ another implementation, in plain numpy.
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.frames import AXES, DOFS, Dof
+from otolith.core.frames import AXES
 from otolith.core.jit import kernel
+from otolith.live.core.bounds import Bounds, bounds_of, dofs_of, widened, widened_reach
+from otolith.live.core.legs import legs_at, legs_hold
 from otolith.platforms import Platform
-from otolith.platforms.kinematics import leg_motion
-from otolith.platforms.platform import Rotation, Translation
-from otolith.safety.law import Reach, move, safe, stop, to_rest
+from otolith.safety.law import Reach, decay, move, move_by, none_above, safe, stop, stop_by, to_rest
 from otolith.safety.stopping import reach_of
 
 SAMPLE: Final = 5e-3  # [s] between samples of the way to rest, and of a plan
@@ -41,9 +44,6 @@ SLACK: Final = 1e-6  # share of a limit; a smaller excess is rounding
 MARGIN: Final = 0.01  # share of a leg's limit that the way to rest keeps free
 RESTS: Final = 1e-6  # [SI] commands below this end the way to rest
 LONGEST: Final = 1000  # largest number of periods of a way to rest
-SPEED: Final = np.array([0.2] * 3 + [0.1] * 3)  # [m/s, rad/s] of moves from and to rest …
-PAD: Final = np.array([2e-3] * 3 + [3.5e-3] * 3)  # [m, rad] around a park pose, to brake in
-ACCELERATION: Final = np.array([1.0] * 3 + [0.5] * 3)  # … and [m/s², rad/s²]
 
 _FREE, _FINITE, _POSE, _CIRCLE, _TWIST, _ACCELERATION, _JERK, _LENGTH, _SPEED, _STRENGTH, _ENDLESS = range(11)
 
@@ -102,60 +102,71 @@ class Verdict:
 PASSES: Final = Verdict()
 
 
-class Bounds(NamedTuple):
-    """The limits, in a form that kernels can read; what a platform's file does not give is infinite."""
+@kernel
+def _widen(span: Mat, motion: Mat, lag: float) -> None:
+    """Let a span (5, 6) contain a motion (3, 6).
 
-    low: Vec  # (6,) [m ×3, rad ×3]
-    high: Vec  # (6,)
-    twist: Vec  # (6,) [m/s ×3, rad/s ×3]
-    acceleration: Vec  # (6,) [m/s² ×3, rad/s² ×3]
-    jerk: Vec  # (6,) [m/s³ ×3, rad/s³ ×3]
-    lag: float  # T [s]
-    circle: float  # [m] of surge and sway together
-    joints: Mat  # (6, 3) [m], or (0, 3) without legs
-    anchors: Mat  # (6, 3) [m]
-    stroke: tuple[float, float]  # [m]
-    leg_speed: float  # [m/s]
-    leg_acceleration: float  # [m/s²]
+    Its rows are the lowest and highest pose, the largest speed and acceleration, each with its leading value
+    q = p + T v or w = v + T a, and the square of the largest distance of surge and sway from the middle.
+    """
+    for i in range(6):
+        p, v, a = motion[0, i], motion[1, i], motion[2, i]
+        q, w = p + lag * v, v + lag * a
+        span[0, i], span[1, i] = min(span[0, i], min(p, q)), max(span[1, i], max(p, q))
+        span[2, i] = max(span[2, i], max(abs(v), abs(w)))
+        span[3, i] = max(span[3, i], abs(a))
+    x, y = motion[0, 0], motion[0, 1]
+    qx, qy = x + lag * motion[1, 0], y + lag * motion[1, 1]
+    span[4, 0] = max(span[4, 0], max(x * x + y * y, qx * qx + qy * qy))
 
 
 @kernel
-def _axes(motion: Mat, before: Mat, dt: float, b: Bounds) -> tuple[int, int]:
-    """Check the axes; without dt the jerk is not checked."""
+def _narrow(span: Mat) -> None:
+    """Let a span contain nothing."""
     for i in range(6):
-        p, v, a = motion[0, i], motion[1, i], motion[2, i]
-        if not (abs(p) < np.inf and abs(v) < np.inf and abs(a) < np.inf):  # a NaN fails every comparison
-            return _FINITE, i
-        room, q = SLACK * (b.high[i] - b.low[i]), p + b.lag * v
-        if not (b.low[i] - room <= min(p, q) and max(p, q) <= b.high[i] + room):
+        span[0, i], span[1, i] = np.inf, -np.inf
+        span[2, i] = span[3, i] = span[4, i] = 0.0
+
+
+@kernel
+def _within(span: Mat, b: Bounds) -> tuple[int, int]:
+    """Check that a span is within the limits of the axes."""
+    for i in range(6):
+        room = SLACK * (b.high[i] - b.low[i])
+        if not (b.low[i] - room <= span[0, i] and span[1, i] <= b.high[i] + room):
             return _POSE, i
-        if not max(abs(v), abs(v + b.lag * a)) <= b.twist[i] * (1.0 + SLACK):
+        if not span[2, i] <= b.twist[i] * (1.0 + SLACK):
             return _TWIST, i
-        if not abs(a) <= b.acceleration[i] * (1.0 + SLACK):
+        if not span[3, i] <= b.acceleration[i] * (1.0 + SLACK):
             return _ACCELERATION, i
-        if dt > 0.0 and not abs(a - before[2, i]) <= b.jerk[i] * dt * (1.0 + SLACK) + 1e-9:
-            return _JERK, i
-    x, y = motion[0, 0], motion[0, 1]
-    qx, qy = x + b.lag * motion[1, 0], y + b.lag * motion[1, 1]
-    if not max(x * x + y * y, qx * qx + qy * qy) <= (b.circle * (1.0 + SLACK)) ** 2:
+    if not span[4, 0] <= (b.circle * (1.0 + SLACK)) ** 2:
         return _CIRCLE, 0
     return _FREE, 0
 
 
 @kernel
-def _legs(motion: Mat, b: Bounds, margin: float) -> tuple[int, int]:
-    """Check the legs, of whose limits a share `margin` is kept free."""
-    legs = np.empty((3, 6))
-    leg_motion(motion[0], motion[1], motion[2], b.joints, b.anchors, legs)
-    room = margin * (b.stroke[1] - b.stroke[0])
+def _finite(motion: Mat) -> int:
+    """Return the first axis of which a number is none; −1 if all are finite."""
     for i in range(6):
-        if not b.stroke[0] + room <= legs[0, i] <= b.stroke[1] - room:
-            return _LENGTH, i
-        if not abs(legs[1, i]) <= b.leg_speed * (1.0 - margin):
-            return _SPEED, i
-        if not abs(legs[2, i]) <= b.leg_acceleration * (1.0 - margin):
-            return _STRENGTH, i
-    return _FREE, 0
+        for row in range(3):
+            if not abs(motion[row, i]) < np.inf:  # a NaN fails every comparison
+                return i
+    return -1
+
+
+@kernel
+def _axes(motion: Mat, before: Mat, dt: float, b: Bounds) -> tuple[int, int]:
+    """Check the axes of one motion; without dt the jerk is not checked."""
+    i = _finite(motion)
+    if i >= 0:
+        return _FINITE, i
+    for i in range(6):
+        if dt > 0.0 and not abs(motion[2, i] - before[2, i]) <= b.jerk[i] * dt * (1.0 + SLACK) + 1e-9:
+            return _JERK, i
+    span = np.empty((5, 6))
+    _narrow(span)
+    _widen(span, motion, b.lag)
+    return _within(span, b)
 
 
 @kernel
@@ -163,7 +174,7 @@ def _point(motion: Mat, before: Mat, dt: float, b: Bounds, margin: float) -> tup
     """Check one motion (3, 6); its jerk since the motion `before`, dt earlier."""
     code, i = _axes(motion, before, dt, b)
     if code == _FREE and len(b.joints) > 0:
-        code, i = _legs(motion, b, margin)
+        code, i = legs_at(motion, b, margin, np.empty((3, 3)), np.empty((3, 3)))
     return code, i
 
 
@@ -180,31 +191,72 @@ def _way(motion: Mat, u: Vec, duration: float, b: Bounds, reach: Reach) -> tuple
 
 
 @kernel
-def _end(motion: Mat, b: Bounds) -> tuple[int, int]:
-    """Check where a motion comes to rest whose commands have ended: at q = p + T v, since w is zero."""
+def _end(motion: Mat, b: Bounds) -> None:
+    """Let a motion come to rest whose commands have ended: at q = p + T v, since w is zero."""
     for i in range(6):
         motion[0, i] += b.lag * motion[1, i]
         motion[1, i] = motion[2, i] = 0.0
-    return _point(motion, motion, 0.0, b, MARGIN)
+
+
+@kernel
+def _way_of_axes(motion: Mat, b: Bounds, reach: Reach, span: Mat) -> tuple[int, int]:
+    """Check the axes at every sample of the way to rest from `motion`, which advances along it.
+
+    `span` becomes that of the way. All limits of axes but the circle are intervals, so it is enough to
+    compare the span with them; a number that is none stays one until the end.
+    """
+    u, q, w = np.empty(6), np.empty(6), np.empty(6)
+    n = max(1, round(reach.period / SAMPLE))
+    rho = decay(reach.lag, reach.period / n)
+    _narrow(span)
+    for _ in range(LONGEST):
+        stop_by(motion, reach, u, q, w)
+        if none_above(u, RESTS):
+            _end(motion, b)
+            _widen(span, motion, b.lag)
+            i = _finite(motion)
+            return (_FINITE, i) if i >= 0 else _within(span, b)
+        for _ in range(n):
+            move_by(motion, u, reach.lag, reach.period / n, rho)
+            _widen(span, motion, b.lag)
+    return _ENDLESS, 0
+
+
+@kernel
+def _way_of_legs(motion: Mat, b: Bounds, reach: Reach) -> tuple[int, int]:
+    """Check the legs at every sample of the way to rest from `motion`, which advances along it."""
+    u, q, w, R, axes = np.empty(6), np.empty(6), np.empty(6), np.empty((3, 3)), np.empty((3, 3))
+    n = max(1, round(reach.period / SAMPLE))
+    rho = decay(reach.lag, reach.period / n)
+    for _ in range(LONGEST):
+        stop_by(motion, reach, u, q, w)
+        if none_above(u, RESTS):
+            _end(motion, b)
+            return legs_at(motion, b, MARGIN, R, axes)
+        for _ in range(n):
+            move_by(motion, u, reach.lag, reach.period / n, rho)
+            code, i = legs_at(motion, b, MARGIN, R, axes)
+            if code != _FREE:
+                return code, i
+    return _ENDLESS, 0
 
 
 @kernel
 def _way_to_rest(motion: Mat, b: Bounds, reach: Reach) -> tuple[int, int]:
-    """Check the way to rest from `motion`, which advances along it."""
+    """Check the way to rest from `motion`: axes at every sample; legs by bounds, or else at every sample."""
     if not safe(motion, reach):
         return _ENDLESS, 0
-    u = np.empty(6)
-    for _ in range(LONGEST):
-        stop(motion, reach, u)
-        largest = 0.0
-        for i in range(6):
-            largest = max(largest, abs(u[i]))
-        if largest <= RESTS:
-            return _end(motion, b)
-        code, i = _way(motion, u, reach.period, b, reach)
-        if code != _FREE:
-            return code, i
-    return _ENDLESS, 0
+    span = np.empty((5, 6))
+    code, i = _way_of_axes(motion.copy(), b, reach, span)
+    if code != _FREE or len(b.joints) == 0:
+        return code, i
+    centre, spread = np.empty(6), np.empty((3, 6))
+    for k in range(6):
+        centre[k], spread[0, k] = 0.5 * (span[1, k] + span[0, k]), 0.5 * (span[1, k] - span[0, k])
+        spread[1, k], spread[2, k] = span[2, k], span[3, k]
+    if legs_hold(centre, spread, b, MARGIN, np.empty((3, 3)), np.empty((3, 3))):
+        return _FREE, 0
+    return _way_of_legs(motion.copy(), b, reach)
 
 
 @kernel
@@ -212,7 +264,7 @@ def judge(motion: Mat, before: Mat, dt: float, b: Bounds, reach: Reach) -> tuple
     """Return what a motion (3, 6), or the way to rest from it, breaks, and where."""
     code, i = _point(motion, before, dt, b, 0.0)
     if code == _FREE:
-        code, i = _way_to_rest(motion.copy(), b, reach)
+        code, i = _way_to_rest(motion, b, reach)
     return code, i
 
 
@@ -252,12 +304,12 @@ class Gate:
     """
 
     def __init__(self, platform: Platform, *, lag: float, period: float, park: Vec | None = None) -> None:
-        self.bounds = _bounds(platform, lag)
+        self.bounds = bounds_of(platform, lag)
         self.reach = reach_of(platform, dofs_of(platform))._replace(
             circle=math.inf if platform.circle is None else platform.circle, lag=lag, period=period
         )
         if park is not None:
-            self.bounds, self.reach = _widened(self.bounds, park), _widened_reach(self.reach, park)
+            self.bounds, self.reach = widened(self.bounds, park), widened_reach(self.reach, park)
         self._u = np.empty(
             6
         )  # a command to work with: one that can be written to, so that kernels have one form
@@ -302,82 +354,6 @@ class Gate:
         """Advance `motion` (3, 6) in place by dt [s] under the commands u (6,), unjudged."""
         self._u[:] = u
         move(motion, self._u, self.reach.lag, dt)
-
-
-def dofs_of(platform: Platform) -> tuple[Dof, ...]:
-    """Return the degrees of freedom for which the platform's file gives all axes and limits."""
-    return tuple(
-        dof
-        for dof in DOFS.values()
-        if all(AXES[axis] in platform.axes for axis in dof.axes) and (dof.is_pair or _limited(platform, dof))
-    )
-
-
-def _limited(platform: Platform, dof: Dof) -> bool:
-    table = getattr(platform, AXES[dof.axes[0]])
-    if isinstance(table, Translation):
-        return True
-    return table.rate_degps is not None and table.acceleration_degps2 is not None
-
-
-def _bounds(platform: Platform, lag: float) -> Bounds:
-    """Return the machine's limits; axes that nothing moves stay at zero."""
-    low, high, twist, acceleration, jerk = np.zeros((5, 6))
-    for axis in {axis for dof in dofs_of(platform) for axis in dof.axes}:
-        table = getattr(platform, AXES[axis])
-        low[axis], high[axis], twist[axis], acceleration[axis] = _of(table)
-        jerk[axis] = 2.0 * acceleration[axis] / lag if lag > 0.0 else math.inf
-    circle = math.inf if platform.circle is None else platform.circle
-    if platform.hexapod is None:
-        none = np.empty((0, 3))
-        legs = (none, none, (-math.inf, math.inf), math.inf, math.inf)
-    else:
-        hexapod = platform.six_legs()
-        legs = (hexapod.joints, hexapod.anchors, hexapod.stroke, hexapod.speed, hexapod.acceleration)
-    return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs)
-
-
-def _of(table: Translation | Rotation) -> tuple[float, float, float, float]:
-    """Return the ends of an axis, its speed and its acceleration in SI units."""
-    if isinstance(table, Translation):
-        strongest = max(table.acceleration_mps2, table.command_mps2 or 0.0)
-        return *table.position_m, table.velocity_mps, strongest
-    low, high = (math.radians(end) for end in table.angle_deg)
-    rate = math.inf if table.rate_degps is None else math.radians(table.rate_degps)
-    strongest = math.inf if table.acceleration_degps2 is None else math.radians(table.acceleration_degps2)
-    return low, high, rate, strongest
-
-
-def _widened(bounds: Bounds, park: Vec) -> Bounds:
-    """Return bounds that contain a pose; an axis that only this pose needs moves gently."""
-    new = (park != 0.0) & (bounds.twist == 0.0)
-    low, high = _room(bounds.low, bounds.high, park)
-    return bounds._replace(
-        low=low,
-        high=high,
-        twist=np.where(new, SPEED, bounds.twist),
-        acceleration=np.where(new, ACCELERATION, bounds.acceleration),
-        jerk=np.where(new, math.inf, bounds.jerk),
-        circle=max(bounds.circle, math.hypot(park[0], park[1]) + PAD[0]),
-    )
-
-
-def _widened_reach(reach: Reach, park: Vec) -> Reach:
-    new = (park != 0.0) & (reach.command == 0.0)
-    low, high = _room(np.where(new, 0.0, reach.low), np.where(new, 0.0, reach.high), park)
-    return reach._replace(
-        low=low,
-        high=high,
-        speed=np.where(new, SPEED, reach.speed),
-        command=np.where(new, ACCELERATION, reach.command),
-        circle=max(reach.circle, math.hypot(park[0], park[1]) + PAD[0]),
-    )
-
-
-def _room(low: Vec, high: Vec, park: Vec) -> tuple[Vec, Vec]:
-    """Return a reach that contains a pose and the neutral one, each with a little room along its axes."""
-    pad = np.where(park != 0.0, PAD, 0.0)
-    return np.minimum(low, np.minimum(park, 0.0) - pad), np.maximum(high, np.maximum(park, 0.0) + pad)
 
 
 def _verdict(found: tuple[int, int]) -> Verdict:

@@ -15,7 +15,8 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import MissingExtra, OtolithError
-from otolith.live.core.gate import ACCELERATION, SPEED, Gate
+from otolith.live.core.bounds import ACCELERATION, SPEED
+from otolith.live.core.gate import Gate
 
 JERK: Final = np.array([10.0] * 3 + [5.0] * 3)  # [m/s³, rad/s³]
 SHARE: Final = 0.5  # of the platform's own limits that a move uses at most
