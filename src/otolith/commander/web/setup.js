@@ -47,7 +47,7 @@ export class Setup {
     field.told = () => {
       tell();
       pick.value = names.some(({name}) => name === field.input.value) ? field.input.value : "";
-      if (this.fields.log.read()) about.textContent = "not used: the recorded drive below is cued";
+      if (this.fields.log.read()) about.textContent = "not used: a recorded drive is cued";
     };
     field.input.addEventListener("change", field.told);
     field.input.before(pick, element("datalist", {id: "formulas"}, ...formulas.map((value) => element("option", {value}))));

@@ -55,7 +55,7 @@ export function showState(word, text = "") {
 /** Append an event to the list at the bottom; `level` is info, warn, fault or parameter. */
 export function tellEvent({time, level, text}) {
   const list = byId("events"), sign = {warn: "▲", fault: "■", parameter: "◆"}[level] ?? "●";
-  const following = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+  const following = !list.matches(":hover, :focus");  // whoever reads further up is left alone
   const stamp = element("time", {}, Number.isFinite(time) ? `${time.toFixed(2)} s` : "");
   list.append(element("li", {className: level}, stamp, element("i", {"aria-hidden": "true"}, sign), text));
   while (list.children.length > KEPT) list.firstChild.remove();
