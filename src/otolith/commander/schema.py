@@ -184,6 +184,7 @@ class Form(BaseModel):
         None,
         "Weight on position",
         "(larger) = (the platform is drawn home more strongly; replaces the washout above)",
+        live=True,
         ge=0.0,
         le=1e3,
     )
@@ -192,6 +193,7 @@ class Form(BaseModel):
         None,
         "Weight on velocity",
         "(larger) = (slower motion along the axes; replaces the washout above)",
+        live=True,
         ge=0.0,
         le=1e3,
     )
@@ -200,6 +202,7 @@ class Form(BaseModel):
         None,
         "Weight on tilt rate",
         "(larger) = (slower tilting; replaces the washout above)",
+        live=True,
         ge=0.0,
         le=1e3,
     )
@@ -303,6 +306,8 @@ def changed(values: Mapping[str, Any]) -> dict[str, float]:
     for name in values:
         if name in Form.model_fields and name not in LIVE:
             raise InputError(name, "to be changed while it runs", one_of(LIVE, name))
+        if values[name] is None:
+            raise InputError(name, "empty", "a number while it runs")
     form = checked(values)
     return {name: float(getattr(form, name)) for name in values}
 

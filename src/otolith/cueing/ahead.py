@@ -154,7 +154,7 @@ class Ahead:
     def __init__(self, cueing: Cueing, *, lag: float, dead_time: float) -> None:
         if not 0.0 <= dead_time <= LONGEST:
             raise InputError("dead time", dead_time, f"between 0 and {LONGEST:g} s")
-        self._cueing, self._dead_time = cueing, dead_time
+        self.inner, self._dead_time = cueing, dead_time
         count = math.ceil(dead_time / cueing.period - 1e-9)
         shown = count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
         self._estimate = _Estimate(
@@ -178,12 +178,12 @@ class Ahead:
     @property
     def period(self) -> float:
         """Return the time between two decisions [s]."""
-        return self._cueing.period
+        return self.inner.period
 
     @property
     def soft(self) -> frozenset[str]:
         """Return the limits that the algorithm may pass with a penalty."""
-        return frozenset(getattr(self._cueing, "soft", ()))
+        return frozenset(getattr(self.inner, "soft", ()))
 
     def reset(self, state: PlatformState) -> None:
         """Start from `state`, with no command on its way."""
@@ -191,7 +191,7 @@ class Ahead:
         of.given[:], of.fresh[:] = 0.0, 1
         of.believed[0], of.believed[1], of.believed[2] = state.pose, state.twist, state.acceleration
         _propagate(self._held)
-        self._cueing.reset(PlatformState.of_motion(of.ahead, state.specific_force))
+        self.inner.reset(PlatformState.of_motion(of.ahead, state.specific_force))
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide for a dead time from now."""
@@ -199,13 +199,13 @@ class Ahead:
         motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
         _estimate(self._held, motion)
         ahead = PlatformState.of_motion(self._estimate.ahead, state.specific_force)
-        command = self._cueing.step(ahead, self._later(reference))
+        command = self.inner.step(ahead, self._later(reference))
         _remember(self._held, command.acceleration)
         return command
 
     def compiled(self) -> Bound | None:
         """Return the method of this algorithm; None if the one at work offers none."""
-        inner = offered(self._cueing)
+        inner = offered(self.inner)
         if inner is None:
             return None
         self._inner = inner  # keeps its data alive
@@ -213,7 +213,7 @@ class Ahead:
 
     def answer(self, request: int, reference: Reference) -> None:
         """Pass the request of the algorithm's kernel on to the algorithm."""
-        cast(CompiledCueing, self._cueing).answer(request, self._later(reference))
+        cast(CompiledCueing, self.inner).answer(request, self._later(reference))
 
     def _later(self, reference: Reference) -> Reference:
         """Return the reference, older by the dead time: it is for a state that much later."""

@@ -18,6 +18,7 @@ from typing import Any, Final
 
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, Dof, pairs_of
+from otolith.cueing.ahead import Ahead
 from otolith.cueing.hints.stored import Kind, Refused, StoredHint
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.explicit import Explicit, ExplicitLaw
@@ -174,6 +175,32 @@ def linear_mpc(design: Design) -> Cueing:
     several = len(design.pairs) > 1
     platform = design.platform.boxed() if several else design.platform
     return _apart(platform, [*((pair,) for pair in design.pairs), *_alone(design)], settings)
+
+
+def reweigh(cueing: Cueing, name: str, design: Design) -> None:
+    """Give an algorithm at work the washout weights of a changed design, from its next decision on.
+
+    Parameters
+    ----------
+    name : of the algorithm in the registry.
+
+    Raises
+    ------
+    InputError : the weights are on other states than those before.
+    """
+    for mpc in _mpcs(cueing):
+        settings = design.mpc
+        if name == "predictive":
+            settings = predictive_settings(settings, design.platform, mpc.problem.dofs, design.liveliness)
+        mpc.reweigh(settings.washout)
+
+
+def _mpcs(cueing: Cueing) -> list[Mpc]:
+    """Return the MPCs of which an algorithm is made."""
+    if isinstance(cueing, Ahead):
+        return _mpcs(cueing.inner)
+    parts = cueing.parts if isinstance(cueing, Several) else (cueing,)
+    return [part for part in parts if isinstance(part, Mpc)]
 
 
 def _guessing(design: Design, guess: Callable[[Design], Guess]) -> Cueing:

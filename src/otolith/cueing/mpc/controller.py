@@ -11,6 +11,7 @@ are still given in steps of one period.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -26,6 +27,7 @@ from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
 from otolith.cueing.mpc.guess_as_hint import GuessAsHint
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.cueing.prediction.simple import Hold, now, previewed
 from otolith.interfaces import Command, PlatformState, Predictor, Reference
 from otolith.platforms import Platform
@@ -120,6 +122,11 @@ class Mpc:
         if self._hint is not None:
             self._hint.sets(p.x, p.wanted[0], p.plan)
         self.reset(PlatformState())
+
+    def reweigh(self, washout: tuple[WashoutWeight, ...]) -> None:
+        """Use other washout weights from the next decision on; errors are those of `Problem.reweigh`."""
+        self.problem.reweigh(washout)
+        self.settings = replace(self.settings, washout=washout)
 
     @property
     def period(self) -> float:

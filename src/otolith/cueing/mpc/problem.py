@@ -23,6 +23,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import StateSpace, zero_order_hold
 from otolith.cueing.mpc import kernels
@@ -42,6 +43,7 @@ from otolith.cueing.mpc.motion import (
 from otolith.cueing.mpc.objective import Channel, Organ, channels
 from otolith.cueing.mpc.rows import Limits, Row, circle_weights, command_bounds, rows_of
 from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Braking, Platform
 from otolith.qp.blocked import block_ends
 from otolith.qp.engines import StageMemory
@@ -92,12 +94,7 @@ class Problem:
                 for dof, of_dof in zip(self.dofs, limits, strict=True)
             ]
         )
-        self._weights = [
-            (first, dof, weight)
-            for first, dof in zip(self._first, self.dofs, strict=False)
-            for weight in settings.washout
-            if {weight.on, weight.of} <= set(states(dof))
-        ]
+        self._weights = self._weights_of(settings.washout)
         lag = settings.lag_on(platform)
         self._organs = _organs(self.channels, settings.period)
         self._rows_felt = self._felt_rows()
@@ -129,6 +126,26 @@ class Problem:
         of = self._organs
         for series in (of.here, of.there, of.felt_here, of.felt_there):
             series[:] = 0.0
+
+    def reweigh(self, washout: Sequence[WashoutWeight]) -> None:
+        """Change the washout weights in place, where the kernels read them.
+
+        Raises
+        ------
+        InputError : they are on other states than those before, for which the engine was built.
+        """
+        weights = self._weights_of(washout)
+        before, now = (
+            [(dof.name, weight.on, weight.of) for _, dof, weight in of] for of in (self._weights, weights)
+        )
+        if before != now:
+            names = ", ".join(f"{of} {on}" for of, on, _ in now) or "none"
+            bound = "on those states that were weighed at the start: " + (
+                ", ".join(f"{of} {on}" for of, on, _ in before) or "none"
+            )
+            raise InputError("the new washout weights", f"on {names}", bound)
+        self._weights = weights
+        self.given.washout[:] = _washout(weights)
 
     def begin(self, memory: StageMemory) -> None:
         """Write the data that never change."""
@@ -163,6 +180,15 @@ class Problem:
     def of_steps(self, U: Mat) -> Mat:
         """Return the inputs of every step (N, nu) from those of the blocks (M, nu)."""
         return np.repeat(U, self.settings.lengths, axis=0)
+
+    def _weights_of(self, washout: Sequence[WashoutWeight]) -> list[tuple[int, Dof, WashoutWeight]]:
+        """Return the weights on states that the degrees of freedom have, each with its first state."""
+        return [
+            (first, dof, weight)
+            for first, dof in zip(self._first, self.dofs, strict=False)
+            for weight in washout
+            if {weight.on, weight.of} <= set(states(dof))
+        ]
 
     def _rows_of(self, dof: Dof, limits: Limits, braking: Braking, sets: Sequence[AxisSet]) -> list[Row]:
         """Return the rows of a degree of freedom, without the position's if the limit circle implies them."""
@@ -280,7 +306,6 @@ class Problem:
         """Return everything that the kernels read."""
         nu, N, settings = len(self.axes.axis), self.settings.horizon, self.settings
         circle = self.circle or Circle(0.0, np.zeros(3), np.zeros((2, 3), dtype=np.int64))
-        washout = [(*weight.coefficients, weight.scale) for _, _, weight in self._weights]
         return kernels.Given(
             axes=self.axes,
             hold=np.tile(held(lag, settings.period), (nu, 1)),
@@ -290,7 +315,7 @@ class Problem:
             of=np.array(
                 [first + states(dof).index(weight.of) for first, dof, weight in self._weights], dtype=np.int64
             ),
-            washout=np.array(washout).reshape(-1, 5),
+            washout=_washout(self._weights),
             control_weight=np.full(nu, settings.control_weight),
             circle=circle.weights,
             in_circle=circle.states,
@@ -314,6 +339,11 @@ class Problem:
             column=np.array([channel.column for channel in self.channels]),
             sign=np.array([channel.sign for channel in self.channels]),
         )
+
+
+def _washout(weights: Sequence[tuple[int, Dof, WashoutWeight]]) -> Mat:
+    """Return the coefficients and scales (w, 5) of washout weights."""
+    return np.array([(*weight.coefficients, weight.scale) for _, _, weight in weights]).reshape(-1, 5)
 
 
 def _sets(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet, ...]:
