@@ -320,6 +320,9 @@ class Experiment:
         if "wanted" not in settings:
             bound = "one that 'otolith run' or otolith.Experiment made"
             raise InputError("the run", "made of objects that its file does not hold", bound)
+        if "by_hand" in settings:
+            bound = "one that ran from its start to its end as it was set"
+            raise InputError("the run", "changed or stopped by hand while it ran", bound)
         if cueing is None and ":" in run.cueing:
             bound = f"given: the run names {run.cueing}, and no file starts code by itself"
             raise InputError("--cueing", "absent", bound)

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from io import StringIO
 from pathlib import Path
 from typing import Any, Final
@@ -10,20 +10,28 @@ from typing import Any, Final
 import numpy as np
 from rich.console import Console
 
-from otolith import files
+from otolith import files, registry
 from otolith.cli.loop import Prepared, closed_loop, cueing_of, prepare
 from otolith.cli.optimum import Yardstick
 from otolith.cli.options import RunOptions
-from otolith.cli.output import screen
+from otolith.cli.output import file_name, screen
 from otolith.cli.results import write_results
+from otolith.cli.run import write_contest
 from otolith.commander.schema import Form
 from otolith.commander.session import RESULTS, UPLOADS
 from otolith.core.errors import InputError
+from otolith.core.frames import DOFS
+from otolith.cueing.design import reweigh
+from otolith.cueing.mpc.washout_weights import constant
+from otolith.experiment import Wanted
 from otolith.loop import ClosedLoop, Run
+from otolith.metrics.false_cues import false_cues
 from otolith.platforms import Platform
+from otolith.report.ranking import criterion_named
 
 WEIGHTS: Final = ("position", "velocity", "tilt_rate")
-NO_OPTIMUM: Final = "it was changed by hand while it ran, so that the best of its drive is no measure of it"
+SHADED: Final = 200  # false cues that a page shades
+COURSE: Final = 1_000  # points of a map
 _PLAIN: Final = (
     "scale",
     "lowpass",
@@ -126,24 +134,64 @@ class Runs:
             closed_loop(self._prepared, 0, one, cueing_of(self._prepared, one, design))
             for one in choices.names
         ]
-        self.hexapod, self.map = hexapod_of(design.platform), None
+        self._values = dict(values)
+        self.hexapod = hexapod_of(design.platform)
+        self.map = _map_of(self._prepared.experiments[0][choices.names[0]].wanted)
 
     def change(self, name: str, value: float) -> None:
         """Change a parameter of all algorithms that have it, from the next decision on."""
         if name == "scale":
             for loop in self.loops:
                 loop.rescale(value / self._prepared.experiments[0][loop.names[0]].wanted.scale)
+            return
+        option = "weight" if name.startswith("weight_") else name
+        having = [loop for loop in self.loops if option in registry.cueing_named(loop.names[0]).reads]
+        if not having:
+            raise InputError(name, "changed, but no algorithm of this run reads it", "left as it is")
+        self._values = {**self._values, name: value}
+        weights = {of: one for of in WEIGHTS if (one := self._values[f"weight_{of}"]) is not None}
+        design = self._prepared.design
+        mpc = replace(design.mpc, washout=constant(weights)) if weights else design.mpc
+        changed = replace(design, mpc=mpc, liveliness=self._values["liveliness"])
+        for loop in having:
+            reweigh(loop.cueing, loop.names[0], changed)
 
     def finish(self, changes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         """Write the results as `otolith run` or, of two algorithms, as `otolith compare` does."""
-        runs = [loop.run(settings=_settings(loop, changes)) for loop in self.loops]
+        by_hand = {"by_hand": list(changes)} if changes else {}
+        runs = [loop.run(settings={**loop.settings, **by_hand}) for loop in self.loops]
         yardstick = Yardstick(self._prepared, False if changes else None, self._console)
-        best = [NO_OPTIMUM if changes else yardstick.best(0, run.cueing) for run in runs]
-        return write_results(runs[0], self.folder, command="run", force=True, best=best[0])
+        first = runs[0]
+        if len(runs) == 1:
+            best = yardstick.best(0, first.cueing)
+            summary = write_results(first, self.folder, command="run", force=True, best=best)
+            return {"summary": summary, "second": None, "false_cues": _false_cues(first)}
+        by = "rate" if all(DOFS[name].feels_rate for name in first.dofs) else "rmse"
+        criterion = criterion_named(by, first.dofs)
+        with files.whole_folder(self.folder, command="compare", force=True) as made:
+            for run in runs:
+                files.write_run(run, made / f"{file_name(run.cueing)}.h5")
+            _, summaries, _ = write_contest(made, [runs], yardstick, (by, criterion))
+        one, other = (summaries[first.scenario][run.cueing] for run in runs)
+        return {"summary": one, "second": other, "false_cues": _false_cues(first)}
 
 
-def _settings(loop: ClosedLoop, changes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    return {**loop.settings, **({"by_hand": list(changes)} if changes else {})}
+def _false_cues(run: Run) -> list[dict[str, Any]]:
+    """Return the gravest false cues of a run, as spans to be shaded."""
+    gravest = sorted(false_cues(run), key=lambda cue: -cue.integral)[:SHADED]
+    return [
+        {"axis": "xyz"[DOFS[cue.dof].felt], "kind": cue.kind, "start": cue.start, "end": cue.end}
+        for cue in gravest
+    ]
+
+
+def _map_of(wanted: Wanted) -> dict[str, Any] | None:
+    """Return the course of a recorded drive, thinned, in m; None if it has none."""
+    place = None if wanted.log is None else wanted.drive().place
+    if place is None:
+        return None
+    thin = place[:: max(1, len(place) // COURSE)]
+    return {"x": np.round(thin[:, 0], 2).tolist(), "y": np.round(thin[:, 1], 2).tolist()}
 
 
 def hexapod_of(platform: Platform) -> dict[str, Any] | None:

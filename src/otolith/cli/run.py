@@ -134,23 +134,43 @@ def compare(
             return stack.enter_context(files.run_file(made / f"{whose}.h5"))
 
         runs = simulate_all(prepared, console, keep=keep)
-        from otolith import metrics
-
-        contest = {
-            of_one[0].scenario: (of_one, metrics.compare(of_one, [yardstick.best(k, name) for name in names]))
-            for k, of_one in enumerate(runs)
-        }
-        best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
-        summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
-        ranked = standings(summaries, criterion)
-        account = _write_comparison(made, contest, (by, criterion), ranked, best)
-        if figures:
-            write_figures(made, _contest_figures(contest, best))
+        account, summaries, ranked = write_contest(
+            made, runs, yardstick, (by, criterion), figures=figures
+        )
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _print_results(account if json else None, every, folder, console)
     for one in ranked:
         console.print(_place(one, ranked), highlight=False, soft_wrap=True)
     _judge(every, strict)
+
+
+def write_contest(
+    folder: Path,
+    runs: Sequence[Sequence[Run]],
+    yardstick: Yardstick,
+    by: tuple[str, "Criterion"],
+    *,
+    figures: bool = False,
+) -> tuple[dict[str, Any], Mapping[str, Mapping[str, Any]], Sequence["Standing"]]:
+    """Write the account of runs of several algorithms, grouped by scenario.
+
+    Returns
+    -------
+    What summary.json holds, the key figures by scenario and algorithm, and the ranking.
+    """
+    from otolith import metrics
+
+    contest = {
+        of_one[0].scenario: (of_one, metrics.compare(of_one, [yardstick.best(k, run.cueing) for run in of_one]))
+        for k, of_one in enumerate(runs)
+    }
+    best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
+    summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
+    ranked = standings(summaries, by[1])
+    account = _write_comparison(folder, contest, by, ranked, best)
+    if figures:
+        write_figures(folder, _contest_figures(contest, best))
+    return account, summaries, ranked
 
 
 def _refuse_twice(option: str, names: Sequence[str | None]) -> None:

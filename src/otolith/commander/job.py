@@ -39,7 +39,9 @@ class Job(Protocol):
         """
 
     def finish(self, changes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Write the results of what was run, and return the key figures.
+        """Write the results of what was run.
+
+        Returns what pages are told: `summary`, `second` (that of algorithm B, or None), and `false_cues`.
 
         Parameters
         ----------

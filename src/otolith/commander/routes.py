@@ -15,7 +15,7 @@ from otolith.core.disk import write_text
 from otolith.platforms.library import descriptions
 from otolith.scenarios.catalog import SCENARIOS
 
-RESULT_FILES: Final = ("report.html", "run.h5", "summary.json", "a.h5", "b.h5")
+_ENDINGS: Final = (".html", ".h5", ".json")  # of results
 SAMPLES: Final = "samples.csv"
 _YEAR: Final = 31_536_000  # [s] that a browser keeps its name
 # A report carries its own style and pictures, and needs nothing from anywhere.
@@ -124,17 +124,19 @@ def _files(router: APIRouter, session: Session) -> None:
     @router.get("/api/result")
     def result() -> Any:
         card = session.card.look()
-        files = [name for name in RESULT_FILES if (_results(session) / name).is_file()]
-        shown = {name: card.get(name) for name in ("generation", "summary", "command")}
-        return shown | {"files": [*files, *([SAMPLES] if files else [])]}
+        files = _result_files(session)
+        shown = {name: card.get(name) for name in ("generation", "summary", "second", "command")}
+        more = {"false_cues": card.get("false_cues", []), "files": [*files, *([SAMPLES] if files else [])]}
+        return shown | more
 
     @router.get("/api/result/{name}")
     def result_file(name: str) -> Response:
-        folder = _results(session)
-        if name == SAMPLES and folder.is_dir():
-            run = folder / ("a.h5" if (folder / "a.h5").is_file() else "run.h5")
+        folder, files = _results(session), _result_files(session)
+        if name == SAMPLES and files:
+            first = session.card.look()["summary"]["cueing"]
+            run = folder / ("run.h5" if "run.h5" in files else f"{first}.h5")
             return PlainTextResponse(session.desk.samples(run), media_type="text/csv", headers=_saved(name))
-        if name not in RESULT_FILES or not (folder / name).is_file():
+        if name not in files:
             raise Refused(404, "there is no such result")
         headers = {"content-security-policy": _REPORT_POLICY} if name == "report.html" else _saved(name)
         return FileResponse(folder / name, headers=headers)
@@ -149,6 +151,14 @@ def _count(request: Request, session: Session) -> None:
 def _results(session: Session) -> Path:
     """Return the folder of the results of the run that is shown."""
     return session.folder / RESULTS / str(session.card.look().get("folder", "none"))
+
+
+def _result_files(session: Session) -> list[str]:
+    """Return the names of the results of the run that is shown."""
+    folder = _results(session)
+    return (
+        sorted(path.name for path in folder.iterdir() if path.suffix in _ENDINGS) if folder.is_dir() else []
+    )
 
 
 def _saved(name: str) -> dict[str, str]:

@@ -135,12 +135,12 @@ class Worker:
             return
         self._rows.begin(self._generation)
         self._job = job
-        self._show(job, None)
+        self._show(job, {"summary": None})
         self.tell("info", "running")
         self._pace.begin(0.0)
         self.say("running", "running")
 
-    def _show(self, job: Job, summary: Mapping[str, Any] | None) -> None:
+    def _show(self, job: Job, results: Mapping[str, Any]) -> None:
         """State what is known of the run as a whole."""
         self._card.state(
             {
@@ -152,7 +152,7 @@ class Worker:
                 "hexapod": job.hexapod,
                 "map": job.map,
                 "folder": job.folder.name,
-                "summary": summary,
+                **results,
             }
         )
 
@@ -205,13 +205,14 @@ class Worker:
         assert job is not None  # noqa: S101 (only a run ends)
         self.say("writing", "writing the results")
         try:
-            summary = job.finish(self._changes) if job.loops[0].done else None
+            results = job.finish(self._changes) if job.loops[0].done else {"summary": None}
         except OtolithError as error:
             self.tell("fault", str(error))
             self.say("failed", str(error))
             return
-        self._show(job, summary)
-        self.tell("info", f"{text}; results are written" if summary else f"{text} before the first decision")
+        self._show(job, results)
+        written = results["summary"] is not None
+        self.tell("info", f"{text}; results are written" if written else f"{text} before the first decision")
         self.say(state, text)
 
 

@@ -36,27 +36,31 @@ class Violation(Exception):
 
 
 class Client:
-    """What one client has, wants and has acknowledged; it knows no socket.
+    """What one client has, wants and has acknowledged; it knows no socket."""
 
-    Parameters
-    ----------
-    now : [s] when it came.
-    """
-
-    def __init__(self, session: Session, name: str, now: float) -> None:
+    def __init__(self, session: Session, name: str) -> None:
         self._session, self.name = session, name
         self.generation = -1  # of the schema that it has
         self._cursor, self._sequence, self._acknowledged = 0, 0, 0
         self._chosen: Ints | None = None  # columns that it wants; None: all
-        self._raw_until, self._free, self._gap = -math.inf, now, False
+        self._raw_until, self._held, self._gap = -math.inf, math.inf, False
         self._told: dict[str, Any] = {}
         self._told_at, self._event, self._done = -math.inf, 0, -1
         self._rate = Rate(MESSAGES)
 
-    @property
-    def waits(self) -> bool:
-        """Return whether as many frames are on their way as may be."""
-        return self._sequence - self._acknowledged >= WINDOW
+    def waits(self, now: float) -> bool:
+        """Return whether as many frames are on their way as may be.
+
+        Where that is over after longer than `PATIENCE`, the next frame is of the present, after a gap.
+        """
+        if self._sequence - self._acknowledged >= WINDOW:
+            self._held = min(self._held, now)
+            return True
+        if now - self._held > PATIENCE:
+            written = self._session.rows.written
+            self._cursor, self._gap = max(self._cursor, written - written % BUCKET - BUCKET), True
+        self._held = math.inf
+        return False
 
     def hear(self, message: Mapping[str, Any], now: float) -> str | None:
         """Take a message of the client; return a word for the worker if it is one.
@@ -136,15 +140,12 @@ class Client:
         return {"kind": "state", **shown, "control": held == self.name != "", "controlled": held != ""}
 
     def frame(self, now: float) -> bytes | None:
-        """Return the next frame, or None if there is nothing new or too much is on its way."""
+        """Return the next frame, or None if there is nothing new."""
         rows = self._session.rows
-        if self.waits or rows.generation != self.generation:
+        if rows.generation != self.generation:
             return None
-        written, raw = rows.written, now < self._raw_until
-        if now - self._free > PATIENCE:
-            self._cursor, self._gap = max(self._cursor, written - written % BUCKET - BUCKET), True
-        self._free = now
-        waiting = written - self._cursor
+        raw = now < self._raw_until
+        waiting = rows.written - self._cursor
         wide = 1 if raw else BUCKET * max(1, math.ceil(waiting / (BUCKET * MOST)))
         ended = not self._session.state.look().get("running", False)
         count = min(waiting, RAW_ROWS) if raw else waiting if ended else waiting - waiting % wide
@@ -195,7 +196,7 @@ class Stream:
         try:
             await websocket.accept(subprotocol=PROTOCOL)
             loop = asyncio.get_running_loop()
-            client = Client(self._session, websocket.scope["otolith"]["client"], loop.time())
+            client = Client(self._session, websocket.scope["otolith"]["client"])
             await self._converse(websocket, client, loop)
         finally:
             self._open -= 1
@@ -217,7 +218,7 @@ class Stream:
             listening.cancel()
 
     async def _tell(self, websocket: WebSocket, client: Client, now: float) -> None:
-        if client.waits:
+        if client.waits(now):
             return
         for text in client.texts(now):
             await websocket.send_text(text)
