@@ -26,7 +26,9 @@ _KINDS: Final = {
 
 def create_app(session: Session) -> FastAPI:
     """Return the application of one server."""
-    app = FastAPI(title="Otolith Commander", openapi_url=None, docs_url=None, redoc_url=None)
+    app = FastAPI(
+        title="Otolith Commander", openapi_url=None, docs_url=None, redoc_url=None, redirect_slashes=False
+    )
     stream = Stream(session)
     app.include_router(routes(session))
 

@@ -16,6 +16,7 @@ from otolith.platforms.library import descriptions
 from otolith.scenarios.catalog import SCENARIOS
 
 _ENDINGS: Final = (".html", ".h5", ".json")  # of results
+DRIVES: Final = (".csv", ".tsv", ".txt", ".json")  # endings: a format that runs code has none here
 SAMPLES: Final = "samples.csv"
 _YEAR: Final = 31_536_000  # [s] that a browser keeps its name
 # A report carries its own style and pictures, and needs nothing from anywhere.
@@ -119,6 +120,8 @@ def _files(router: APIRouter, session: Session) -> None:
     async def upload(request: Request, name: str) -> dict[str, Any]:
         _count(request, session)
         place = session.place(UPLOADS, name)
+        if place.suffix.lower() not in DRIVES:
+            raise Refused(422, f"a drive must be a text whose name ends in {', '.join(DRIVES)}")
         return await _uploaded(session, place, await request.body())
 
     @router.get("/api/result")
