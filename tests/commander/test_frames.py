@@ -1,11 +1,17 @@
 """Frames and envelopes, against loops in plain Python."""
 
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from otolith.commander.frames import ENVELOPE, HEADER, Frame, envelope, gap, unpack
+from otolith.commander.frames import ENVELOPE, HEADER, Frame, envelope, gap, javascript, unpack
+from tests.commander.golden_frame import CONSTANTS, GOLDEN, golden
 
 
 def test_a_frame_comes_back_as_it_was() -> None:
@@ -45,3 +51,40 @@ def test_an_envelope_has_least_and_largest_of_every_bucket(
             np.testing.assert_array_equal(made[2 * k : 2 * k + 2, column], [low, high])
         assert made[2 * k, 0] == made[2 * k + 1, 0]
     assert len(made) == 2 * -(-len(rows) // wide)
+
+
+def test_the_layout_is_that_of_the_golden_frame_and_of_the_page() -> None:
+    """Whoever changes the layout runs tests/commander/golden_frame.py, and raises VERSION."""
+    assert golden().pack() == GOLDEN.read_bytes()
+    assert javascript() == CONSTANTS.read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(
+    shutil.which("node") is None, reason="node, which reads the frame as the page does, is absent"
+)
+def test_the_page_reads_the_golden_frame(tmp_path: Path) -> None:
+    """The page's own `decode`, run by node; its imports are of addresses, which node needs as files."""
+    web = CONSTANTS.parent
+    (tmp_path / "frames.mjs").write_text(CONSTANTS.read_text(encoding="utf-8"), encoding="utf-8")
+    stream = (web / "stream.js").read_text(encoding="utf-8").replace("/web/frames.js", "./frames.mjs")
+    (tmp_path / "stream.mjs").write_text(stream, encoding="utf-8")
+    (tmp_path / "read.mjs").write_text(
+        'import {readFileSync} from "node:fs";\nimport {decode} from "./stream.mjs";\n'
+        "const bytes = new Uint8Array(readFileSync(process.argv[2]));\n"
+        "const frame = decode(bytes.buffer.slice(0, bytes.length));\n"
+        "const text = (value) => (Number.isNaN(value) ? null : value);\n"
+        "console.log(JSON.stringify({...frame, signals: frame.signals.map((one) => [...one].map(text))}));\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run(
+        ["node", str(tmp_path / "read.mjs"), str(GOLDEN)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    read, frame = json.loads(done.stdout), golden()
+    assert (read["kind"], read["sequence"], read["rows"]) == (frame.kind, frame.sequence, len(frame.rows))
+    assert read["age"] == frame.age
+    signals = [[np.nan if one is None else one for one in signal] for signal in read["signals"]]
+    np.testing.assert_array_equal(np.array(signals, dtype=np.float32), frame.rows.T)

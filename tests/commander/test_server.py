@@ -212,7 +212,7 @@ def test_only_who_is_in_control_speaks_but_anybody_stops(page: Page, commander: 
         assert other.state()["control"] is False
         assert other.say("control") == 204
         assert page.say("pause") == 403
-        stream.until("schema", generation=generation)
+        stream.until("state", state="running")
         with other.stream() as line:  # over the websocket, too
             line.send({"word": "pause"})
             line.until("state", state="paused")

@@ -134,9 +134,7 @@ def compare(
             return stack.enter_context(files.run_file(made / f"{whose}.h5"))
 
         runs = simulate_all(prepared, console, keep=keep)
-        account, summaries, ranked = write_contest(
-            made, runs, yardstick, (by, criterion), figures=figures
-        )
+        account, summaries, ranked = write_contest(made, runs, yardstick, (by, criterion), figures=figures)
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _print_results(account if json else None, every, folder, console)
     for one in ranked:
@@ -161,7 +159,10 @@ def write_contest(
     from otolith import metrics
 
     contest = {
-        of_one[0].scenario: (of_one, metrics.compare(of_one, [yardstick.best(k, run.cueing) for run in of_one]))
+        of_one[0].scenario: (
+            of_one,
+            metrics.compare(of_one, [yardstick.best(k, run.cueing) for run in of_one]),
+        )
         for k, of_one in enumerate(runs)
     }
     best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
