@@ -1,0 +1,119 @@
+"""What the Commander's page costs in a browser: CPU per drawn frame, frames per second, bytes, first paint.
+
+    python benchmarks/commander_page.py [--seconds 15] [--size 1280x720]
+
+The page shows a run of the tests' stand-in for the server (30 frames per second of 28 signals, four plots and
+the hexapod) in the system's chromium, headless, which draws in software. CPU is that of all of chromium's
+processes together, from /proc; frames are counted by the page's own animation clock as those in which a plot
+was drawn. Frames per second measure the neighbours of a busy machine too, CPU per frame does not.
+"""
+
+import argparse
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+from typing import Final
+
+from playwright.sync_api import sync_playwright
+
+HERE: Final = Path(__file__).resolve().parents[1]
+COUNT: Final = """() => {
+  const draw = CanvasRenderingContext2D.prototype.clearRect;
+  window.drawn = 0;
+  CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+    if (this.canvas.id === "hexapod") window.drawn += 1;
+    return draw.apply(this, box);
+  };
+}"""
+WEIGHT: Final = """() => {
+  const all = [performance.getEntriesByType("navigation")[0], ...performance.getEntriesByType("resource")];
+  const first = performance.getEntriesByName("first-contentful-paint")[0];
+  return [all.reduce((sum, one) => sum + one.transferSize, 0), first ? first.startTime : NaN];
+}"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=15.0)
+    parser.add_argument("--size", default="1280x720")
+    given = parser.parse_args()
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        sys.exit("there is no chromium here")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "tests.commander.web.fake_server", str(port)]
+    server = subprocess.Popen(command, cwd=HERE)  # noqa: S603 (our own program)
+    try:
+        wait_for(f"http://127.0.0.1:{port}/")
+        measure(chromium, f"http://127.0.0.1:{port}/", given.seconds, given.size)
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def wait_for(address: str) -> None:
+    for _ in range(600):
+        try:
+            urllib.request.urlopen(f"{address}health").close()  # noqa: S310 (our own address)
+            return
+        except OSError:
+            time.sleep(0.1)
+    sys.exit("the server does not answer")
+
+
+def measure(chromium: str, address: str, seconds: float, size: str) -> None:
+    width, height = map(int, size.split("x"))
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.goto(address, wait_until="load")
+        page.wait_for_selector("#run:enabled")
+        weight, paint = page.evaluate(WEIGHT)
+        page.click("#run")
+        page.wait_for_selector(".panel")
+        page.evaluate(COUNT)
+        time.sleep(2.0)
+        before, frames, begun = cpu_of_children(), page.evaluate("window.drawn"), time.monotonic()
+        time.sleep(seconds)
+        after, frames_then, ended = cpu_of_children(), page.evaluate("window.drawn"), time.monotonic()
+        browser.close()
+    drawn, used = frames_then - frames, after - before
+    load = os.getloadavg()[0]
+XX
+    print(f"page: {weight / 1e3:.0f} kB on the wire, first paint after {paint / 1e3:.2f} s")
+
+
+def cpu_of_children() -> float:
+    """CPU time [s] of all processes below this one that are chromium's."""
+    parents, used = {}, {}
+    for folder in Path("/proc").iterdir():
+        if not folder.name.isdigit():
+            continue
+        try:
+            text = (folder / "stat").read_text()
+        except OSError:  # it ended meanwhile
+            continue
+        name, fields = text.split("(", 1)[1].rsplit(")", 1)[0], text.rsplit(")", 1)[1].split()
+        parents[int(folder.name)] = int(fields[1])
+        if name.startswith("chrom"):
+            used[int(folder.name)] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return sum(cpu for process, cpu in used.items() if below(process, parents))
+
+
+def below(process: int, parents: dict[int, int]) -> bool:
+    while process in parents:
+        process = parents[process]
+        if process == os.getpid():
+            return True
+    return False
+
+
+if __name__ == "__main__":
+    main()

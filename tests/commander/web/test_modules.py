@@ -1,0 +1,98 @@
+"""The page's modules by themselves, against the same numbers in Python."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from otolith.platforms import load
+from tests.commander.web.conftest import Server, Watched
+
+
+@pytest.fixture
+def page(watched: Watched, fake: Server) -> Page:
+    return watched.open()
+
+
+def test_a_minute_is_kept_and_a_jump_is_marked(page: Page) -> None:
+    kept = page.evaluate("""async () => {
+      const {History} = await import("/web/history.js");
+      const history = new History([{name: "time"}, {name: "x"}]), rows = 100;
+      for (let t = 0; t < 200; t += 1) {  // 200 s at 100 Hz, without the 150th
+        if (t === 150) continue;
+        const time = Float32Array.from({length: rows}, (_, k) => t + k / rows);
+        history.append([time, time.map((one) => 2 * one)]);
+      }
+      const time = [...history.view(0)], x = [...history.view(1)];
+      const known = x.map((one) => Number.isNaN(one) ? null : one);
+      return {time, x: known, at: time[history.at(160.005)], early: history.at(0)};
+    }""")
+    time, x = np.array(kept["time"]), np.array(kept["x"], dtype=float)
+    assert time[0] == pytest.approx(199.99 - 60.0, abs=0.011)
+    assert time[-1] == pytest.approx(199.99, abs=1e-3)
+    gaps = np.isnan(x)
+    assert gaps.sum() == 1
+    assert time[gaps] == pytest.approx([151.0])
+    np.testing.assert_allclose(x[~gaps], 2 * time[~gaps], rtol=1e-6)
+    assert kept["at"] == pytest.approx(160.0)
+    assert kept["early"] == -1
+
+
+def test_legs_are_as_long_as_the_kinematics_say(page: Page) -> None:
+    hexapod = load("davsi").six_legs()
+    poses = np.random.default_rng(2).uniform(-0.3, 0.3, size=(20, 6))
+    shown = poses.copy()
+    shown[:, 3:] = np.degrees(shown[:, 3:])
+    legs = {
+        "base": hexapod.anchors.tolist(),
+        "platform": hexapod.joints.tolist(),
+        "stroke": list(hexapod.stroke),
+    }
+    drawn: Any = page.evaluate(
+        """async ([legs, poses]) => {
+          const {HexapodView} = await import("/web/hexapod.js");
+          const view = new HexapodView(document.createElement("canvas"));
+          view.describe(legs);
+          return poses.map((pose) => { view.draw(pose); return view.lengths(); });
+        }""",
+        [legs, shown.tolist()],
+    )
+    np.testing.assert_allclose(drawn, [hexapod.lengths(pose) for pose in poses], atol=1e-12)
+
+
+def test_the_error_so_far_is_the_root_of_the_mean_square(page: Page) -> None:
+    wanted, felt = np.random.default_rng(3).normal(size=(2, 500)).astype(np.float32)
+    felt[100:120] = np.nan
+    text = page.evaluate(
+        """async ([wanted, felt]) => {
+          const {SoFar} = await import("/web/sofar.js"), table = document.createElement("table");
+          table.createTBody();
+          const part = new SoFar(table), name = (text) => ({name: text});
+          part.describe(["time", "wanted_x", "felt_x"].map(name));
+          const row = (values) => Float32Array.from(values, (one) => one ?? NaN);
+          part.take([row(wanted), row(wanted), row(felt)], false);
+          part.draw();
+          return table.textContent;
+        }""",
+        [wanted.tolist(), [None if np.isnan(one) else float(one) for one in felt]],
+    )
+    rms = np.sqrt(np.nanmean((wanted - felt) ** 2))
+    assert text == f"forward{rms:.3f} m/s²"
+
+
+def test_time_begins_at_zero_and_then_follows(page: Page) -> None:
+    ranges = page.evaluate("""async () => {
+      const {Plots} = await import("/web/plots.js");
+      const plots = new Plots(document.createElement("div"));
+      return [0, 5, 20, 50].map((last) => { plots.history = {last}; return plots.range(); });
+    }""")
+    assert ranges == [[0, 20], [0, 20], [0, 20], [30, 50]]
+
+
+def test_the_page_is_light(watched: Watched, fake: Server) -> None:
+    page = watched.open()
+    weight = page.evaluate("""() => [
+      performance.getEntriesByType("navigation")[0], ...performance.getEntriesByType("resource"),
+    ].reduce((sum, one) => sum + one.transferSize, 0)""")
+    assert 50_000 < weight <= 300_000  # [bytes] on the wire
