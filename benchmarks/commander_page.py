@@ -86,7 +86,8 @@ def measure(chromium: str, address: str, seconds: float, size: str) -> None:
         browser.close()
     drawn, used = frames_then - frames, after - before
     load = os.getloadavg()[0]
-XX
+    rate, cost = drawn / (ended - begun), 1e3 * used / drawn
+    print(f"{size}: {rate:.1f} frames/s, {cost:.1f} ms CPU per frame (load {load:.1f})")
     print(f"page: {weight / 1e3:.0f} kB on the wire, first paint after {paint / 1e3:.2f} s")
 
 

@@ -19,7 +19,7 @@ COMPILED: Final = 180_000  # [ms] for what the first run of a machine compiles
 
 
 @pytest.fixture(scope="module")
-def commander(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+def real(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """`otolith commander`, with an empty folder."""
     port, folder = free_port(), tmp_path_factory.mktemp("commander")
     command = [
@@ -60,9 +60,9 @@ def shown(text: str) -> float:
     return float(text.replace("−", "-").replace("★", "").split()[0])
 
 
-def test_the_tour(browser: Browser, commander: Server) -> None:
+def test_the_tour(browser: Browser, real: Server) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720})
-    watched = Watched(context, f"{commander.url}/")
+    watched = Watched(context, f"{real.url}/")
     page = watched.open()
 
     choose(page, platform="thesis", cueing="classical", second="optimal")
@@ -78,13 +78,13 @@ def test_the_tour(browser: Browser, commander: Server) -> None:
     expect(page.locator("#state")).to_contain_text("done", timeout=COMPILED)
     expect(page.locator("#measures table")).to_be_visible()
     assert page.evaluate(INK, [0.3, 2.9]) > 100  # something was drawn
-    result = json.loads(answer(commander, "/api/result"))
+    result = json.loads(answer(real, "/api/result"))
     cells = page.locator("#measures tbody tr").first.locator("td").all_inner_texts()
     errors = [result["summary"]["rmse"], result["second"]["rmse"]]
     assert [shown(cell) for cell in cells] == pytest.approx(errors, abs=6e-4)
     assert "★" in cells[errors.index(min(errors))]
 
-    rows = samples(commander, page)
+    rows = samples(real, page)
     assert float(rows[-1]["time_s"]) == pytest.approx(3.0, abs=0.011)
     surge = page.locator("#pose td").first
     soon(
@@ -97,7 +97,7 @@ def test_the_tour(browser: Browser, commander: Server) -> None:
     context.close()
 
 
-def samples(commander: Server, page: Page) -> list[dict[str, Any]]:
+def samples(real: Server, page: Page) -> list[dict[str, Any]]:
     """Export the samples by the page's own link, and return their rows."""
     with page.expect_download() as download:
         page.click("text=Samples (CSV)")
