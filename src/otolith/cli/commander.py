@@ -4,13 +4,16 @@ import functools
 import importlib
 import os
 import socket
+import tempfile
 import webbrowser
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
+from rich.table import Table
+from rich.text import Text
 
-from otolith.cli.output import screen
+from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, MissingExtra
 
 app = typer.Typer(
@@ -115,3 +118,34 @@ def check_extra() -> None:
     found = importlib.import_module("websockets.version").version
     if int(found.partition(".")[0]) < OLDEST:
         raise MissingExtra(f"websockets is {found}, must be at least {OLDEST}: {_INSTALL}")
+
+
+@app.command()
+def bench(
+    seconds: Annotated[float, typer.Option(help="How long each measurement takes.", min=2.0)] = 10.0,
+    rounds: Annotated[int, typer.Option(help="Runs with and without clients, in turns.", min=1)] = 3,
+    cueing: Annotated[str, typer.Option(help="Algorithm of the run that is watched.")] = "predictive",
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
+) -> None:
+    """Measure what the server costs, how long a STOP takes, and that pages do not disturb a run."""
+    check_extra()
+    from otolith.commander.bench import measure, table
+    from otolith.commander.schema import checked
+    from otolith.commander.security import Secrets
+
+    scenario = f"sine:amplitude=0.5,frequency=0.2,duration={max(61.0, 3.0 * seconds):g}"
+    values = checked({"scenario": scenario, "cueing": cueing}).model_dump()
+    with tempfile.TemporaryDirectory(prefix="otolith-") as folder, listening(LOCAL, 0) as socket_:
+        setup = setup_for(socket_, LOCAL, Path(folder), Secrets())
+        measured = measure(setup, values, seconds=seconds, rounds=rounds)
+    if json:
+        print_json(measured)
+        return
+    console = screen(stderr=False, wide=True)
+    shown = Table(box=None, pad_edge=False)
+    for name in ("", "measured", "goal"):
+        shown.add_column(name)
+    for line in table(measured):
+        shown.add_row(*map(Text, line))
+    console.print(shown)
+    console.print(f"load of this machine: {measured['load']:.1f}", highlight=False)

@@ -89,7 +89,10 @@ class Choices:
 
     def prepared(self, console: Console) -> Prepared:
         """Check everything, as `otolith run` does; errors are those of `prepare`."""
-        return prepare([self.options], self.names, self.tuning, console)
+        prepared = prepare([self.options], self.names, self.tuning, console)
+        if any("tuning" in registry.cueing_named(name).reads for name in self.names):
+            _ = prepared.design.tuning  # refused now, where the platform has none
+        return prepared
 
 
 def _given(values: Mapping[str, Any]) -> frozenset[str]:
@@ -187,11 +190,12 @@ def _false_cues(run: Run) -> list[dict[str, Any]]:
 
 def _map_of(wanted: Wanted) -> dict[str, Any] | None:
     """Return the course of a recorded drive, thinned, in m; None if it has none."""
-    place = None if wanted.log is None else wanted.drive().place
-    if place is None:
+    drive = None if wanted.log is None else wanted.drive()
+    if drive is None or drive.place is None:
         return None
-    thin = place[:: max(1, len(place) // COURSE)]
-    return {"x": np.round(thin[:, 0], 2).tolist(), "y": np.round(thin[:, 1], 2).tolist()}
+    thin = slice(None, None, max(1, len(drive.t) // COURSE))
+    series = {"time": drive.t, "x": drive.place[:, 0], "y": drive.place[:, 1]}
+    return {name: np.round(one[thin], 2).tolist() for name, one in series.items()}
 
 
 def hexapod_of(platform: Platform) -> dict[str, Any] | None:

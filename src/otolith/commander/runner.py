@@ -101,6 +101,8 @@ class Worker:
     def _carry_out(self, order: Order) -> None:
         if order.word == "run":
             self._begin(order.values)
+        elif self._job is None and order.word == "stop":
+            pass  # pages say it twice, by websocket and by POST, so that it arrives
         elif self._job is None:
             self.tell("warn", f"{order.word}: nothing runs")
         elif order.word == "change":
@@ -125,7 +127,9 @@ class Worker:
         self._generation += 1
         self._time, self._fallbacks, self._changes = 0.0, 0, []
         self._pace, self._values = Pace(float(values["speed"])), dict(values)
-        self.say("preparing", "preparing; what is not compiled yet takes up to a minute")
+        self.say(
+            "preparing", "preparing; what is not compiled yet takes up to a minute, and a stop waits for it"
+        )
         try:
             name = f"{time.strftime('%Y%m%d-%H%M%S')}-{self._generation}"
             job = self._make(values, lambda text: self.tell("info", text), name)

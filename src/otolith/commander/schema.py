@@ -99,7 +99,7 @@ class Form(BaseModel):
     )
     platform: str = _setting(
         PLATFORM,
-        "davsi-4dof",
+        "davsi",
         "Platform",
         "(a shipped platform) = (its reach, speeds and thresholds are the limits)",
         among=catalog(),

@@ -2,6 +2,7 @@
 
 import re
 import secrets
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +15,7 @@ from otolith.commander.security import Rate, Refused, Secrets
 
 UPLOADS, PRESETS, RESULTS = "drives", "presets", "results"  # folders within the Commander's own
 STOP: Final = "stop"
+LEFT: Final = 5.0  # [s] without a websocket after which a client has left
 OFFLINE: Final = ("stop", "pause", "resume")  # words
 
 
@@ -52,6 +54,28 @@ class Session:
     words: tuple[str, ...] = OFFLINE
     rate: Rate = field(default_factory=Rate)
     controlling: str = ""  # the client in control; empty: nobody
+    _open: dict[str, int] = field(default_factory=dict)  # websockets of each client
+    _left_at: float = 0.0  # [s] when the last websocket of the client in control closed …
+    _spoke_at: float = 0.0  # … and when it spoke last
+
+    def came(self, client: str) -> None:
+        """Note a websocket of a client that opened."""
+        self._open[client] = self._open.get(client, 0) + 1
+
+    def went(self, client: str) -> None:
+        """Note a websocket that closed."""
+        self._open[client] -= 1
+        if not self._open[client]:
+            del self._open[client]
+            if client == self.controlling:
+                self._left_at = time.monotonic()
+
+    def in_control(self) -> str:
+        """Return the client in control; it loses control when it has been away for `LEFT` seconds."""
+        away = self.controlling not in self._open
+        if away and time.monotonic() - max(self._left_at, self._spoke_at) > LEFT:
+            self.controlling = ""
+        return self.controlling
 
     def control(self, client: str) -> None:
         """Let a client have control if nobody has.
@@ -62,9 +86,9 @@ class Session:
         """
         if not client:
             raise Refused(403, "this client has no name: ask for /api/start first, and keep its cookie")
-        if self.controlling not in ("", client):
+        if self.in_control() not in ("", client):
             raise Refused(403, "somebody else is in control; take control first")
-        self.controlling = client
+        self.controlling, self._spoke_at = client, time.monotonic()
 
     def speak(self, client: str, word: str) -> None:
         """Pass on a word of a client.

@@ -136,7 +136,7 @@ class Client:
 
     def _shown(self, state: Mapping[str, Any]) -> dict[str, Any]:
         shown = {name: value for name, value in state.items() if name not in ("events", "reached")}
-        held = self._session.controlling
+        held = self._session.in_control()
         return {"kind": "state", **shown, "control": held == self.name != "", "controlled": held != ""}
 
     def frame(self, now: float) -> bytes | None:
@@ -192,14 +192,17 @@ class Stream:
         if PROTOCOL not in websocket.scope["subprotocols"]:
             await _refuse(websocket, f"the subprotocol must be {PROTOCOL}")
             return
+        name = websocket.scope["otolith"]["client"]
         self._open += 1
+        self._session.came(name)
         try:
             await websocket.accept(subprotocol=PROTOCOL)
             loop = asyncio.get_running_loop()
-            client = Client(self._session, websocket.scope["otolith"]["client"])
+            client = Client(self._session, name)
             await self._converse(websocket, client, loop)
         finally:
             self._open -= 1
+            self._session.went(name)
 
     async def _converse(self, websocket: WebSocket, client: Client, loop: asyncio.AbstractEventLoop) -> None:
         listening = asyncio.create_task(self._listen(websocket, client, loop))
