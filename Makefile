@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo live-demo test check unit coverage fast wheel clean
+.PHONY: demo live-demo commander-demo test check unit coverage fast wheel clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
@@ -11,6 +11,9 @@ demo: $(VENV)/.installed
 
 live-demo: $(VENV)/.installed
 	$(BIN)/otolith live demo --seconds 20
+
+commander-demo: $(VENV)/.installed-commander
+	$(BIN)/otolith commander --browser
 
 test: check unit
 
@@ -44,6 +47,10 @@ $(VENV)/bin/python:
 
 $(VENV)/.installed: pyproject.toml thesis/pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable . --editable thesis
+	@touch $@
+
+$(VENV)/.installed-commander: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[commander]'
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml thesis/pyproject.toml | $(VENV)/bin/python

@@ -6,7 +6,7 @@ import os
 import shlex
 import signal
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,14 @@ import pytest
 import typer
 
 from otolith import files
+from otolith.cli.commander import listening, setup_for
+from otolith.cli.commander_job import Choices
 from otolith.cli.options import RunOptions, with_run_options
+from otolith.commander.bench import Bench, cost, disturbance, running, stops
 from otolith.commander.frames import ENVELOPE, RAW, envelope
+from otolith.commander.schema import checked
+from otolith.commander.security import Refused, Secrets
+from otolith.commander.session import LEFT, Session
 from otolith.core.errors import InputError
 from otolith.experiment import Experiment, differences
 from otolith.scenarios import scenario
@@ -85,8 +91,6 @@ def test_a_run_is_that_of_the_command_line_that_is_shown(page: Page) -> None:
     chosen: list[Experiment] = []
 
     def run(choices: RunOptions, cueing: str = "predictive", tuning: str | None = None) -> None:
-        from dataclasses import replace
-
         design = replace(choices.design(), washout=files.read_tuning(tuning) if tuning else None)
         chosen.append(choices.experiment(cueing, design))
 
@@ -100,9 +104,6 @@ def test_a_run_is_that_of_the_command_line_that_is_shown(page: Page) -> None:
 
 
 def test_every_setting_that_a_run_reads_stands_in_the_command_line(tmp_path: Path) -> None:
-    from otolith.cli.commander_job import Choices
-    from otolith.commander.schema import checked
-
     values = {
         "scale": 0.5,
         "through": "young",
@@ -361,3 +362,46 @@ def test_the_legs_of_a_platform_can_be_drawn(page: Page) -> None:
     base, platform = np.array(legs["base"]), np.array(legs["platform"])
     np.testing.assert_allclose(np.linalg.norm(platform - base, axis=1), legs["neutral"], rtol=1e-12)
     assert page.ask("/api/map").json is None
+
+
+def test_the_bench_measures_a_commander(tmp_path: Path) -> None:
+    """Nothing is said of speed here; but no row is lost, and all figures are there."""
+    with listening("127.0.0.1", 0) as line:
+        setup = setup_for(line, "127.0.0.1", tmp_path, Secrets())
+        with running(setup):
+            bench = Bench(setup, checked(LONG).model_dump())
+            bench.begin()
+            assert cost(bench, 2, 1.0)["kB_per_s"] > 0.0
+            assert set(stops(bench, 4)) == {
+                f"{way}_{p}_ms" for way in ("post", "websocket") for p in ("p50", "p99")
+            }
+            found = disturbance(bench, 1.0, 1)
+    assert [one["lost"] for one in found.values()] == [0, 0]
+
+
+def test_a_browser_that_left_is_in_control_no_more() -> None:
+    session = Session(
+        rows=None,  # type: ignore[arg-type]
+        state=None,  # type: ignore[arg-type]
+        card=None,  # type: ignore[arg-type]
+        orders=None,  # type: ignore[arg-type]
+        desk=None,  # type: ignore[arg-type]
+        folder=Path(),
+        secrets=Secrets(),
+        hosts=frozenset(),
+        port=0,
+        now=lambda: clock[0],
+    )
+    clock = [100.0]
+    session.control("first")
+    session.came("first")
+    clock[0] += 60.0
+    with pytest.raises(Refused, match="somebody else"):
+        session.control("second")
+    session.went("first")
+    clock[0] += LEFT - 0.1
+    assert session.in_control() == "first"
+    clock[0] += 0.2
+    assert session.in_control() == ""
+    session.control("second")
+    assert session.in_control() == "second"

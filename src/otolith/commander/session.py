@@ -3,7 +3,7 @@
 import re
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Protocol
@@ -54,6 +54,7 @@ class Session:
     words: tuple[str, ...] = OFFLINE
     rate: Rate = field(default_factory=Rate)
     controlling: str = ""  # the client in control; empty: nobody
+    now: Callable[[], float] = time.monotonic
     _open: dict[str, int] = field(default_factory=dict)  # websockets of each client
     _left_at: float = 0.0  # [s] when the last websocket of the client in control closed …
     _spoke_at: float = 0.0  # … and when it spoke last
@@ -68,12 +69,12 @@ class Session:
         if not self._open[client]:
             del self._open[client]
             if client == self.controlling:
-                self._left_at = time.monotonic()
+                self._left_at = self.now()
 
     def in_control(self) -> str:
         """Return the client in control; it loses control when it has been away for `LEFT` seconds."""
         away = self.controlling not in self._open
-        if away and time.monotonic() - max(self._left_at, self._spoke_at) > LEFT:
+        if away and self.now() - max(self._left_at, self._spoke_at) > LEFT:
             self.controlling = ""
         return self.controlling
 
@@ -88,7 +89,7 @@ class Session:
             raise Refused(403, "this client has no name: ask for /api/start first, and keep its cookie")
         if self.in_control() not in ("", client):
             raise Refused(403, "somebody else is in control; take control first")
-        self.controlling, self._spoke_at = client, time.monotonic()
+        self.controlling, self._spoke_at = client, self.now()
 
     def speak(self, client: str, word: str) -> None:
         """Pass on a word of a client.
