@@ -1,6 +1,7 @@
 """Sessions: what they read, that they come back from a log as they were, and what they refuse."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,8 @@ from otolith.core.errors import CorruptFile, InputError
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
 from otolith.live.session import session_from_record
-from otolith.live.wire.axes import AxisMap
+from otolith.live.settings import settings_from_toml
+from otolith.live.wire.axes import AxisMap, axes_from_toml, with_axes
 from otolith.mpqp import enumerate_regions
 from otolith.platforms import load
 from tests.live.test_settings import SESSION
@@ -45,6 +47,25 @@ def test_the_command_line_goes_before_the_file(path: Path) -> None:
     ).session()
     assert (session.settings.device.kind, session.settings.cueing) == ("generic", "adaptive")
     assert session.settings.scale == 0.4
+
+
+@pytest.mark.parametrize("after", ["", "\n[limits.sway]\nvelocity_mps = 0.1  # slow\n"])
+def test_an_axis_map_is_written_into_a_session_file_and_nothing_else_changes(after: str) -> None:
+    text = SESSION + "# learned today\n" + AXES.to_toml() + after
+    new = replace(AXES, force=("1", "2", "3"))
+    made = with_axes(text, "s.toml", new)
+    assert axes_from_toml(made, "s.toml") == new
+    assert settings_from_toml(made, "s.toml") == settings_from_toml(text, "s.toml")
+    assert SESSION in made
+    assert after.strip() in made
+    assert with_axes(made, "s.toml", AXES).count("[axes]") == 1
+    assert with_axes("", "s.toml", AXES) == AXES.to_toml()
+    assert axes_from_toml(with_axes(SESSION, "s.toml", AXES), "s.toml") == AXES
+
+
+def test_an_axis_map_that_is_no_section_is_left_alone() -> None:
+    with pytest.raises(InputError, match=r"s\.toml"):
+        with_axes('axes = { source = "x" }\nplatform = "davsi"\n', "s.toml", AXES)
 
 
 def test_files_that_a_session_read_and_that_change_are_named(path: Path, tmp_path: Path) -> None:

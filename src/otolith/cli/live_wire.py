@@ -13,6 +13,7 @@ from otolith.cli.stop import Stopped
 from otolith.core.disk import read_bytes, write_bytes
 from otolith.core.errors import InputError
 from otolith.live.messages import Telemetry
+from otolith.live.wire.axes import with_axes
 from otolith.live.wire.capture import Capture, Packet, is_capture, packet_record, read_capture, session_record
 from otolith.live.wire.formats import OtherPacket, WireError
 from otolith.live.wire.learned import Learned, learn
@@ -80,7 +81,8 @@ def learn_(
         Path, typer.Option("--log", metavar="FILE", help="A capture of 'live record', or a CSV drive.")
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="TOML", help="Write the axis map for a session file.")
+        Path | None,
+        typer.Option(metavar="TOML", help="Write the axis map; into a session file, if it is there already."),
     ] = None,
     source: Annotated[str, typer.Option(help="Who sent, if not as the capture says; for its options.")] = "",
     json: Json = False,
@@ -89,7 +91,8 @@ def learn_(
     learned = learn(_minute(log, source))
     if out is not None:
         files.check_file(out, ".toml")
-        files.write_text(out, learned.axes.to_toml())
+        before = files.read_text(out, "session") if out.exists() else ""
+        files.write_text(out, with_axes(before, out.name, learned.axes))
     console = screen()
     if json:
         print_json(_summary(learned))

@@ -115,6 +115,36 @@ class AxisMap:
         return "\n".join([*lines, f"evidence = {{ {inside} }}", f'sha256 = "{self.digest}"']) + "\n"
 
 
+def with_axes(text: str, source: str, axes: AxisMap) -> str:
+    """Return the text of a session file with an axis map in place of its own, and all else as it was.
+
+    Raises
+    ------
+    InputError : the text is not TOML, or its axis map is no section of its own.
+    """
+    kept, inside = [], False
+    for line in text.splitlines():
+        if line.lstrip().startswith("["):
+            inside = line.split("#")[0].strip() == f"[{SECTION}]"
+        if not inside:
+            kept.append(line)
+    made = "\n".join([*kept, ""] if kept and kept[-1].strip() else kept)
+    made = f"{made}\n{axes.to_toml()}" if kept else axes.to_toml()
+    before, after = _fields(text, source), _fields(made, source)
+    before.pop(SECTION, None)
+    after.pop(SECTION, None)
+    if before != after:
+        raise InputError(f"[{SECTION}] in {source}", "not a section of its own", "one, to be replaced")
+    return made
+
+
+def _fields(text: str, source: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"session {source}", f"not TOML ({error})", "a session file") from None
+
+
 @functools.cache
 def rows_matrix(rows: Rows) -> Mat:
     """Return the signed permutation (3, 3) of three rows, read-only."""
@@ -131,10 +161,7 @@ def axes_from_toml(text: str, source: str) -> AxisMap:
     ------
     InputError : the text is not TOML, the section or a field is missing or wrong, or the hash does not fit.
     """
-    try:
-        section = tomllib.loads(text).get(SECTION)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"session {source}", f"not TOML ({error})", "a session file") from None
+    section = _fields(text, source).get(SECTION)
     if not isinstance(section, dict):
         raise InputError(f"[{SECTION}] of {source}", "missing", "as 'otolith live learn' writes it")
     return axes_from(section, source)
