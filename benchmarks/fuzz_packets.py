@@ -8,6 +8,7 @@ by how many blocks Python's memory has grown. Any other exception, or a number t
 run with a traceback.
 """
 
+import gc
 import sys
 import time
 from pathlib import Path
@@ -24,6 +25,7 @@ def run(one: Format, count: int) -> None:
     """Damage packets of one format and print what came of them."""
     one.parse(one.packet)  # what is compiled on first use is no growth
     read, begin = 0, time.thread_time()
+    gc.collect()
     blocks = sys.getallocatedblocks()
     for outcome in outcomes(one, count, seed=1):
         if not isinstance(outcome, WireError):
@@ -31,6 +33,7 @@ def run(one: Format, count: int) -> None:
                 raise AssertionError(f"{one.name}: {outcome}")
             read += 1
     each = 1e6 * (time.thread_time() - begin) / count
+    gc.collect()  # errors keep their frames until then
     grown = sys.getallocatedblocks() - blocks
     print(
         f"{one.name:20} read {read:8} refused {count - read:8} {each:5.1f} us  blocks {grown:+d}",

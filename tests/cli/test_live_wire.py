@@ -78,7 +78,7 @@ def test_a_port_in_use_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str
         one.bind(("127.0.0.1", 0))
         port = str(one.getsockname()[1])
         message = refused(["live", "record", "f1", "--port", port, "--out", str(tmp_path / "d.otc")], capsys)
-    assert "is another program listening there?" in message
+    assert f"UDP port {port} on 127.0.0.1 cannot be opened" in message
     assert "UDP port is 70000, must be 0 to 65535" in refused(
         ["live", "emulate", "moog", "--port", "70000"], capsys
     )

@@ -65,9 +65,9 @@ def damaged(packet: bytes, generator: np.random.Generator, *, sealed: bool = Fal
         else SEVERE[places % len(SEVERE)]
     )
     data[places] = values
-    if generator.random() < 0.125:
-        data = np.resize(data, generator.integers(0, len(data) + 8))
     changed = data.tobytes()
+    if generator.random() < 0.125:
+        changed = (2 * changed)[: generator.integers(0, len(data) + 8)]
     if sealed and len(changed) >= 4 and generator.random() < 0.5:
         changed = changed[:-4] + struct.pack("<I", zlib.crc32(changed[:-4]))
     return changed
