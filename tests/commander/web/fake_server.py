@@ -58,6 +58,7 @@ class Fake:
 
     def __init__(self) -> None:
         self.generation, self.time, self.running, self.state = 0, 0.0, False, "idle"
+        self.mode = "offline"
         self.silent = False  # frames stop, the line stays open
         self.deaf = False  # requests are answered with 503, and words of the line are lost
         self.words: list[str] = []
@@ -147,7 +148,7 @@ async def start() -> dict[str, Any]:
     return {
         "csrf": "token",
         "version": "0",
-        "mode": "offline",
+        "mode": fake.mode,
         "values": VALUES,
         "schema": schema(),
         "presets": [{"name": "calm", "values": VALUES | {"liveliness": 0.2}}],
@@ -239,7 +240,7 @@ async def lap() -> None:
 async def fault(body: dict[str, Any]) -> dict[str, Any]:
     """Do what a test asks for, and return what was seen."""
     if body.get("reset"):
-        fake.silent = fake.deaf = False
+        fake.silent, fake.deaf, fake.mode = False, False, body.get("mode", "offline")
         fake.words, fake.changes, fake.acknowledged = [], [], 0
         await fake.set("idle", running=False)
     fake.silent, fake.deaf = body.get("silent", fake.silent), body.get("deaf", fake.deaf)

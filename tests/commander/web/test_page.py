@@ -155,3 +155,16 @@ def test_a_refusal_is_one_sentence_beside_its_field(watched: Watched, fake: Serv
     expect(page.locator("#run")).to_be_disabled()
     page.select_option("#scenarios", "stop")
     expect(page.locator("#run")).to_be_enabled()
+
+
+def test_in_a_live_session_only_possible_words_can_be_said(watched: Watched, fake: Server) -> None:
+    fake.fault(reset=True, mode="live")
+    page = watched.page
+    page.goto(watched.url, wait_until="domcontentloaded")
+    expect(page.locator("#word-arm")).to_be_enabled()
+    assert [page.locator(f"#word-{word}").is_enabled() for word in ("engage", "return", "park", "rearm")] == [
+        False
+    ] * 4
+    assert page.locator("#run").count() == 0
+    page.click("#word-arm")
+    soon(lambda: fake.fault()["words"] == ["arm"], "the word did not arrive")

@@ -33,6 +33,7 @@ class Page {
     this.sofar = new SoFar(byId("sofar"));
     this.choose = bindTabs(document.querySelector("[role=tablist]"));
     this.form();
+    if (given.mode === "live") byId("hint").textContent = "Plots open when the session sends samples.";
     this.stream = new Stream();
     bindStop(this.stream);
     this.listen();
@@ -45,7 +46,7 @@ class Page {
   form() {
     const {schema, values, choices, presets, mode} = this.given, {properties} = schema;
     properties.log.enum = ["", ...choices.logs];
-    this.settings = new Settings(properties, {tell: tellEvent, onChecks: (...checked) => this.setup.showChecks(...checked)});
+    this.settings = new Settings(properties, {tell: tellEvent, live: mode === "live", onChecks: (...checked) => this.setup.showChecks(...checked)});
     const shared = {fields: this.settings.fields, settings: this.settings, tell: tellEvent};
     this.setup = new Setup(byId("setup"), {...shared, choices, mode});
     this.tune = new Tune(byId("tune"), {...shared, properties, presets});

@@ -4,8 +4,8 @@ import {Field} from "/web/form.js";
 
 export class Settings {
   /** `onChecks` gets what the server checked; `tell` gets events. */
-  constructor(properties, {tell, onChecks}) {
-    Object.assign(this, {properties, tell, onChecks, running: false, asked: 0});
+  constructor(properties, {tell, onChecks, live}) {
+    Object.assign(this, {properties, tell, onChecks, live, running: false, asked: 0});
     this.fields = Object.fromEntries(Object.entries(properties).map(([name, property]) => [name, new Field(name, property, (field) => this.changed(field))]));
   }
 
@@ -46,6 +46,7 @@ export class Settings {
 
   /** Ask the server what it thinks of the values; only the latest answer counts. */
   async check() {
+    if (this.live) return;  // nothing is to be started
     const number = this.asked += 1;
     let answer;
     try {

@@ -3,6 +3,7 @@ import {post, Refused, upload} from "/web/api.js";
 import {element} from "/web/look.js";
 
 const LIVE = [["arm", "Arm"], ["engage", "Engage"], ["return", "Return"], ["park", "Park"], ["rearm", "Rearm"]];
+const LIVE_HINT = "A live session is set up on the command line. Arm checks and connects, Engage lifts the platform and follows the drive, Return comes back to neutral, Park lowers it; Rearm takes back a fault once its cause is gone.";
 const STEPS = [["1 Input", ["scenario", "log"]], ["2 Platform", ["platform", "dofs", "plant"]], ["3 Algorithm", ["cueing", "second"]]];
 
 /** Names of the settings that are chosen here; all others are tuned. */
@@ -20,7 +21,8 @@ export class Setup {
     this.command = element("code");
     this.verdict = element("p", {className: "verdict", role: "status"});
     const last = element("section", {}, element("h2", {}, "4 Checks"), this.checks);
-    root.append(...steps, last, element("details", {}, element("summary", {}, "The same as a command"), this.command), this.buttons());
+    if (mode === "live") root.append(element("p", {className: "about"}, LIVE_HINT), this.buttons());
+    else root.append(...steps, last, element("details", {}, element("summary", {}, "The same as a command"), this.command), this.buttons());
   }
 
   step(title, names, texts) {

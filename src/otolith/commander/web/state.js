@@ -3,15 +3,13 @@ import {post, Refused} from "/web/api.js";
 import {byId, element, shown} from "/web/look.js";
 
 const SHAPES = {run: "▶", idle: "○", ready: "●", wait: "◆", halt: "■", fault: "✖"};
-const LOOKS = [  // the first that a state's word matches
-  [/fault|lost|fail|no connection/, "fault"], [/stop/, "halt"], [/pause|return|park|home|settl|brak|prepar|hold|writ/, "wait"],
-  [/run|engage|active/, "run"], [/done|ready|armed|neutral/, "ready"],
-];
+const LOOKS = {  // of the states of a run, and of a live session; any other looks idle
+  running: "run", engaged: "run", done: "ready", ready: "ready", stopped: "halt", failed: "fault", fault: "fault",
+  preparing: "wait", paused: "wait", writing: "wait", checking: "wait", engaging: "wait", holding: "wait",
+  returning: "wait", parking: "wait", "no connection": "fault",
+};
 const KEPT = 200;  // events
 const HELD = 500;  // [ms] for which the space bar is held to stop
-
-/** Return how a state looks: a key of SHAPES. */
-export const lookOf = (word) => LOOKS.find(([pattern]) => pattern.test(word.toLowerCase()))?.[1] ?? "idle";
 
 /** Return the lamps of a state message as [name, value, level]; the level is ok, warn, fault or off. */
 export function lampsOf({lamps, running, control}, age) {
@@ -44,7 +42,7 @@ export function showLamps(lamps, dark = false) {
 }
 
 export function showState(word, text = "") {
-  const state = byId("state"), look = lookOf(word);
+  const state = byId("state"), look = LOOKS[word] ?? "idle";
   if (state.dataset.word === word && state.title === text) return;
   Object.assign(state.dataset, {word, look});
   state.title = text;
