@@ -80,6 +80,7 @@ class Fake:
             "lamps": lamps,
             "control": True,
             "generation": self.generation,
+            "words": ["return", "stop"] if self.running else ["arm", "stop"],
         }
 
     async def tell(self, message: dict[str, Any]) -> None:

@@ -92,16 +92,19 @@ export class Panel {
   }
 
   name(said) {
-    const kind = this.panel.columns[0].threshold ? "threshold" : "limits", text = said.length ? `${kind} ${[...new Set(said)].join(", ")}` : "";
+    const kind = this.panel.columns[0].threshold ? "threshold" : "limits", parts = said.length ? [`${kind} ${[...new Set(said)].join(", ")}`] : [];
+    if (this.plots.spansOf(this.panel).length) parts.push("shaded: false cues of A");
+    const text = parts.join("; ");
     if (this.limits.title === text) return;
     this.limits.title = this.limits.textContent = text;
   }
 
-  /** Draw what lies under the curves: false cues, limits, changes of parameters. */
+  /** Draw what lies under the curves: false cues, limits, changes of parameters, the time that is held. */
   under(chart) {
     shade(chart, this.plots.spansOf(this.panel), css("--shade"));
     for (const {values, colour} of this.lines) shade(chart, values.map((value) => ({value})), css(colour), [8, 5]);
     shade(chart, this.plots.marks, css("--warn"), [3, 3]);
+    if (this.plots.held !== null) shade(chart, [{at: this.plots.held}], css("--ink"), []);
   }
 
   show(history) {

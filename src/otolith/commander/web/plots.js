@@ -26,6 +26,7 @@ export class Plots extends EventTarget {
     this.marks = [];  // {at} [s] of changed parameters
     this.spans = [];  // {start, end, axis} of false cues
     this.span = 20;
+    this.held = null;  // the time [s] that is replayed, or null
     this.all = [];
     this.touched = false;  // whether the user chose plots
     this.fixed = null;  // the range that the user chose, or null: follow
@@ -116,9 +117,4 @@ export class Plots extends EventTarget {
   draw() { for (const panel of this.open.values()) panel.show(this.history); }
   redraw() { for (const panel of this.open.values()) panel.chart.redraw(); }
   write(row) { for (const panel of this.open.values()) panel.write(this.history, row); }
-
-  /** Put the cursor of all plots at a time [s]. */
-  cursor(time) {
-    for (const {chart} of this.open.values()) chart.setCursor({left: chart.valToPos(time, "x"), top: 10}, false);
-  }
 }

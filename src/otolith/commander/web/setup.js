@@ -93,7 +93,7 @@ export class Setup {
     this.take = element("button", {type: "button", id: "control"}, "Take control");
     this.take.addEventListener("click", () => this.word("control"));
     this.words = this.mode === "live" ? LIVE.map(([word, label]) => {
-      const button = element("button", {type: "button", id: `word-${word}`, className: word === "engage" ? "go" : ""}, label);
+      const button = element("button", {type: "button", id: `word-${word}`, className: word === "engage" ? "go" : "", disabled: true}, label);
       button.addEventListener("click", () => this.word(word));
       return button;
     }) : [];
@@ -132,6 +132,6 @@ export class Setup {
 
   enable() {
     this.run.disabled = Boolean(this.running) || this.control === false || !this.ready;
-    this.run.textContent = this.running ? "running …" : this.control === false ? "controlled elsewhere" : "▶ Run";
+    this.run.textContent = this.running ? "busy …" : this.control === false ? "controlled elsewhere" : "▶ Run";
   }
 }

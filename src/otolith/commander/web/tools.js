@@ -38,7 +38,7 @@ export class Tools {
     byId("hold").setAttribute("aria-pressed", String(held));
     scrub.disabled = !held;
     plots.fixed = held ? plots.range() : null;
-    this.time = held ? history.last || 0 : null;
+    this.time = plots.held = held ? history.last || 0 : null;
     if (held) {
       Object.assign(scrub, {min: history.start || 0, max: this.time || 1});
       scrub.value = this.time;
@@ -48,7 +48,7 @@ export class Tools {
 
   seek(time) {
     const {plots} = this.page, [low, high] = plots.range(), span = high - low;
-    this.time = time;
+    this.time = plots.held = time;
     if (time < low) plots.fixed = [time, time + span];
     if (time > high) plots.fixed = [time - span, time];
     this.page.dirty = true;
