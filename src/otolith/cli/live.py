@@ -1,9 +1,10 @@
 """`otolith live`: motion platforms in real time, and what can be done without one."""
 
+from otolith.cli.live_bench import bench
 from otolith.cli.live_check import axis, check
 from otolith.cli.live_log import export, replay
 from otolith.cli.live_run import demo, run
-from otolith.cli.live_virtual import bench, faults
+from otolith.cli.live_virtual import faults
 from otolith.cli.live_wire import emulate, learn_, record
 from otolith.cli.output import group
 

@@ -1,6 +1,5 @@
 """`otolith live faults` and `live bench`: live operation in virtual time."""
 
-import time
 from typing import Annotated, Any
 
 import numpy as np
@@ -41,7 +40,7 @@ def faults(
     chosen = tuple(case for case in CASES if not rows or any(_is_of(case.row, row) for row in rows))
     if not chosen:
         raise InputError("ROW", " ".join(rows or []), "numbers of the matrix, e.g. 2 or 13")
-    algorithm, machine = _prepared(cueing, platform, dofs, tuning)
+    algorithm, machine = prepared(cueing, platform, dofs, tuning)
     console = screen()
     results = []
     with progress_bar(console, "playing faults") as bar:
@@ -97,54 +96,6 @@ def _show(results: list[Any]) -> None:
     screen(stderr=False, wide=True).print(table)
 
 
-def bench(
-    virtual: Annotated[
-        float, typer.Option(metavar="SECONDS", min=1.0, help="How long to run, in virtual time.")
-    ] = 120.0,
-    cueing: CueingName = "predictive",
-    platform: PlatformName = "davsi-4dof",
-    dofs: Dofs = "surge-pitch,sway-roll",
-    tuning: Tuning = None,
-    seed: Annotated[int, typer.Option(help="Of references and faults.")] = 0,
-    json: Json = False,
-) -> None:
-    """Run in virtual time with adversarial references and random faults; exit code 1 if a limit is passed."""
-    from otolith.live.endurance import endurance
-
-    algorithm, machine = _prepared(cueing, platform, dofs, tuning)
-    console, started = screen(), time.perf_counter()
-    with progress_bar(console, "running") as bar:
-        account = endurance(algorithm, machine, virtual, seed=seed, progress=bar)
-    took = time.perf_counter() - started
-    found: dict[str, Any] = {
-        "seconds": account.seconds,
-        "computed_in_s": round(took, 1),
-        "cued_seconds": round(account.cued_seconds, 1),
-        "engagements": account.engagements,
-        "restarts": account.restarts,
-        "decisions": account.decisions,
-        "set_points": account.set_points,
-        "fallbacks": account.fallbacks,
-        "plans_refused_by_gate": account.refused_plans,
-        "set_points_refused_by_gate": account.refused_set_points,
-        "faults": dict(account.faults),
-        "violations": account.violations,
-        "exceptions": account.exceptions,
-        "device_faults": account.device_faults,
-        "compilations": account.compilations,
-    }
-    if json:
-        print_json(found)
-    else:
-        out = screen(stderr=False)
-        for name, value in found.items():
-            out.print(
-                f"{name.replace('_', ' ')}: {value if value else 'none'}", highlight=False, soft_wrap=True
-            )
-    if not account.clean:
-        raise typer.Exit(1)
-
-
 def machine_named(platform: str, dofs: str) -> Platform:
     """Return a platform that may be driven, and that has the degrees of freedom.
 
@@ -160,7 +111,7 @@ def machine_named(platform: str, dofs: str) -> Platform:
     return machine
 
 
-def _prepared(cueing: str, platform: str, dofs: str, tuning: str | None) -> tuple[Cueing, Platform]:
+def prepared(cueing: str, platform: str, dofs: str, tuning: str | None) -> tuple[Cueing, Platform]:
     """Return an algorithm that has decided once, so that all is compiled, and its platform."""
     from otolith.cueing.washout.tuning import load_tuning
 

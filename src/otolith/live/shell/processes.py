@@ -37,8 +37,8 @@ CONTROLLER, OUTPUT = 10, 20  # real-time priorities
 
 def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any, _: Any) -> None:
     """Be the controller, until the parent asks this process to end."""
-    _begin_child()
-    asked = _asked_to_end()
+    begin_child()
+    asked = asked_to_end()
     controller = session.controller()
     plans, reports = Channel(names["plans"]), Channel(names["reports"])
     said.put(("controller", *take_rights(CONTROLLER)))
@@ -85,8 +85,8 @@ def run_axis_test(
     axes: tuple[str, ...], session: Session, names: dict[str, str], ready: Event, said: Any, _: Any
 ) -> None:
     """Be the controller of an axis test, until the parent asks this process to end."""
-    _begin_child()
-    asked = _asked_to_end()
+    begin_child()
+    asked = asked_to_end()
     goals = [goal_of(name, session.platform) for name in axes]
     test = AxisTest(goals, session.gate(), session.period)
     plans, reports = Channel(names["plans"]), Channel(names["reports"])
@@ -124,8 +124,8 @@ def _until_due(
 
 def run_recorder(_session: Session, names: dict[str, str], ready: Event, _said: Any, file: Any, /) -> None:
     """Be the recorder of the log, until the parent asks this process to end."""
-    _begin_child()
-    record_until(_asked_to_end(), names, ready, file.number)
+    begin_child()
+    record_until(asked_to_end(), names, ready, file.number)
 
 
 def run_output(session: Session, names: dict[str, str], ready: Event, said: Any, _lock: Any) -> None:
@@ -133,9 +133,9 @@ def run_output(session: Session, names: dict[str, str], ready: Event, said: Any,
 
     It keeps the lock of the device as long as it lives.
     """
-    _begin_child()
+    begin_child()
     output = session.output()
-    asked = _asked_to_end()
+    asked = asked_to_end()
     said.put(("output", *take_rights(OUTPUT)))
     plans, reports, words = (Channel(names[name]) for name in ("plans", "reports", "words"))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line, ring_of(names, "output") as ring:
@@ -245,14 +245,14 @@ def _named(counts: Mapping[Count, int]) -> dict[str, int]:
     return {str(name): count for name, count in counts.items()}
 
 
-def _asked_to_end() -> list[int]:
+def asked_to_end() -> list[int]:
     """Return a list that SIGTERM makes longer, so that a loop can end where it stands well."""
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
     return asked
 
 
-def _begin_child() -> None:
+def begin_child() -> None:
     """Let the session's parent decide about signals of the terminal, and go where it goes.
 
     Ctrl-Z, too: a session that stands still for a while is a fault, not a pause.
