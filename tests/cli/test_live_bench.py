@@ -37,7 +37,7 @@ def test_virtual_time_is_said_in_hours_minutes_or_seconds(text: str, seconds: fl
 
 @pytest.mark.parametrize("text", ["0", "2 days", "-1h", "101h", "h", "nan"])
 def test_other_times_are_refused(text: str) -> None:
-    with pytest.raises(InputError, match="--virtual is .*, must be a time of 1 s to 100 h"):
+    with pytest.raises(InputError, match=r"--virtual is .*, must be a time of 1 s to 100 h"):
         _seconds(text)
 
 
