@@ -32,6 +32,8 @@ def replay(
     with opened(log) as found:
         session = session_from_record(found.session, log.name)
         others = _others(found.head.get("versions", versions()), versions())
+        for sentence in session.changed():
+            warn(screen(), sentence)
         if others:
             warn(screen(), f"bits may differ, for {others}")
         with working(screen(), "compiling what is not cached, up to a minute"):

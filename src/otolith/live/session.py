@@ -160,7 +160,7 @@ class Session:
             try:
                 stored.found(what)
             except InputError as error:
-                sentences.append(f"{error}; the session goes on with what it read at its start")
+                sentences.append(str(error))
         return sentences
 
     def to_record(self) -> dict[str, Any]:
@@ -244,7 +244,7 @@ def session_of(
         tuning=None if settings.tuning is None else files.read_tuning(settings.tuning),
         axes=axes,
         texts=texts,
-        stored={what: StoredFile.of(path) for what, path in named.items()},
+        stored={what: StoredFile.of(path.resolve()) for what, path in named.items()},
         token=token,
     )
     session.design()
@@ -260,11 +260,13 @@ def _named(settings: Settings) -> dict[str, Path]:
         "laws": (settings.laws, ()),
         "hint": (settings.hint, ()),
     }
-    return {
+    named = {
         what: Path(name)
         for what, (name, shipped) in stated.items()
         if name is not None and name not in shipped
     }
+    code = Path(settings.cueing.rpartition(":")[0])
+    return {**named, "cueing": code} if code.suffix == ".py" else named
 
 
 def _host_and_port(address: str) -> tuple[str, int]:

@@ -241,7 +241,6 @@ _FILES: Final = tuple(
                 "0 before",
                 "SHA-256 of platform",
                 "session.toml is no longer there",
-                "what it read at its start",
             ),
         ),
         (

@@ -183,7 +183,7 @@ class Live:
     def say(self, *words: Word) -> None:
         """Pass on words of the operator; who arms is told which files have changed since they were read."""
         for sentence in self._session.changed() if Word.ARM in words else ():
-            self._tell(sentence)
+            self._tell(f"{sentence}; the session goes on with what it read at its start")
         self._channels["words"].write(pack_words(words))
 
     def sign(self) -> None:
