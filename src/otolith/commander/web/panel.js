@@ -15,7 +15,7 @@ function pen(name, k) {
 const boundsOf = ({limits, threshold}) => limits ?? (threshold ? [-threshold, threshold] : null);
 
 /** Return the name of a column within its plot: the axis of a force stands in the title. */
-const wordOf = ({label, name}) => (/^(wanted|felt)/.test(name) ? label.replace(/ [xyz]$/, "") : label);
+const wordOf = ({label, name}) => (/^(wanted|felt)/.test(name) ? label.replace(/,? ?[xyz]$/, "").replace(", ", " ") : label);
 
 const span = ([low, high]) => (low === -high ? `±${shown(high, 2)}` : `${shown(low, 2)} to ${shown(high, 2)}`);
 
@@ -93,7 +93,7 @@ export class Panel {
 
   name(said) {
     const kind = this.panel.columns[0].threshold ? "threshold" : "limits", parts = said.length ? [`${kind} ${[...new Set(said)].join(", ")}`] : [];
-    if (this.plots.spansOf(this.panel).length) parts.push("shaded: false cues of A");
+    if (this.plots.spansOf(this.panel).length) parts.push("shaded: false cues");
     const text = parts.join("; ");
     if (this.limits.title === text) return;
     this.limits.title = this.limits.textContent = text;

@@ -60,6 +60,8 @@ export function tellEvent({time, level, text}) {
   if (following) list.scrollTop = list.scrollHeight;
 }
 
+addEventListener("resize", () => { byId("events").scrollTop = byId("events").scrollHeight; });
+
 /** Send STOP by both ways, again and again until one has arrived. */
 export async function stop(stream) {
   const button = byId("stop");

@@ -46,7 +46,7 @@ export class Tune {
   show(presets) {
     this.presets = new Map(presets.map(({name, values}) => [name, values]));
     const chosen = this.list.value;
-    this.list.replaceChildren(...[...this.presets.keys()].map((name) => element("option", {value: name}, name)));
+    this.list.replaceChildren(...(presets.length ? [] : [element("option", {value: ""}, "none saved yet")]), ...[...this.presets.keys()].map((name) => element("option", {value: name}, name)));
     if (this.presets.has(chosen)) this.list.value = chosen;
   }
 
