@@ -79,6 +79,40 @@ def test_a_new_gradient_needs_no_new_factors() -> None:
     np.testing.assert_allclose(solver.part("U"), expected, atol=1e-9)
 
 
+def passed_on(pulls: Mat, share: float) -> Mat:
+    """Sums (N, rows) if each wrong one passes a share of itself to the next stage."""
+    sums = pulls.copy()
+    for k in range(1, len(sums)):
+        sums[k] += share * np.minimum(sums[k - 1], 0.0)
+    return sums
+
+
+def test_wrong_pulls_are_passed_on_along_their_rows_in_both_directions() -> None:
+    solver, _, rng = loaded(5)
+    pulls = solver.rows("EXCESS")
+    pulls[:] = rng.standard_normal(pulls.shape)
+    solver.kernels.end_arcs(solver.vector)
+    there = passed_on(pulls, solver.kernels.SHARE)
+    back = passed_on(pulls[::-1], solver.kernels.SHARE)[::-1]
+    assert solver.kernels.SHARE > 0.0
+    np.testing.assert_allclose(solver.rows("PULL"), np.minimum(there, back), atol=1e-12)
+
+
+def test_an_arc_that_is_too_long_loses_its_wrong_ends_at_once() -> None:
+    """Row 0 is active at all stages: its first pulls right themselves within two stages, its last at once."""
+    solver, _, _ = loaded(5)
+    W, rows = solver.vector, solver.rows
+    rows("SET")[:], rows("MULTIPLIER")[:] = 0.0, 0.0
+    rows("LO")[:], rows("HI")[:] = -1.0, 1.0
+    rows("VALUE")[:] = 0.0
+    rows("SET")[:, 0] = rows("VALUE")[:, 0] = 1.0
+    rows("MULTIPLIER")[:, 0] = 1.0
+    rows("MULTIPLIER")[:2, 0] = -2.0, 0.5
+    rows("MULTIPLIER")[-1, 0] = -0.5
+    assert solver.kernels.review(W, False) == 3.0
+    assert rows("SET")[:, 0].tolist() == [0.0] * 2 + [1.0] * (N - 3) + [0.0]
+
+
 @given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]))
 @settings(max_examples=20, deadline=None)
 def test_the_compiled_certificate_is_the_plain_one(seed: int, soft: float) -> None:

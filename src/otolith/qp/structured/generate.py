@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 from otolith.core.disk import write_text
+from otolith.qp.structured.arcs import end_arcs
 from otolith.qp.structured.blocks import preparation
 from otolith.qp.structured.emit import recursions
 from otolith.qp.structured.layout import LANES, Structure, offsets
@@ -67,7 +68,15 @@ def source(structure: Structure, extension: str = "") -> str:
     lines += f"\nLENGTHS = {structure.lengths}\nGROUPS = {structure.groups}\n"
     reductions, *others = written
     return "\n\n".join(
-        [_HEAD + lines, reductions, recursions(structure), preparation(structure), *others, extension]
+        [
+            _HEAD + lines,
+            reductions,
+            recursions(structure),
+            end_arcs(structure),
+            preparation(structure),
+            *others,
+            extension,
+        ]
     )
 
 

@@ -155,7 +155,7 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "VALUE MULTIPLIER SET "  # r, y and σ: 0 free, ±1 active, ±2 saturated (soft, |y| = w)
         "HINT OTHER_SET OTHER_MULTIPLIER "  # a second guess, and the first while the second is tried
         "DIAGONAL GRADIENT "  # what the rows add to the stages' Hessian and gradient
-        "EXCESS MARK "  # how far free rows are outside; which rows change
+        "EXCESS PULL MARK "  # how far free rows are outside; pulls at the ends of arcs; which rows change
         "REACH"  # the largest value of each row over all stages
     )
     of_sides = (

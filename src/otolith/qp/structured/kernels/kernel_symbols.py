@@ -10,7 +10,9 @@ from otolith.core.jit import jit_fused, jit_inlined, kernel
 __all__ = ["jit_fused", "jit_inlined", "kernel"]
 
 N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = NX = START = 0
-LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = EXCESS = 0
+LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = EXCESS = (
+    PULL
+) = 0
 REACH = STATE_WEIGHT = STATE_WEIGHTS = 0
 HINT = OTHER_SET = OTHER_MULTIPLIER = OFFERED = NEEDED = DOUBTED = 0
 DISTANCE = T = LAMBDA = SIGMA = NU = INV_LAMBDA = INV_NU = DELTA = E1 = E2 = SCRATCH = 0
@@ -18,6 +20,7 @@ STEP_STATE = ALL_STEPS = 0
 U = PLAN = ACCUMULATOR = SETTING = INFO = 0
 HUGE = INFINITY = 0.0
 GROUPS: tuple[int, ...] = ()
+LENGTHS: tuple[int, ...] = ()
 
 
 def factor(W: Vec, last: int) -> None:
@@ -30,6 +33,10 @@ def backward(W: Vec, first: int) -> None:
 
 def forward(W: Vec) -> None:
     """See `otolith.qp.structured.emit.forward`, which generates this function."""
+
+
+def end_arcs(W: Vec) -> None:
+    """See `otolith.qp.structured.arcs.end_arcs`, which generates this function."""
 
 
 def condense_blocks(W: Vec) -> None:
