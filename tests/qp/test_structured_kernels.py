@@ -109,8 +109,10 @@ def test_an_arc_that_is_too_long_loses_its_wrong_ends_at_once() -> None:
     rows("MULTIPLIER")[:, 0] = 1.0
     rows("MULTIPLIER")[:2, 0] = -2.0, 0.5
     rows("MULTIPLIER")[-1, 0] = -0.5
-    assert solver.kernels.review(W, False) == 3.0
+    assert solver.kernels.review(W, False, True) == 3.0
     assert rows("SET")[:, 0].tolist() == [0.0] * 2 + [1.0] * (N - 3) + [0.0]
+    rows("SET")[:, 0] = 1.0
+    assert solver.kernels.review(W, False, False) == 2.0  # without passing on, its very ends alone
 
 
 @given(seed=seeds, soft=st.sampled_from([np.inf, 0.5]))

@@ -10,11 +10,14 @@ Within block k of n steps, step j = 1 … n leads from the block's start to x_j 
 and the recursions of `emit` run over blocks instead of steps, with A^n and B_n in place of A and B.
 """
 
+from collections.abc import Iterable
 from itertools import chain
 
-from otolith.qp.structured.algebra import in_column, in_row, product, total, upper
+from otolith.core.lanes import WIDTH
+from otolith.qp.structured.algebra import in_row, product, total
 from otolith.qp.structured.cost import Lines
-from otolith.qp.structured.emit import dynamics, function, joined, loop
+from otolith.qp.structured.emit import dynamics, function, loop
+from otolith.qp.structured.factorisation import combined, transition
 from otolith.qp.structured.layout import Structure, data
 
 BLOCKS = "for k in range(N):"
@@ -23,57 +26,75 @@ STEPS = "for j in range(LENGTHS[k]):"
 
 def condense_blocks(s: Structure) -> str:
     """Text of the function that computes H and h of all blocks from the costs of their steps."""
-    size = s.nu + s.nx
-    triangle = upper(size)
-    start = [f"H{a}_{b} = 0.0" for a, b in triangle] + [f"h{a} = 0.0" for a in range(size)]
-    for a in range(s.nu):
-        start[triangle.index((a, a))] = f"H{a}_{a} = LENGTHS[k] * W[CONTROL_WEIGHT + {a}]"
-        start[len(triangle) + a] = f"h{a} = W[INPUT_LINEAR + k*{s.nu} + {a}]"
-    kept = [f"W[BLOCK_HESSIAN + k*{len(triangle)} + {n}] = H{a}_{b}" for n, (a, b) in enumerate(triangle)]
-    kept += [f"W[BLOCK_GRADIENT + k*{size} + {a}] = h{a}" for a in range(size)]
-    of_step = loop(STEPS, dynamics_of_step(s), _outputs(s), _squares(s), ["step += 1"])
+    packing = s.packing
+    start, kept = Lines(), Lines()
+    for a in packing.variables:
+        for g in packing.later(a):
+            own = a < s.nu and g == packing.group(a)
+            weight = f"LENGTHS[k]*W[CONTROL_WEIGHT + {a}]" if own else "0.0"
+            start.append(f"H{a}_{g} = times4({weight}, unit4({packing.lane(a) if own else 0}))")
+            place = packing.symmetric_row(a, g)
+            kept.append(f"store4(W, BLOCK_HESSIAN + k*{packing.symmetric_size()} + {place}, H{a}_{g})")
+    for g in packing.groups:
+        inputs = [
+            (f"W[INPUT_LINEAR + k*{s.nu} + {j}]", f"unit4({packing.lane(j)})")
+            for j in range(s.nu)
+            if packing.group(j) == g
+        ]
+        start.append(f"h{g} = {combined(inputs or [('0.0', 'unit4(0)')])}")
+        kept.append(f"store4(W, BLOCK_GRADIENT + k*{packing.width} + {WIDTH * g}, h{g})")
+    of_step = loop(STEPS, _rows_of_step(s), _outputs(s), _squares(s), ["step += 1"])
     return function("condense_blocks", "W", ["step = 0"], loop(BLOCKS, start, of_step, kept))
+
+
+def _rows_of_step(s: Structure) -> Lines:
+    """Lines that load the rows of [B_j A^j]."""
+    return [line.replace("DYNAMICS + k*", "POWERS + j*") for line in transition(s)]
 
 
 def dynamics_of_step(s: Structure) -> Lines:
     """Lines that load A^j and B_j."""
-    return [line.replace("DYNAMICS", "POWERS") for line in dynamics(s, f"j*{s.dynamics} + ")]
+    return dynamics(s, f"j*{s.packing.dynamics_size} + ", "POWERS")
 
 
 def _outputs(s: Structure) -> Lines:
     """Lines that load the D of a step and compute its rows on z: r = D [B_j A^j]."""
+    packing = s.packing
     lines = [f"{s.D[p]} = W[OUTPUT + step*{len(s.D)} + {n}]" for n, p in enumerate(data(s.D))]
-    BA = joined(s)
     for y in range(s.ny):
-        for a in range(s.nu + s.nx):
-            terms = _row_times_column(in_row(s.D, y), dict(in_column(BA, a)))
-            lines += [f"r{y}_{a} = {total(terms)}"] if terms else []
+        for g in _touched(s, [i for i, _ in in_row(s.D, y)]):
+            terms = [(d, f"T{i}_{g}") for i, d in in_row(s.D, y) if g in packing.own[s.nu + i]]
+            lines.append(f"r{y}_{g} = {combined(terms)}")
     return lines
 
 
-def _row_times_column(row: list[tuple[int, str]], column: dict[int, str]) -> Lines:
-    return [product(d, column[i]) for i, d in row if i in column]
+def _touched(s: Structure, states: Iterable[int]) -> list[int]:
+    """The groups of the variables on which these states depend."""
+    return sorted({g for i in states for g in s.packing.own[s.nu + i]})
 
 
 def _squares(s: Structure) -> Lines:
     """Lines that add one step's share to H and h."""
-    BA = joined(s)
-    hessian: dict[tuple[int, int], Lines] = {}
-    gradient: dict[int, Lines] = {}
+    lines: Lines = []
     for y in range(s.ny):
-        columns = [a for a in range(s.nu + s.nx) if _row_times_column(in_row(s.D, y), dict(in_column(BA, a)))]
-        for n, a in enumerate(columns):
-            gradient.setdefault(a, []).append(f"r{y}_{a}*W[ERROR + step*{s.ny} + {y}]")
-            for b in columns[n:]:
-                hessian.setdefault((a, b), []).append(f"r{y}_{a}*r{y}_{b}")
+        groups, error = _touched(s, [i for i, _ in in_row(s.D, y)]), f"W[ERROR + step*{s.ny} + {y}]"
+        lines += _square(s, f"r{y}", groups, "", error)
     for n, i in enumerate(s.weighted):
-        row, at = in_row(BA, i), f"step*{len(s.weighted)} + {n}"
-        for m, (a, f) in enumerate(row):
-            gradient.setdefault(a, []).append(product(f, f"W[STATE_LINEAR + {at}]"))
-            for b, g in row[m:]:
-                hessian.setdefault((a, b), []).append(product(f, g, f"W[STATE_WEIGHT + {at}]"))
-    lines = [f"H{a}_{b} += {total(terms)}" for (a, b), terms in sorted(hessian.items())]
-    return lines + [f"h{a} += {total(terms)}" for a, terms in sorted(gradient.items())]
+        at = f"step*{len(s.weighted)} + {n}]"
+        lines += _square(s, f"T{i}", _touched(s, [i]), f"W[STATE_WEIGHT + {at}", f"W[STATE_LINEAR + {at}")
+    return lines
+
+
+def _square(s: Structure, row: str, groups: list[int], weight: str, linear: str) -> Lines:
+    """Lines that add weight·rᵀ r to H and linear·r to h, for a row r on z that is zero but in `groups`."""
+    packing = s.packing
+    lines = [f"h{g} = add_times4(h{g}, {linear}, {row}_{g})" for g in groups]
+    for a in packing.variables:
+        if packing.group(a) in groups:
+            factor = product(f"lane4({row}_{packing.group(a)}, {packing.lane(a)})", weight)
+            later = [g for g in packing.later(a) if g in groups]
+            lines += [f"H{a}_{g} = add_times4(H{a}_{g}, {factor}, {row}_{g})" for g in later]
+    return lines
 
 
 def states_within(s: Structure) -> str:

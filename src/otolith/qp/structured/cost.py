@@ -5,11 +5,12 @@ Each form returns source text: the terms that it adds to the Hessian and gradien
 point.
 """
 
-from otolith.qp.structured.algebra import gram, in_column, in_row, product, total, upper
+from otolith.qp.structured.algebra import gram, in_column, in_row, product, total
 from otolith.qp.structured.layout import Structure, data
 
 Lines = list[str]
 Terms = list[str]
+Combination = list[tuple[str, str]]  # factors, numbers, and the vectors of four that they multiply
 
 
 class OnOutputs:
@@ -35,9 +36,11 @@ class OnOutputs:
         """Terms that the cost adds to s_i."""
         return [product(f"e{y}", a) for y, a in in_column(self._s.D, i)] + self._weighted("STATE_LINEAR", i)
 
-    def in_joint_hessian(self, a: int, b: int) -> Terms:
-        """Terms that the cost adds to M_ab."""
-        return [f"R{a}"] if a == b < self._s.nu else []
+    def in_joint_hessian(self, a: int, group: int) -> Combination:
+        """What the cost adds to a group of row a of M."""
+        packing = self._s.packing
+        own = a < self._s.nu and group == packing.group(a)
+        return [(f"R{a}", f"unit4({packing.lane(a)})")] if own else []
 
     def in_joint_gradient(self, a: int) -> Terms:
         """Terms that the cost adds to m_a."""
@@ -61,7 +64,6 @@ class OnBlocks:
 
     def __init__(self, s: Structure) -> None:
         self._s = s
-        self._place = {pair: n for n, pair in enumerate(upper(s.nu + s.nx))}
 
     def loads(self) -> Lines:
         """No lines: each number is used only once, so nothing is loaded in advance."""
@@ -77,14 +79,16 @@ class OnBlocks:
         del i
         return []
 
-    def in_joint_hessian(self, a: int, b: int) -> Terms:
-        """Terms that the cost adds to M_ab."""
-        place = self._place[min(a, b), max(a, b)]
-        return [f"W[BLOCK_HESSIAN + k*{len(self._place)} + {place}]"]
+    def in_joint_hessian(self, a: int, group: int) -> Combination:
+        """What the cost adds to a group of row a of M."""
+        packing = self._s.packing
+        place = packing.symmetric_row(a, group)
+        return [("", f"load4(W, BLOCK_HESSIAN + k*{packing.symmetric_size()} + {place})")]
 
     def in_joint_gradient(self, a: int) -> Terms:
         """Terms that the cost adds to m_a."""
-        return [f"W[BLOCK_GRADIENT + k*{self._s.nu + self._s.nx} + {a}]"]
+        packing = self._s.packing
+        return [f"W[BLOCK_GRADIENT + k*{packing.width} + {packing.column[a]}]"]
 
     def at_point(self) -> tuple[Lines, Lines, Lines]:
         """Lines that add the effect of the point z to m."""
@@ -92,10 +96,9 @@ class OnBlocks:
         state = ["before = X + (k - 1)*NX if k > 0 else START"]
         state += [f"z{s.nu + i} = W[before + {i}]" for i in range(s.nx)]
         state += [f"z{j} = W[U + k*{s.nu} + {j}]" for j in range(s.nu)]
-        size = s.nu + s.nx
-        rows = (
-            total(product(*self.in_joint_hessian(a, b), f"z{b}") for b in range(size)) for a in range(size)
-        )
+        packing, each = s.packing, range(s.nu + s.nx)
+        entry = f"W[BLOCK_HESSIAN + k*{packing.symmetric_size()} + {{}}]"
+        rows = (total(f"{entry.format(packing.symmetric(a, b))}*z{b}" for b in each) for a in each)
         return state, [], [f"m{a} += {row}" for a, row in enumerate(rows)]
 
 

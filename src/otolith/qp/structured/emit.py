@@ -24,13 +24,10 @@ from itertools import chain
 
 from otolith.qp.structured.algebra import (
     Matrix,
-    gram,
     in_column,
     in_row,
     product,
-    symmetric,
     total,
-    upper,
 )
 from otolith.qp.structured.cost import Lines, cost_of
 from otolith.qp.structured.layout import Structure, data
@@ -62,9 +59,11 @@ def per_stage(count: int, part: str, letter: str) -> Lines:
     return [f"{letter}{n} = W[{part} + k*{count} + {n}]" for n in range(count)]
 
 
-def dynamics(s: Structure, base: str = "") -> Lines:
-    """Lines that load A and B."""
-    return load(s.A, "DYNAMICS", base=base) + load(s.B, "DYNAMICS", len(data(s.A)), base)
+def dynamics(s: Structure, base: str = "", part: str = "DYNAMICS") -> Lines:
+    """Lines that load the numbers of A and B."""
+    packing = s.packing
+    entries = [(s.A[i, j], i, s.nu + j) for i, j in data(s.A)] + [(s.B[i, j], i, j) for i, j in data(s.B)]
+    return [f"{name} = W[{part} + {base}{packing.dynamics(s.nu + i, a)}]" for name, i, a in entries]
 
 
 def constants(s: Structure) -> Lines:
@@ -76,7 +75,7 @@ def constants(s: Structure) -> Lines:
 def of_stage(s: Structure) -> Lines:
     """Lines that load the data that differ from stage to stage: V_k, and A, B of a block."""
     return load(s.V, "VARYING", base=f"k*{len(s.V)} + ") + (
-        dynamics(s, f"k*{s.dynamics} + ") if s.lengths else []
+        dynamics(s, f"k*{s.packing.dynamics_size} + ") if s.lengths else []
     )
 
 
@@ -97,54 +96,9 @@ def stage_gradient(s: Structure, *, cost: bool = True) -> Lines:
     return lines + [f"s{i} = {total(state_terms(s, i, cost=cost))}" for i in range(s.nx)]
 
 
-def stage_hessian(s: Structure) -> Lines:
-    """Lines that compute S_ij in the upper triangle."""
-    of_rows, of_cost = gram(all_rows(s), range(s.nc + s.nv), "w"), cost_of(s)
-    lines = per_stage(s.rows, "DIAGONAL", "w")
-    for i, j in upper(s.nx):
-        terms = [f"P{i}_{j}", *of_cost.in_state_hessian(i, j), *of_rows.get((i, j), [])]
-        lines.append(f"S{i}_{j} = {total(terms)}")
-    return lines
-
-
 def joined(s: Structure) -> Matrix:
     """The matrix [B A]: column a < nu belongs to input a, column nu + i to state i."""
     return s.B | {(i, s.nu + j): symbol for (i, j), symbol in s.A.items()}
-
-
-def input_hessian(s: Structure) -> Lines:
-    """Lines that compute M = [B A]ᵀ S [B A] + diag(R + w_inputs, 0), column by column via Z = S [B A]_b."""
-    BA, S, first, cost = joined(s), symmetric(s.nx, "S"), s.nc + s.nv, cost_of(s)
-    lines: Lines = []
-    for b in range(s.nu + s.nx):
-        column = in_column(BA, b)
-        lines += [f"Z{i}_{b} = {total(product(a, S[i, j]) for j, a in column)}" for i in range(s.nx)]
-        for a in range(b + 1):
-            terms = [product(symbol, f"Z{i}_{b}") for i, symbol in in_column(BA, a)]
-            terms += cost.in_joint_hessian(a, b) + ([f"w{first + a}"] if a == b < s.nu else [])
-            lines.append(f"M{a}_{b} = {total(terms)}")
-    return lines
-
-
-def gain_index(s: Structure, j: int, a: int) -> int:
-    """Index in GAIN of the pivot of input j (a = j) and of its gains (a > j)."""
-    return sum(s.nx + s.nu - p for p in range(j)) + a - j
-
-
-def eliminate_matrix(s: Structure) -> Lines:
-    """Lines that eliminate the inputs: pivots d and gains f are stored in GAIN, P of x_k remains."""
-    lines: Lines = []
-    for j in range(s.nu):
-        after = range(j + 1, s.nu + s.nx)
-        lines += [f"E{j}_{b} = {reduced(f'M{j}_{b}', 'E', j, j, b)}" for b in (j, *after)]
-        lines.append(f"d{j} = 1.0 / E{j}_{j}")
-        lines += [f"f{j}_{a} = d{j}*E{j}_{a}" for a in after]
-        lines.append(f"W[GAIN + k*{s.gains} + {gain_index(s, j, j)}] = d{j}")
-        lines += [f"W[GAIN + k*{s.gains} + {gain_index(s, j, a)}] = f{j}_{a}" for a in after]
-    for i, j in upper(s.nx):
-        a, b = s.nu + i, s.nu + j
-        lines.append(f"P{i}_{j} = {reduced(f'M{a}_{b}', 'E', s.nu, a, b)}")
-    return lines
 
 
 def reduced(entry: str, letter: str, inputs: int, a: int, b: int | None = None) -> str:
@@ -158,7 +112,7 @@ def eliminate_vector(s: Structure) -> Lines:
     lines = input_gradient(s)
     for j in range(s.nu):
         lines.append(f"h{j} = {reduced(f'm{j}', 'h', j, j)}")
-        lines.append(f"W[GAIN + k*{s.gains} + {s.gains - s.nu + j}] = d{j}*h{j}")
+        lines.append(f"W[GAIN + k*{s.gains} + {s.feed_forward(j)}] = d{j}*h{j}")
     return lines + [f"p{i} = {reduced(f'm{s.nu + i}', 'h', s.nu, s.nu + i)}" for i in range(s.nx)]
 
 
@@ -174,42 +128,13 @@ def input_gradient(s: Structure, *, cost: bool = True) -> Lines:
     return [f"m{a} = {total(input_terms(s, a, cost=cost))}" for a in range(s.nu + s.nx)]
 
 
-def factor(s: Structure) -> str:
-    """Text of `factor`: it factors the stages `last` … 0 and sweeps the gradient back; later stages keep
-    their factors.
-    """
-    triangle = upper(s.nx)
-    stored = [f"W[COST_TO_GO + k*{len(triangle)} + {n}] = P{i}_{j}" for n, (i, j) in enumerate(triangle)]
-    start = [f"P{i}_{j} = W[COST_TO_GO + last*{len(triangle)} + {n}]" for n, (i, j) in enumerate(triangle)]
-    start += [f"p{i} = W[COSTATE + {i}]" for i in range(s.nx)]
-    return function(
-        "factor",
-        "W, last",
-        ["backward(W, last + 1)"],
-        constants(s),
-        start,
-        loop(
-            BACKWARD.format("last + 1"),
-            ["k = last - back"],
-            stored,
-            of_stage(s),
-            cost_of(s).loads(),
-            stage_gradient(s),
-            stage_hessian(s),
-            input_hessian(s),
-            eliminate_matrix(s),
-            eliminate_vector(s),
-        ),
-    )
-
-
 def backward(s: Structure) -> str:
     """Text of `backward`: it sweeps the gradient back over the stages N−1 … `first` with their existing
     factors.
     """
-    gains = [f"d{j} = W[GAIN + k*{s.gains} + {gain_index(s, j, j)}]" for j in range(s.nu)]
+    gains = [f"d{j} = W[GAIN + k*{s.gains} + {s.pivot(j)}]" for j in range(s.nu)]
     gains += [
-        f"f{j}_{a} = W[GAIN + k*{s.gains} + {gain_index(s, j, a)}]"
+        f"f{j}_{a} = W[GAIN + k*{s.gains} + {s.gain(j, a)}]"
         for j in range(s.nu)
         for a in range(j + 1, s.nu + s.nx)
     ]
@@ -255,10 +180,10 @@ def forward(s: Structure) -> str:
     """Text of `forward`: it computes the inputs by the factors' feedback law, with their states and rows."""
     law: Lines = []
     for j in reversed(range(s.nu)):
-        law.append(f"u{j} = -W[GAIN + k*{s.gains} + {s.gains - s.nu + j}]")
+        law.append(f"u{j} = -W[GAIN + k*{s.gains} + {s.feed_forward(j)}]")
         for a in reversed(range(j + 1, s.nu + s.nx)):
             factor_of = f"u{a}" if a < s.nu else f"x{a - s.nu}"
-            law[-1] += f" - W[GAIN + k*{s.gains} + {gain_index(s, j, a)}]*{factor_of}"
+            law[-1] += f" - W[GAIN + k*{s.gains} + {s.gain(j, a)}]*{factor_of}"
     kept = [f"W[U + k*{s.nu} + {j}] = u{j}" for j in range(s.nu)]
     return function(
         "forward", "W", constants(s), initial_state(s), loop(FORWARD, of_stage(s), law, kept, next_state(s))
@@ -385,6 +310,6 @@ def pivoting(s: Structure) -> Lines:
 
 
 def recursions(s: Structure) -> str:
-    """Text of all stage recursions."""
-    emitters = (backward, factor, forward, rollout, stationarity, least_of_rows)
+    """Text of all stage recursions but `factor`, see `factorisation`."""
+    emitters = (backward, forward, rollout, stationarity, least_of_rows)
     return "\n\n".join(emit(s) for emit in emitters)

@@ -150,7 +150,7 @@ class StructuredSolver:
     def _write_constants(self) -> None:
         problem, s = self.problem, self.structure
         A, B = powers(problem.A, problem.B, max(s.lengths, default=1))
-        steps = np.hstack([values(s.A, A), values(s.B, B)])  # (longest, numbers of A and B)
+        steps = s.packing.packed(A, B)  # (longest, numbers of [B A])
         self.part("DYNAMICS")[:] = steps[np.asarray(s.lengths) - 1] if s.lengths else steps[0]
         self.part("POWERS")[:] = steps[: len(self.part("POWERS"))]
         self.part("CONSTANT")[:] = values(s.C, problem.C)

@@ -17,6 +17,7 @@ from otolith.core.disk import write_text
 from otolith.qp.structured.arcs import end_arcs
 from otolith.qp.structured.blocks import preparation
 from otolith.qp.structured.emit import recursions
+from otolith.qp.structured.factorisation import factor
 from otolith.qp.structured.layout import LANES, Structure, offsets
 
 PARTS = ("reductions", "working", "certify", "interior", "solve")  # each uses those before it
@@ -35,6 +36,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.jit import jit_fused, jit_inlined, kernel
+from otolith.core.lanes import add4, add_times4, lane4, less_times4, load4, store4, times4, unit4
 
 INFINITY = np.inf
 HUGE = 1e300
@@ -72,6 +74,7 @@ def source(structure: Structure, extension: str = "") -> str:
             _HEAD + lines,
             reductions,
             recursions(structure),
+            factor(structure),
             end_arcs(structure),
             preparation(structure),
             *others,

@@ -2,7 +2,8 @@
 
 A single vector with compile-time offsets shows the compiler that no two parts overlap, which enables
 vectorisation. Each part starts on a cache line. The shapes are those of `otolith.qp.stage`; a sparse matrix
-is stored as its non-zeros, row by row, without those that are structurally one.
+is stored as its non-zeros, row by row, without those that are structurally one; what the factorisation reads
+or writes is packed, see `packing`.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import numpy as np
 from otolith.core.arrays import Bools, Mat, Vec
 from otolith.qp.stage import StageProblem
 from otolith.qp.structured.algebra import Matrix, named
+from otolith.qp.structured.packing import Packing, packing_of
 
 LANES = 16  # rows are padded to a multiple of this; sums and maxima use this many accumulators
 _LINE = 8  # doubles per cache line
@@ -80,9 +82,10 @@ class Structure:
         return sum(self.lengths) or self.N
 
     @property
-    def dynamics(self) -> int:
-        """Number of stored entries of A and B."""
-        return len(data(self.A)) + len(data(self.B))
+    def packing(self) -> Packing:
+        """How matrices over (u_k, x_k) are packed in registers."""
+        inputs, states = frozenset(self.B), frozenset((i, self.nu + j) for i, j in self.A)
+        return packing_of(self.nu, self.nx, inputs | states)
 
     @property
     def pivots(self) -> dict[int, int]:
@@ -92,10 +95,22 @@ class Structure:
         moved = [{j for state, j in self.B if (row, state) in self.C} for row in range(self.nc)]
         return {j: moved.index({j}) for j in range(self.nu) if {j} in moved}
 
+    def gain(self, j: int, a: int) -> int:
+        """Place in GAIN of the gain of input j on variable a, of [B A]."""
+        return j * self.packing.width + self.packing.column[a]
+
+    def feed_forward(self, j: int) -> int:
+        """Place in GAIN of the feed-forward of input j."""
+        return self.nu * self.packing.width + j
+
+    def pivot(self, j: int) -> int:
+        """Place in GAIN of the reciprocal of the pivot of input j."""
+        return self.feed_forward(self.nu) + j
+
     @property
     def gains(self) -> int:
-        """Count the numbers stored when one stage's inputs are eliminated: pivots, gains, feed-forward."""
-        return sum(self.nx + self.nu - p for p in range(self.nu)) + self.nu
+        """Count the numbers stored when one stage's inputs are eliminated."""
+        return self.pivot(self.nu)
 
 
 def _over_all(steps: Mat) -> Mat:
@@ -135,11 +150,12 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
     finite.
     """
     N, nx, nu, total, weighted = s.N, s.nx, s.nu, s.total, len(s.weighted)
-    longest, size = max(s.lengths, default=0), nu + nx
+    longest, packing = max(s.lengths, default=0), s.packing
+    dynamics = packing.dynamics_size
     problem = {
         "START": (nx,),  # x_0
-        "DYNAMICS": (N, s.dynamics) if s.lengths else (s.dynamics,),  # A and B, of each block
-        "POWERS": (longest, s.dynamics),  # A^j and B_j within a block
+        "DYNAMICS": (N, dynamics) if s.lengths else (dynamics,),  # [B A] packed, of each block
+        "POWERS": (longest, dynamics),  # [B_j A^j] packed, within a block
         "CONSTANT": (len(data(s.C)),),
         "CONTROL_WEIGHT": (nu,),
         "OUTPUT": (s.steps, len(s.D)),
@@ -162,14 +178,14 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "DISTANCE T LAMBDA SIGMA NU INV_LAMBDA INV_NU DELTA E1 E2 SCRATCH"  # interior point: 2 sides a row
     )
     own = {
-        "BLOCK_HESSIAN": (N * bool(s.lengths), size * (size + 1) // 2),
-        "BLOCK_GRADIENT": (N * bool(s.lengths), size),
+        "BLOCK_HESSIAN": (N * bool(s.lengths), packing.symmetric_size()),
+        "BLOCK_GRADIENT": (N * bool(s.lengths), packing.width),
         "U": (N, nu),
         "X": (N, nx),
         "STEP_STATE": (s.steps * bool(s.lengths), nx),  # states of all steps of the plan
         "PLAN": (N, nu),  # last certified inputs
         "GAIN": (N, s.gains),
-        "COST_TO_GO": (N, nx * (nx + 1) // 2),  # P of the stage after
+        "COST_TO_GO": (N + 1, packing.symmetric_size(nu)),  # P of x_0 … x_N; the last remains zero
         "COSTATE": (nx,),
         "ACCUMULATOR": (2 * LANES,),
         "OFFERED": (1,),  # what is known about a hint: `OFFERS` of `generate`

@@ -75,7 +75,7 @@ def search_inside(W: Vec) -> int:
         if proved:
             return INFEASIBLE
         guess_from_sides(W)
-        if settle(W, attempt(W, N - 1, False), polish) and accept(W):
+        if settle(W, attempt(W, N - 1, False, True), polish) and accept(W):
             return OPTIMAL
         close *= CLOSER
     return LIMIT
@@ -89,7 +89,7 @@ def begin(W: Vec) -> int:
     if not well_posed(W):
         return INVALID
     condense_blocks(W)
-    W[NEEDED] = attempt(W, N - 1, False) if W[SETTING + EXCHANGES] > 0.0 else STUCK
+    W[NEEDED] = attempt(W, N - 1, False, True) if W[SETTING + EXCHANGES] > 0.0 else STUCK
     return ASKING if W[OFFERED] == ON_REQUEST and 0.0 < W[NEEDED] < STUCK else UNDECIDED
 
 

@@ -24,8 +24,9 @@ An arc of contact is first taken too long, because all violated rows are added. 
 back with a wrong sign, and once it is dropped, most of that multiplier passes on to its neighbour, which had
 the right sign: dropping wrong signs alone, an arc would shrink by one stage per factorisation. So the wrong
 pull is passed on at once, row by row inwards, and all rows are dropped whose own pull does not make up for
-it (`end_arcs`). A share of 0.8 was measured: of a dropped tilt-rate row the next one takes 0.7, those after
-it 0.15 together. A row that is dropped too much is violated at the next point and returns.
+it (`end_arcs`). The share of 0.8 fits what was measured: of a dropped tilt-rate row the next one takes 0.7,
+those after it 0.15 together. A row that is dropped too much is violated at the next point and returns. Only
+the first exchanges pass pulls on, so that those that follow end cycles as described above.
 """
 
 from otolith.core.arrays import Vec
@@ -77,6 +78,7 @@ FORESEEN = 100.0  # largest number of remaining steps that are taken at once
 SLOW = 0.05  # remaining steps are taken at once when a step leaves more than this part of the distances
 SHARE = 0.0 if LENGTHS else 0.8  # part of a wrong pull that the next row takes; blocks have unequal rows
 RESTING = 1e12  # pull of rows that are not dropped, whatever their neighbours pass on
+EARLY = 3  # exchanges after the first that pass wrong pulls on; later ones could only prolong a cycle
 STUCK = 1e9  # number of changes that is reported for a set that does not converge
 
 
@@ -182,7 +184,7 @@ def find_pulls(W: Vec) -> None:
 
 
 @jit_fused
-def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
+def exchange_rows(W: Vec, adding: float, dropping: float, passing: float) -> float:
     """Add the marked rows, drop those with wrong signs and those at their ends of arcs (PULL); MARK then
     marks the changes, the result counts them.
     """
@@ -193,7 +195,7 @@ def exchange_rows(W: Vec, adding: float, dropping: float) -> float:
             sigma, r, y, low, high = W[SET + i], W[VALUE + i], W[MULTIPLIER + i], W[LO + i], W[HI + i]
             added = adding * W[MARK + i] * (1.0 if r > high else -1.0)
             turned = -sigma if low == high else (1.0 - dropping) * sigma  # an equality changes sides
-            stays = sigma * y >= -DUAL and dropping * W[PULL + i] >= -DUAL
+            stays = sigma * y >= -DUAL and passing * W[PULL + i] >= -DUAL
             active = sigma if stays else turned
             active = 2.0 * sigma if sigma * y > W[SOFT + i] else active
             b = high if sigma > 0.0 else low
@@ -217,20 +219,23 @@ def last_changed_stage(W: Vec) -> int:
 
 
 @jit_inlined
-def review(W: Vec, stalled: bool) -> float:
+def review(W: Vec, stalled: bool, passing: bool) -> float:
     """Exchange rows at the current point, as the module's docstring describes; return the number of
     changes.
     """
     violated, wrong = find_violations(W), wrong_signs(W)
     if stalled:
         keep_peaks(W)
-    turns = violated == 1.0 and wrong == 1.0
-    adding = 1.0 if wrong == 0.0 or turns or not stalled else 0.0
-    dropping = 0.0 if wrong == 0.0 or (turns and stalled) else 1.0
-    if dropping > 0.0:
+    adding = dropping = 1.0
+    if wrong == 0.0 or (stalled and violated == 1.0 and wrong == 1.0):
+        dropping = 0.0
+    elif stalled:
+        adding = 0.0
+    if passing and dropping > 0.0:
         find_pulls(W)
         end_arcs(W)
-    return exchange_rows(W, adding, dropping)
+        return exchange_rows(W, adding, dropping, 1.0)
+    return exchange_rows(W, adding, dropping, 0.0)
 
 
 @jit_inlined
@@ -243,7 +248,7 @@ def refine(W: Vec) -> float:
 
 
 @jit_inlined
-def attempt(W: Vec, last: int, stalled: bool) -> float:
+def attempt(W: Vec, last: int, stalled: bool, passing: bool) -> float:
     """Solve for the current set, reusing the factors of the stages after `last`, and exchange its rows.
 
     Returns the number of changes: zero when the set has settled, STUCK when its multipliers do not converge.
@@ -253,13 +258,13 @@ def attempt(W: Vec, last: int, stalled: bool) -> float:
     forward(W)
     W[INFO + FACTORISATIONS] += 1.0
     off, before, steps = step_multipliers(W), INFINITY, 0
-    changes = review(W, stalled)
+    changes = review(W, stalled, passing)
     while changes == 0.0 and not off < PRIMAL and steps < STEPS:
         left, before = off / before, off
         if SLOW < left < 1.0:
             foresee(W, smallest(left / (1.0 - left), FORESEEN))
             before = INFINITY
-        off, changes, steps = refine(W), review(W, stalled), steps + 1
+        off, changes, steps = refine(W), review(W, stalled, passing), steps + 1
     return changes if changes > 0.0 or off < PRIMAL or met(W) else STUCK
 
 
@@ -298,7 +303,7 @@ def consider_hint(W: Vec, changes: float) -> float:
     needs.
     """
     try_hint(W)
-    of_hint = attempt(W, N - 1, False)
+    of_hint = attempt(W, N - 1, False, True)
     if of_hint < changes:
         W[INFO + HINTED] = 1.0
         return of_hint
@@ -312,10 +317,10 @@ def settle(W: Vec, changes: float, limit: int) -> bool:
 
     The first set counts towards the limit. A settled point is stationary and feasible.
     """
-    fewest, stalled = changes, False
+    fewest, stalled, early = changes, False, EARLY
     while 0.0 < changes < STUCK and limit > 1:
         W[INFO + CHANGES] += changes
-        changes, limit = attempt(W, last_changed_stage(W), stalled), limit - 1
+        changes = attempt(W, last_changed_stage(W), stalled, early > 0)
         stalled = stalled or changes >= fewest
-        fewest = changes
+        fewest, limit, early = changes, limit - 1, early - 1
     return changes == 0.0
