@@ -13,7 +13,9 @@ from otolith.commander.security import TOKEN, Guard, Refused
 from otolith.commander.session import Session
 from otolith.commander.stream import Stream
 from otolith.core.errors import InputError, OtolithError
+from otolith.report.page import asset
 
+DRAWING: Final = "drawing.js"
 _WEB: Final = files("otolith.commander") / "web"
 # Told explicitly: where a system calls a module of JavaScript mere text, browsers refuse it.
 _KINDS: Final = {
@@ -42,19 +44,21 @@ def create_app(session: Session) -> FastAPI:
             moved = RedirectResponse("/", 303)
             moved.set_cookie(TOKEN, session.secrets.token, httponly=True, samesite="strict")
             return moved
-        return _file("index.html")
+        return page_file("index.html")
 
     @app.get("/web/{name}")
     def file(name: str) -> Response:
-        return _file(name)
+        return page_file(name)
 
     _say_errors(app)
     app.add_middleware(Guard, hosts=session.hosts, secrets=session.secrets)
     return app
 
 
-def _file(name: str) -> Response:
+def page_file(name: str) -> Response:
     """Return a file of the page; only those that were shipped have a name here."""
+    if name == DRAWING:  # reports hold the same text in themselves, where nothing is exported
+        return Response(asset(DRAWING) + "export { Drawing };\n", media_type=_KINDS[".js"])
     shipped = {entry.name: entry for entry in _WEB.iterdir() if entry.is_file()} if _WEB.is_dir() else {}
     kind = _KINDS.get(f".{name.rpartition('.')[2]}")
     if name not in shipped or kind is None:

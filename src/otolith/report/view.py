@@ -39,12 +39,13 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
         "captions": list(captions),
     }
     text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    script = asset("drawing.js") + asset("platform.js")
     return (
         '<figure class="platform-view"><canvas width="960" height="560" role="img" '
         'aria-label="The platform in motion"></canvas>'
         '<p><button type="button">Play</button> <input type="range" min="0" value="0" aria-label="time"> '
         "<output></output></p>"
-        f'<script type="application/json">{text}</script><script>{asset("platform.js")}</script></figure>'
+        f'<script type="application/json">{text}</script><script>(() => {{{script}}})();</script></figure>'
     )
 
 

@@ -15,10 +15,10 @@ from typing import Any, Final
 import numpy as np
 import uvicorn
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
-from fastapi.responses import FileResponse, JSONResponse
-from fastapi.staticfiles import StaticFiles
+from fastapi.responses import JSONResponse
 
 import otolith
+from otolith.commander.app import page_file
 from otolith.commander.columns import described
 from otolith.commander.frames import ENVELOPE, PROTOCOL, Frame
 from otolith.commander.schema import Form, schema
@@ -113,7 +113,6 @@ class Fake:
 
 fake = Fake()
 app = FastAPI()
-app.mount("/web", StaticFiles(directory=WEB))
 
 
 @app.middleware("http")
@@ -133,7 +132,12 @@ async def headers(request: Request, call_next: Any) -> Response:
 
 @app.get("/")
 async def index() -> Response:
-    return FileResponse(WEB / "index.html")
+    return page_file("index.html")
+
+
+@app.get("/web/{name}")
+async def file(name: str) -> Response:
+    return page_file(name)
 
 
 @app.get("/health")

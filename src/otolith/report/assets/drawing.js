@@ -1,0 +1,58 @@
+// A platform on legs on a 2D canvas: reports hold this text, and the Commander's page loads it as a module.
+class Drawing {
+  /** `base` and `points` [m] are all that must fit; `ink` returns the value of a CSS variable; `zoom` fills the canvas. */
+  constructor(canvas, base, points, ink, zoom) {
+    Object.assign(this, { canvas, pen: canvas.getContext("2d"), base, ink, zoom, turn: -0.9, tilt: 0.3 });
+    const heights = [...base, ...points].map((point) => point[2]), mean = (k) => base.reduce((sum, p) => sum + p[k], 0) / base.length;
+    this.middle = [mean(0), mean(1), (Math.min(...heights) + Math.max(...heights)) / 2];
+    this.size = Math.max(...base.map((p) => Math.hypot(p[0] - this.middle[0], p[1] - this.middle[1])));
+  }
+
+  /** Turn the view by angles [rad]. */
+  look(turn, tilt) {
+    this.turn += turn;
+    this.tilt = Math.min(1.5, Math.max(-0.2, this.tilt + tilt));
+  }
+
+  /** World to canvas: x right, y down on the picture, depth away from the eye. */
+  seen(point) {
+    const [x, y, z] = point.map((value, k) => value - this.middle[k]);
+    const c = Math.cos(this.turn), s = Math.sin(this.turn);
+    const right = -s * x + c * y, near = c * x + s * y;
+    const up = Math.cos(this.tilt) * z - Math.sin(this.tilt) * near;
+    const depth = 6.5 * this.size - Math.cos(this.tilt) * near - Math.sin(this.tilt) * z;
+    const zoom = this.zoom * this.canvas.height / depth;
+    return [this.canvas.width / 2 + zoom * right, this.canvas.height / 2 - zoom * up, depth];
+  }
+
+  line(points, colour, width, fill) {
+    const pen = this.pen;
+    pen.beginPath();
+    points.map((point) => this.seen(point)).forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+    if (fill) { pen.closePath(); pen.fillStyle = fill; pen.fill(); }
+    pen.strokeStyle = colour; pen.lineWidth = width; pen.lineCap = "round"; pen.stroke();
+  }
+
+  /** Begin a picture: the floor. */
+  begin() {
+    this.pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    const floor = Math.min(...this.base.map((point) => point[2]));
+    for (let g = -2; g <= 2; g += 1) {
+      const at = (a, b) => [this.middle[0] + a * this.size, this.middle[1] + b * this.size, floor];
+      this.line([at(g, -2), at(g, 2)], this.ink("--line"), 1);
+      this.line([at(-2, g), at(2, g)], this.ink("--line"), 1);
+    }
+  }
+
+  /** Draw base and legs to joints [m] in world, the farthest first; `colour` is a function of a leg's length [m]. */
+  legs(joints, colour) {
+    this.line([...this.base, this.base[0]], this.ink("--soft"), 3, "rgba(128,128,128,0.18)");
+    const legs = this.base.map((foot, k) => [foot, joints[k]]);
+    legs.sort((one, two) => this.seen(two[0])[2] - this.seen(one[0])[2]);
+    for (const [foot, joint] of legs) {
+      const half = foot.map((value, k) => value + 0.5 * (joint[k] - value));
+      this.line([foot, half], this.ink("--soft"), 9);
+      this.line([half, joint], colour(Math.hypot(...foot.map((value, k) => joint[k] - value))), 5);
+    }
+  }
+}
