@@ -48,3 +48,10 @@ def test_the_objective_is_that_of_its_definition(tuned: tuple[Tuned, list[float]
 def test_what_cannot_be_tuned_is_refused(states: tuple[str, ...], evaluations: int, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         tune(load("thesis"), states, SHORT, evaluations=evaluations)
+
+
+def test_processes_that_share_the_scenarios_find_the_same() -> None:
+    scenarios = [*SHORT, scenario("sine:amplitude=0.5,frequency=0.5,duration=2"), scenario("step-1")]
+    found = [tune(load("thesis"), ["position"], scenarios, evaluations=3, jobs=jobs) for jobs in (1, 2)]
+    assert found[0] == found[1]
+    assert list(found[1].by_scenario) == [one.name for one in scenarios]

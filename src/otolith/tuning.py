@@ -21,9 +21,11 @@ import scipy  # scipy imports its modules on first use, so unused ones cost no t
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH
+from otolith.core.jobs import Workers
 from otolith.cueing.design import Design, implicit
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.interfaces import Cueing
 from otolith.loop import simulate
 from otolith.metrics import tracking_rmse, travel_rms
 from otolith.plant import Ideal
@@ -66,6 +68,7 @@ def tune(
     *,
     evaluations: int = 40,
     price: float = TRAVEL_PRICE,
+    jobs: int = 1,
     progress: Callable[[int, float], None] = lambda _, __: None,
 ) -> Tuned:
     """Tune constant weights on `states` of the surge-pitch pair.
@@ -73,6 +76,7 @@ def tune(
     Parameters
     ----------
     price : μ.
+    jobs : number of processes that share the scenarios; the result is the same.
     progress : is called with the number and J of each evaluation.
 
     Raises
@@ -85,17 +89,46 @@ def tune(
     if evaluations < len(states) + 1:
         raise InputError("evaluations", evaluations, f"at least {len(states) + 1}, a simplex")
     constant(dict.fromkeys(states, 0.0))  # refuses unknown states
-    search = _Search(platform, tuple(states), tuple(scenarios), price, progress)
     corner = np.full(len(states), math.log10(START))
     simplex = np.vstack([corner, corner + FIRST_STEP * np.eye(len(states))])
-    scipy.optimize.minimize(
-        search.objective,
-        corner,
-        method="Nelder-Mead",
-        bounds=[tuple(np.log10(BOUNDS))] * len(states),
-        options={"initial_simplex": simplex, "maxfev": evaluations, "xatol": CLOSE, "fatol": CLOSE},
-    )
+    if jobs > 1:
+        _cueing(platform, dict.fromkeys(states, START))  # compiles what is missing, once for all processes
+    with Workers(jobs, (platform, tuple(scenarios))) as workers:
+        search = _Search(workers, platform, tuple(states), tuple(scenarios), price, progress)
+        scipy.optimize.minimize(
+            search.objective,
+            corner,
+            method="Nelder-Mead",
+            bounds=[tuple(np.log10(BOUNDS))] * len(states),
+            options={"initial_simplex": simplex, "maxfev": evaluations, "xatol": CLOSE, "fatol": CLOSE},
+        )
     return search.best
+
+
+def _cueing(platform: Platform, weights: Mapping[str, float]) -> Cueing:
+    settings = MpcSettings(washout=constant(weights))
+    return implicit(Design(platform=platform, dofs=(SURGE_PITCH,), mpc=settings))
+
+
+def _cued(
+    of: tuple[Platform, tuple[Scenario, ...]], item: tuple[Mapping[str, float], Sequence[int]]
+) -> list[tuple[float, float]]:
+    """Return error and travel of some scenarios, by number, cued with these weights."""
+    (platform, scenarios), (weights, numbers) = of, item
+    cueing, axis, found = _cueing(platform, weights), SURGE_PITCH.translation, []
+    for number in numbers:
+        scenario = scenarios[number]
+        run = simulate(cueing, Ideal(), scenario, platform=platform, dofs=(SURGE_PITCH.name,))
+        found.append((float(tracking_rmse(run)[axis]), float(travel_rms(run)[axis])))
+    return found
+
+
+def _shares(scenarios: Sequence[Scenario], jobs: int) -> list[list[int]]:
+    """Return the numbers of the scenarios in shares that take about as long, the longest first."""
+    shares: list[list[int]] = [[] for _ in range(min(jobs, len(scenarios)))]
+    for k in sorted(range(len(scenarios)), key=lambda k: -scenarios[k].duration):
+        min(shares, key=lambda share: sum(scenarios[i].duration for i in share)).append(k)
+    return shares
 
 
 class _Search:
@@ -103,6 +136,7 @@ class _Search:
 
     def __init__(
         self,
+        workers: Workers[tuple[Platform, tuple[Scenario, ...]]],
         platform: Platform,
         states: tuple[str, ...],
         scenarios: tuple[Scenario, ...],
@@ -110,6 +144,7 @@ class _Search:
         progress: Callable[[int, float], None],
     ) -> None:
         self._platform, self._states, self._scenarios = platform, states, scenarios
+        self._workers, self._shares = workers, _shares(scenarios, workers.jobs)
         self._price, self._progress, self._count = price, progress, 0
         self.best = Tuned(weights={}, objective=math.inf, evaluations=0, by_scenario={})
 
@@ -130,14 +165,14 @@ class _Search:
         return J
 
     def _cued(self, weights: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-        settings = MpcSettings(washout=constant(weights))
-        cueing = implicit(Design(platform=self._platform, dofs=(SURGE_PITCH,), mpc=settings))
-        found = {}
-        for scenario in self._scenarios:
-            run = simulate(cueing, Ideal(), scenario, platform=self._platform, dofs=(SURGE_PITCH.name,))
-            axis = SURGE_PITCH.translation
-            found[scenario.name] = (float(tracking_rmse(run)[axis]), float(travel_rms(run)[axis]))
-        return found
+        """Return error and travel of every scenario by name."""
+        results = self._workers.each(_cued, [(weights, share) for share in self._shares])
+        found = {
+            k: one
+            for share, of_share in zip(self._shares, results, strict=True)
+            for k, one in zip(share, of_share, strict=True)
+        }
+        return {scenario.name: found[k] for k, scenario in enumerate(self._scenarios)}
 
 
 def _size(scenario: Scenario) -> float:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from otolith import files
+from otolith.experiment import differences
 from tests.cli.test_cli import done, refused
 
 SCENARIOS = ["sine:amplitude=0.5,frequency=0.2,duration=3", "step:amplitude=4,end=3,duration=3"]
@@ -128,3 +129,28 @@ def test_a_drive_brings_its_own_heave_and_yaw(tmp_path: Path, capsys: pytest.Cap
     assert abs(run.twist[:, 5]).max() > 0.01
     assert not run.pose[:, [0, 1, 3, 4]].any()
     capsys.readouterr()
+
+
+def test_two_processes_make_what_one_makes_and_refuse_alike(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = []
+    for jobs in ("1", "2"):
+        out = tmp_path / jobs
+        done(["compare", *SCENARIOS, *WASHOUTS, "--no-optimum", "--jobs", jobs, "--out", str(out), "--json"])
+        text = capsys.readouterr().out
+        made.append(json.loads(text)["scenarios"])
+        assert list(made[-1]) == SCENARIOS
+        for of_one in made[-1].values():
+            assert list(of_one) == ["classical", "adaptive"]
+            for summary in of_one.values():
+                del summary["step_time_us"]
+    assert made[0] == made[1]
+    names = sorted(path.name for path in (tmp_path / "1").glob("*.h5"))
+    assert len(names) == 4
+    for name in names:
+        with files.open_run(tmp_path / "1" / name) as one, files.open_run(tmp_path / "2" / name) as two:
+            assert differences(one, two) == []
+    assert "--jobs is 0, must be at least 1" in refused(
+        ["compare", *SCENARIOS, "--jobs", "0", "--out", str(tmp_path / "o")], capsys
+    )

@@ -18,7 +18,7 @@ def test_published_numbers_stand_beside_ours_on_page_and_in_json(
 ) -> None:
     names = ["table-c.2", "table-5.8", "figure-4.2", "figure-c.1", "study-arithmetic"]
     with pytest.raises(SystemExit) as ended:
-        main(["reproduce", *names, "--out", str(tmp_path), "--processes", "1", "--json"])
+        main(["reproduce", *names, "--out", str(tmp_path), "--jobs", "1", "--json"])
     assert ended.value.code == 0
     printed = json.loads(capsys.readouterr().out)
     assert json.loads((tmp_path / "reproduced.json").read_text()) == printed
@@ -41,7 +41,7 @@ def test_without_json_a_table_says_how_many_agree(tmp_path: Path, capsys: pytest
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
-    [(["table-9"], "'table-9'"), (["table-5.8", "--processes", "0"], "--processes")],
+    [(["table-9"], "'table-9'"), (["table-5.8", "--jobs", "0"], "--jobs")],
 )
 def test_a_wrong_word_is_one_sentence(
     arguments: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

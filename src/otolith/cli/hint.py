@@ -21,8 +21,9 @@ from otolith.cli.options import (
     pairs_named,
     washout_weights,
 )
-from otolith.cli.output import Force, group, print_json, screen, warn, working
+from otolith.cli.output import Force, Jobs, group, print_json, screen, warn, working
 from otolith.core.frames import Dof
+from otolith.core.jobs import number_of_jobs
 from otolith.cueing.hints.stored import Kind, StoredHint, digest
 from otolith.cueing.hints.training.build import build
 from otolith.cueing.hints.training.compare import COLD, OnProgress, Tally, account, compare
@@ -58,10 +59,11 @@ def build_(
     weight: Weights = None,
     braking: Braking = "stopping",
     quick: Annotated[bool, typer.Option("--quick", help="Little training: to try things out.")] = False,
+    jobs: Jobs = None,
     json: Json = False,
 ) -> None:
     """Simulate training manoeuvres on this platform with these settings, and learn from them."""
-    console = screen()
+    console, processes = screen(), number_of_jobs(jobs, most=1 if quick else None)
     described, pairs = files.read_platform(platform), pairs_named(dofs)
     settings = _settings(horizon, blocks, washout_weights(washout, weight or []), braking)
     files.check_file(out, ".h5")
@@ -74,6 +76,7 @@ def build_(
             settings,
             manoeuvres=training()[::24] if quick else None,
             effort=QUICK if quick else None,
+            jobs=processes,
             progress=progress,
         )
     files.write_hint(hint, out)

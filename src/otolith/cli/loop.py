@@ -1,16 +1,18 @@
 """The part that `run` and `compare` share: check all options, then close the loop."""
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Final
 
 from rich.console import Console
 
 from otolith import files, registry
 from otolith.cli.options import RunOptions
-from otolith.cli.output import progress_bar, progress_line, warn, working
+from otolith.cli.output import described_bar, progress_bar, progress_line, warn, working
 from otolith.core.errors import InputError
+from otolith.core.jobs import Workers
 from otolith.cueing.design import Design
 from otolith.cueing.hints.stored import Refused
 from otolith.experiment import Experiment
@@ -75,27 +77,75 @@ def _check_literal(each: Sequence[RunOptions]) -> None:
         raise InputError("--literal", f"given, but {' and '.join(names)} would ignore it", bound)
 
 
-def simulate_all(prepared: Prepared, console: Console, keep: Callable[[int, str], Keeper]) -> list[list[Run]]:
-    """Return one run per scenario and algorithm, grouped by scenario.
+def simulate_one(prepared: Prepared, console: Console, name: str, keep: Keeper) -> Run:
+    """Return the run of one algorithm on the first scenario, as it was kept."""
+    made = Algorithms(prepared, console)
+    with progress_bar(console, f"{name} on {prepared.scenarios[0].name}") as progress:
+        run = closed_loop(made.prepared, 0, name, made[name], keep=keep).complete(progress)
+    report_interventions(run.interventions, console)
+    return run
 
-    Parameters
-    ----------
-    keep : returns what keeps a run, given the number of its scenario and the name of its algorithm.
+
+class Algorithms:
+    """The algorithms of one or several runs, each made once in every process that needs it.
+
+    In this process they are made at once, which compiles what is missing and finds the laws that they share.
     """
-    runs: list[list[Run]] = [[] for _ in prepared.scenarios]
-    design = replace(
-        prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
-    )  # all algorithms share one design, and with it the laws that are enumerated on first use
-    for name in prepared.plants:
-        text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
-        with working(console, text) as report:
-            cueing = cueing_of(prepared, name, design)
-        for k, scenario in enumerate(prepared.scenarios):
-            with progress_bar(console, f"{name} on {scenario.name}") as progress:
-                run = closed_loop(prepared, k, name, cueing, keep=keep(k, name)).complete(progress)
-            _report_interventions(run.interventions, console)
-            runs[k].append(run)
-    return runs
+
+    def __init__(self, prepared: Prepared, console: Console) -> None:
+        self._made: dict[str, Cueing] = {}
+        design = replace(
+            prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
+        )  # all algorithms share one design, and with it the laws that are enumerated on first use
+        for name in prepared.plants:
+            text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"
+            with working(console, text) as report:
+                self._made[name] = cueing_of(prepared, name, design)
+        laws = design.laws if "laws" in vars(design) else prepared.design.stored_laws
+        self.prepared = replace(prepared, design=replace(prepared.design, stored_laws=laws))
+
+    def __getitem__(self, name: str) -> Cueing:
+        if name not in self._made:
+            self._made[name] = cueing_of(self.prepared, name, self.prepared.design)
+        return self._made[name]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what another process makes for itself."""
+        return {"prepared": self.prepared, "_made": {}}
+
+
+@dataclass(frozen=True)
+class Cued:
+    """One run to make: an algorithm on scenario k, kept in a file."""
+
+    k: int
+    name: str
+    path: Path
+
+
+def simulate_all(
+    prepared: Prepared, console: Console, runs: Sequence[Cued], *, jobs: int
+) -> list[dict[str, Any]]:
+    """Make runs in files, in several processes if asked; return the key figures of each, in their order."""
+    made, done = Algorithms(prepared, console), 0.0
+    total = sum(prepared.scenarios[run.k].duration for run in runs)
+
+    def note(run: Cued) -> None:
+        nonlocal done
+        done += prepared.scenarios[run.k].duration
+        progress(f"cued by {run.name}: {prepared.scenarios[run.k].name}", done / total)
+
+    with described_bar(console, "cueing") as progress, Workers(jobs, made) as workers:
+        return workers.each(_summary, runs, note)
+
+
+def _summary(made: Algorithms, run: Cued) -> dict[str, Any]:
+    """Make a run, and return its key figures."""
+    from otolith import metrics
+
+    with files.run_file(run.path) as keep:
+        loop = closed_loop(made.prepared, run.k, run.name, made[run.name], keep=keep)
+        return metrics.summarise(loop.complete())
 
 
 def cueing_of(prepared: Prepared, name: str, design: Design) -> Cueing:
@@ -122,7 +172,7 @@ def closed_loop(
     )
 
 
-def _report_interventions(found: Sequence[Intervention], console: Console) -> None:
+def report_interventions(found: Sequence[Intervention], console: Console) -> None:
     """Report the longest interventions in order of time, and the number of the others."""
     longest = sorted(found, key=lambda one: one.start - one.end)[:_REPORTED]
     for intervention in sorted(longest, key=lambda one: one.start):

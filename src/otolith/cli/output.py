@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 _REPLACE: Final = "Replace an existing folder with all that it holds, also what this command did not write."
 Force = Annotated[bool, typer.Option("--force", "--replace", help=_REPLACE)]
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", help="Processes that work at once; 1: this one (default: as many as help)."),
+]
 Replace = Annotated[bool, typer.Option("--replace", help=_REPLACE)]  # for a command whose --force is a force
 EVERY: Final = 10.0  # [s] between progress lines if there is no terminal
 

@@ -10,10 +10,10 @@ import typer
 from rich.console import Console
 
 from otolith import files, registry
-from otolith.cli.loop import prepare, simulate_all
+from otolith.cli.loop import Cued, Prepared, prepare, report_interventions, simulate_all, simulate_one
 from otolith.cli.optimum import LONGEST, Yardstick
 from otolith.cli.options import CUEING_HELP, RunOptions, with_run_options
-from otolith.cli.output import Force, file_name, print_json, screen, sentence
+from otolith.cli.output import Force, Jobs, file_name, print_json, screen, sentence
 from otolith.cli.results import (
     Figures,
     Json,
@@ -26,6 +26,7 @@ from otolith.cli.results import (
 )
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
+from otolith.core.jobs import number_of_jobs
 from otolith.loop import Run
 from otolith.report.ranking import criteria, criterion_named, standings
 
@@ -40,6 +41,7 @@ if (
 
 _COMPARED: Final = ", ".join(registry.COMPARED)
 BEYOND: Final = 3  # exit code of --strict
+WORTH: Final = 300.0  # [s] of drives, cued by one algorithm, that are worth the start of a process
 
 Tuning = Annotated[
     str | None,
@@ -83,7 +85,7 @@ def run(
         files.whole_folder(folder, command="run", force=force) as made,
         files.run_file(made / "run.h5") as keep,
     ):
-        ((result,),) = simulate_all(prepared, console, keep=lambda *_: keep)
+        result = simulate_one(prepared, console, cueing, keep)
         summary = write_account(result, made, best=yardstick.best(0, cueing), figures=figures)
     _print_results(summary if json else None, [summary], folder, console)
     _judge([summary], strict)
@@ -107,6 +109,7 @@ def compare(
     optimum: Best = None,
     out: Out = None,
     figures: Figures = False,
+    jobs: Jobs = None,
     force: Force = False,
     strict: Strict = False,
     json: Json = False,
@@ -125,16 +128,23 @@ def compare(
     compared = "-".join(file_name(scenario.name) for scenario in prepared.scenarios)
     folder = out or Path("out") / f"{compared}-compared"
     files.check_folder(folder, command="compare", force=force)
+    processes = _worth(jobs, prepared)
     yardstick = Yardstick(prepared, optimum, console)
     with files.whole_folder(folder, command="compare", force=force) as made, ExitStack() as stack:
-
-        def keep(k: int, name: str) -> files.RunFile:
-            own = file_name(name)
-            whose = f"{file_name(prepared.scenarios[k].name)}-{own}" if len(scenarios) > 1 else own
-            return stack.enter_context(files.run_file(made / f"{whose}.h5"))
-
-        runs = simulate_all(prepared, console, keep=keep)
-        account, summaries, ranked = write_contest(made, runs, yardstick, (by, criterion), figures=figures)
+        cued = _cued(prepared, made)
+        summaries_of = simulate_all(prepared, console, cued, jobs=processes)
+        runs = [stack.enter_context(files.open_run(one.path)) for one in cued]
+        for result in runs:
+            report_interventions(result.interventions, console)
+        of_each = range(0, len(cued), len(names))  # the runs of a scenario follow each other
+        account, summaries, ranked = write_contest(
+            made,
+            [runs[i : i + len(names)] for i in of_each],
+            yardstick,
+            (by, criterion),
+            figures=figures,
+            known=[summaries_of[i : i + len(names)] for i in of_each],
+        )
     every = [summary for of_one in summaries.values() for summary in of_one.values()]
     _print_results(account if json else None, every, folder, console)
     for one in ranked:
@@ -149,8 +159,13 @@ def write_contest(
     by: tuple[str, "Criterion"],
     *,
     figures: bool = False,
+    known: Sequence[Sequence[dict[str, Any]]] | None = None,
 ) -> tuple[dict[str, Any], Mapping[str, Mapping[str, Any]], Sequence["Standing"]]:
     """Write the account of runs of several algorithms, grouped by scenario.
+
+    Parameters
+    ----------
+    known : the key figures of the runs, grouped alike, without the optimum; None if they are to be computed.
 
     Returns
     -------
@@ -158,13 +173,14 @@ def write_contest(
     """
     from otolith import metrics
 
-    contest = {
-        of_one[0].scenario: (
-            of_one,
-            metrics.compare(of_one, [yardstick.best(k, run.cueing) for run in of_one]),
-        )
-        for k, of_one in enumerate(runs)
-    }
+    known = known or [[metrics.summarise(run) for run in of_one] for of_one in runs]
+    contest = {}
+    for k, (of_one, figures_of_one) in enumerate(zip(runs, known, strict=True)):
+        accounts = {
+            run.cueing: metrics.with_best(summary, run, yardstick.best(k, run.cueing))
+            for run, summary in zip(of_one, figures_of_one, strict=True)
+        }
+        contest[of_one[0].scenario] = of_one, metrics.against_baseline(accounts)
     best = {of_one[0].scenario: yardstick.drawn(k) for k, of_one in enumerate(runs)}
     summaries = {scenario: of_one for scenario, (_, of_one) in contest.items()}
     ranked = standings(summaries, by[1])
@@ -172,6 +188,23 @@ def write_contest(
     if figures:
         write_figures(folder, _contest_figures(contest, best))
     return account, summaries, ranked
+
+
+def _cued(prepared: Prepared, folder: Path) -> list[Cued]:
+    """Return the runs of a comparison and their files, by scenario."""
+    several = len(prepared.scenarios) > 1
+    runs = []
+    for k, scenario in enumerate(prepared.scenarios):
+        for own in prepared.plants:
+            name = f"{file_name(scenario.name)}-{file_name(own)}" if several else file_name(own)
+            runs.append(Cued(k, own, folder / f"{name}.h5"))
+    return runs
+
+
+def _worth(jobs: int | None, prepared: Prepared) -> int:
+    """Return the number of processes: unless asked, each has work for longer than it takes to start."""
+    seconds = sum(scenario.duration for scenario in prepared.scenarios) * len(prepared.plants)
+    return number_of_jobs(jobs, most=int(seconds / WORTH))
 
 
 def _refuse_twice(option: str, names: Sequence[str | None]) -> None:

@@ -6,7 +6,8 @@ import typer
 from rich.table import Table
 
 from otolith import files
-from otolith.cli.output import described_bar, print_json, screen
+from otolith.cli.output import Jobs, described_bar, print_json, screen
+from otolith.core.jobs import number_of_jobs
 from otolith.scenarios import scenario
 from otolith.tuning import TRAVEL_PRICE, Tuned, tune
 
@@ -31,10 +32,12 @@ def tune_(
     platform: Annotated[str, typer.Option(help="A shipped platform's name or a file (.toml).")] = "thesis",
     evaluations: Annotated[int, typer.Option(help="How often all scenarios are cued, at most.")] = 40,
     price: Annotated[float, typer.Option(help="Price of RMS travel in reaches.")] = TRAVEL_PRICE,
+    jobs: Jobs = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Find constant washout weights of the implicit MPC that track the scenarios with little travel."""
     console = screen()
+    processes = number_of_jobs(jobs)
     described = files.read_platform(platform)
     chosen = [scenario(name) for name in scenarios or TABLE_5_3]
     with described_bar(console, "preparing") as progress:
@@ -44,6 +47,7 @@ def tune_(
             chosen,
             evaluations=evaluations,
             price=price,
+            jobs=processes,
             progress=lambda count, J: progress(
                 f"{count} of at most {evaluations}: J = {J:.4f}", min(count / evaluations, 1.0)
             ),

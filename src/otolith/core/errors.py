@@ -5,7 +5,7 @@ import difflib
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
-from typing import Final
+from typing import Any, Final
 
 # The exceptions that parsers raise on bytes that they were not written for.
 _UNREADABLE: Final = (
@@ -28,6 +28,17 @@ _LONGEST: Final = 300  # longest value, in characters, that an error message quo
 
 class OtolithError(Exception):
     """Base class of all errors that Otolith raises on purpose; the text is one sentence for the user."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let an error travel between processes as it is, whatever its constructor takes."""
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[OtolithError], args: tuple[Any, ...], state: dict[str, Any]) -> OtolithError:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(state)
+    return error
 
 
 class InputError(OtolithError):

@@ -10,7 +10,7 @@ from otolith.metrics.perceived import perceived_error, perceived_rate_rmse, perc
 from otolith.metrics.rating import mismatch_rating
 from otolith.metrics.sickness import illness_percent, sickness_dose, sickness_weighting
 from otolith.metrics.similarity import correlation, delay, mean_absolute_difference, scale_ratio
-from otolith.metrics.summary import compare, summarise
+from otolith.metrics.summary import against_baseline, compare, summarise, with_best
 from otolith.metrics.tracking import rate_rmse, tracking_rmse, travel_rms
 from otolith.metrics.unwanted import neutral_crossings, turns_against, unwanted_cues
 from otolith.metrics.verdict import between_nodes, breaches, failures, held_back
@@ -28,6 +28,7 @@ __all__ = [
     "Scale",
     "Topic",
     "WorkspaceUse",
+    "against_baseline",
     "against_best",
     "best_in_words",
     "between_nodes",
@@ -56,5 +57,6 @@ __all__ = [
     "travel_rms",
     "turns_against",
     "unwanted_cues",
+    "with_best",
     "workspace_use",
 ]

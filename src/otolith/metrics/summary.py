@@ -39,6 +39,12 @@ def summarise(run: Run, best: Best | str | None = None) -> dict[str, Any]:
     }
 
 
+def with_best(summary: dict[str, Any], run: Run, best: Best | str) -> dict[str, Any]:
+    """Return the summary that `summarise` makes with the best, given the one that it made without."""
+    kept = {name: value for name, value in summary.items() if name != "settings"}
+    return {**kept, "optimum": _against(run, best), "settings": summary["settings"]}
+
+
 def _against(run: Run, best: Best | str) -> dict[str, Any]:
     return not_computed(best) if isinstance(best, str) else against_best(run, best)
 
@@ -54,7 +60,13 @@ def compare(runs: Sequence[Run], best: Sequence[Best | str] | None = None) -> di
     best : for each run, the argument of `summarise`.
     """
     known: Sequence[Best | str | None] = best or [None] * len(runs)
-    summaries = {run.cueing: summarise(run, of_run) for run, of_run in zip(runs, known, strict=True)}
+    return against_baseline(
+        {run.cueing: summarise(run, of_run) for run, of_run in zip(runs, known, strict=True)}
+    )
+
+
+def against_baseline(summaries: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Add to summaries by cueing what `compare` adds, in place, and return them."""
     base = summaries.get(BASELINE, {}).get("changes", {}).get("mean", 0.0)
     if base > 0.0:
         for summary in summaries.values():

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,6 +14,28 @@ MAX_SCALE: Final = 10.0
 
 def _still(t: Vec) -> Vec:
     return np.zeros((len(t), 3))
+
+
+@dataclass(frozen=True, slots=True)
+class _Sum:
+    """The sum of two signals; a value, so that a scenario can be sent to another process."""
+
+    one: Callable[..., Mat]
+    other: Callable[..., Mat]
+
+    def __call__(self, t: Vec) -> Mat:
+        return self.one(t) + self.other(t)
+
+
+@dataclass(frozen=True, slots=True)
+class _Scaled:
+    """A signal, or what is foreseen of one, times a factor."""
+
+    factor: float
+    signal: Callable[..., Mat]
+
+    def __call__(self, *arguments: Any) -> Mat:
+        return self.factor * self.signal(*arguments)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,17 +60,11 @@ class Scenario:
 
         The name stays: the purpose is one signal along several axes. Nothing is foreseen of the sum.
         """
-        force, rate, more_force, more_rate = (
-            self.specific_force,
-            self.angular_rate,
-            other.specific_force,
-            other.angular_rate,
-        )
         return replace(
             self,
             duration=max(self.duration, other.duration),
-            specific_force=lambda t: force(t) + more_force(t),
-            angular_rate=lambda t: rate(t) + more_rate(t),
+            specific_force=_Sum(self.specific_force, other.specific_force),
+            angular_rate=_Sum(self.angular_rate, other.angular_rate),
             foreseen=None,
         )
 
@@ -63,11 +79,10 @@ class Scenario:
             raise InputError("scale", factor, f"greater than 0 and at most {MAX_SCALE:g}")
         if factor == 1.0:
             return self
-        force, rate, foreseen = self.specific_force, self.angular_rate, self.foreseen
         return replace(
             self,
-            specific_force=lambda t: factor * force(t),
-            angular_rate=lambda t: factor * rate(t),
-            foreseen=foreseen and (lambda now, dt, n: factor * foreseen(now, dt, n)),
+            specific_force=_Scaled(factor, self.specific_force),
+            angular_rate=_Scaled(factor, self.angular_rate),
+            foreseen=self.foreseen and _Scaled(factor, self.foreseen),
             origin=f"{self.origin}, scaled by {factor:g}",
         )

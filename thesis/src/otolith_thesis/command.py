@@ -1,6 +1,5 @@
 """`otolith reproduce`: the thesis's tables, figures and readings next to ours."""
 
-import os
 import time
 from collections.abc import Sequence
 from datetime import datetime
@@ -12,8 +11,8 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from otolith import __version__, files
-from otolith.cli.output import Force, described_bar, print_json, screen
-from otolith.core.errors import InputError
+from otolith.cli.output import Force, Jobs, described_bar, print_json, screen
+from otolith.core.jobs import number_of_jobs
 from otolith_thesis import CHAPTERS, Outcome, chosen, reproduce
 
 
@@ -26,20 +25,17 @@ def command(
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("out/reproduced"),
-    processes: Annotated[
-        int | None, typer.Option(help="Processes that work at once (default: one per core).")
-    ] = None,
+    jobs: Jobs = None,
     force: Force = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Compute tables and figures of the thesis again, and put the published numbers next to ours."""
-    if processes is not None and processes < 1:
-        raise InputError("--processes", processes, "at least 1")
+    processes = number_of_jobs(jobs)
     items = chosen(names)
     files.check_folder(out, command="reproduce", force=force)
     console = screen()
     began = time.monotonic()
-    outcomes = _reproduced(items, processes or os.cpu_count() or 1, console)
+    outcomes = _reproduced(items, processes, console)
     seconds = time.monotonic() - began
     edition = {"version": __version__, "date": datetime.now().astimezone().date().isoformat()}
     document = {**edition, "seconds": round(seconds, 1), "items": {o.name: o.as_json() for o in outcomes}}

@@ -1,8 +1,12 @@
 """A recording's answers are the answers of its questions, by an engine that shares nothing with the first."""
 
+from dataclasses import fields
+
 import numpy as np
 
 from otolith.cueing.hints.training.compare import Problems
+from otolith.cueing.hints.training.manoeuvres import along, unseen
+from otolith.cueing.hints.training.recording import record
 from otolith.cueing.mpc.problem import Problem
 from otolith.qp.engines import CondensedEngine
 from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, unseen_recording
@@ -21,3 +25,10 @@ def test_every_recorded_question_has_its_own_answer() -> None:
         np.testing.assert_allclose(solution.U[0], recording.first[i], atol=1e-6)
         clear = np.abs(solution.y) > 1e-6
         np.testing.assert_array_equal(solution.working_set[clear], recording.sets[i][clear])
+
+
+def test_processes_that_share_the_manoeuvres_record_the_same() -> None:
+    made = [record(THESIS, PAIRS, SETTINGS, along(unseen()[:3], PAIRS), jobs=jobs) for jobs in (1, 2)]
+    for one in fields(made[0]):
+        np.testing.assert_array_equal(getattr(made[1], one.name), getattr(made[0], one.name), one.name)
+    assert made[1].begins.sum() == 3

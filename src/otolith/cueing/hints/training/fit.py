@@ -60,34 +60,29 @@ def is_symmetric(platform: Platform, pairs: Sequence[Dof]) -> bool:
     return all(low == -high for low, high in reaches)
 
 
-def fit_networks(
+def fit_network(
     platform: Platform,
     pairs: Sequence[Dof],
     settings: MpcSettings,
+    p: int,
     *,
     recording: Recording,
     effort: Effort,
     progress: OnProgress,
-) -> tuple[tuple[Network, ...], tuple[float, ...]]:
-    """Return a network per pair, and the mean loss of each [nats per decision] in its last pass.
+) -> tuple[Network, float]:
+    """Return the network of pair p, and its mean loss [nats per decision] in its last pass.
 
     Raises
     ------
     MissingExtra : scikit-learn is not installed.
     """
-    classifiers = [_classifier(effort) for _ in pairs]
+    classifier, pair = _classifier(effort), pairs[p]
     features, rows = _features(platform, pairs, recording), _rows(recording)
-    pair_of = _pair_of(Problem(platform, pairs, settings).structure, rows.shape[1])
-    networks, losses = [], []
-    for p, (pair, classifier) in enumerate(zip(pairs, classifiers, strict=True)):
-        own = pair_of == p
-        asked = recording.changed(own)[recording.solved]
-        of_pair = features[asked, FEATURES * p : FEATURES * (p + 1)]
-        symmetric = is_symmetric(platform, (pair,))
-        lesson = _Lesson(of_pair, rows[asked] * own, symmetric, effort)
-        networks.append(lesson.learn(classifier, pair.name, progress))
-        losses.append(float(classifier.loss_))
-    return tuple(networks), tuple(losses)
+    own = _pair_of(Problem(platform, pairs, settings).structure, rows.shape[1]) == p
+    asked = recording.changed(own)[recording.solved]
+    of_pair = features[asked, FEATURES * p : FEATURES * (p + 1)]
+    lesson = _Lesson(of_pair, rows[asked] * own, is_symmetric(platform, (pair,)), effort)
+    return lesson.learn(classifier, pair.name, progress), float(classifier.loss_)
 
 
 class _Lesson:

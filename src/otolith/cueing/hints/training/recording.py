@@ -1,13 +1,15 @@
 """Closed loops recorded as problems and solutions, to which hints are fitted and on which they are judged."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.frames import Dof
+from otolith.core.jobs import Workers
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.loop import simulate
@@ -18,6 +20,8 @@ from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageEngine, StructuredEngine
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.scenarios import Scenario
+
+SHARES: Final = 4  # of the work for each process: few, as each makes its controller anew
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,19 +100,70 @@ def record(
     scenarios: Sequence[Scenario],
     *,
     plans: bool = False,
+    jobs: int = 1,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Recording:
-    """Simulate the scenarios with one Gauss-Newton step per period, on the plant of the model."""
-    witness = _Witness(plans=plans)
-    watched = replace(settings, iterations=1, engine=witness)
-    cueing = Mpc(platform, pairs, watched, hint=witness)
-    witness.forget()  # discard the problem that only served to compile
-    names = tuple(pair.name for pair in pairs)
+    """Simulate the scenarios with one Gauss-Newton step per period, on the plant of the model.
+
+    Parameters
+    ----------
+    jobs : number of processes that share the scenarios; the result is the same.
+    """
+    witnessed = Witnessed(platform, tuple(pairs), settings, tuple(scenarios), plans)
+    if jobs > 1:
+        witnessed.cueing()  # compiles what is missing, once for all processes
+    lengths = [scenario.duration for scenario in scenarios]
+    edges = np.linspace(0.0, sum(lengths), len(scenarios) if jobs < 2 else SHARES * jobs)
+    share = np.searchsorted(edges, np.cumsum(lengths) - 0.5 * np.array(lengths))
+    parts = [np.flatnonzero(share == k).tolist() for k in np.unique(share)]
+    ran = 0
+
+    def done(part: list[int]) -> None:
+        nonlocal ran
+        ran += len(part)
+        progress(ran / len(scenarios))
+
+    with Workers(jobs, witnessed) as workers:
+        found = workers.each(_recorded, parts, done)
+    return Recording(
+        **{one.name: np.concatenate([getattr(part, one.name) for part in found]) for one in fields(Recording)}
+    )
+
+
+@dataclass(frozen=True)
+class Witnessed:
+    """What is recorded: scenarios, and the controller that cues them."""
+
+    platform: Platform
+    pairs: tuple[Dof, ...]
+    settings: MpcSettings
+    scenarios: tuple[Scenario, ...]
+    plans: bool
+
+    def cueing(self) -> tuple[Mpc, _Witness]:
+        """Return the controller and what records it."""
+        witness = _Witness(plans=self.plans)
+        watched = replace(self.settings, iterations=1, engine=witness)
+        cueing = Mpc(self.platform, self.pairs, watched, hint=witness)
+        witness.forget()  # discard the problem that only served to compile
+        return cueing, witness
+
+
+def _recorded(of: Witnessed, numbers: Sequence[int]) -> Recording:
+    """Record some of the scenarios, by number."""
+    cueing, witness = of.cueing()
+    names = tuple(pair.name for pair in of.pairs)
     begins = []
-    for done, scenario in enumerate(scenarios):
+    for number in numbers:
         begins.append(len(witness.questions))
-        simulate(cueing, Ideal(), scenario, platform=platform, dofs=names, plant_period=settings.period)
-        progress((done + 1) / len(scenarios))
+        simulate(
+            cueing,
+            Ideal(),
+            of.scenarios[number],
+            platform=of.platform,
+            dofs=names,
+            plant_period=of.settings.period,
+        )
     x, wanted, plan = (np.array(column) for column in zip(*witness.questions, strict=True))
     sets, first, solved = (np.array(column) for column in zip(*witness.answers, strict=True))
     starts = np.zeros(len(x), dtype=np.bool_)
