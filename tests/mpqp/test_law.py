@@ -1,13 +1,18 @@
 """Answers of a law against an independent QP, whatever the walk starts from."""
 
+import copy
+import gc
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from otolith.core.errors import CorruptFile
-from otolith.mpqp import Law, enumerate_regions
+from otolith.mpqp import InvalidProblem, Law, enumerate_regions
+from otolith.mpqp.lookup import OUTSIDE
 from otolith.mpqp.oracle import solve
+from otolith.mpqp.packed import CACHE
 from tests.mpqp.models import random_problem, surge_pitch
 
 
@@ -48,6 +53,58 @@ def test_multipliers_satisfy_the_optimality_conditions(blocked: Law, thetas: np.
         np.testing.assert_allclose(stationarity, 0.0, atol=1e-8)
         np.testing.assert_allclose((problem.G @ answer.z - b)[answer.active], 0.0, atol=1e-9)
         assert (problem.G @ answer.z <= b + 1e-9).all()
+
+
+def test_the_first_components_are_those_of_the_whole_answer(blocked: Law, thetas: np.ndarray) -> None:
+    start = -1
+    for theta in thetas[:300]:
+        whole, (z, region) = blocked.evaluate(theta, start), blocked.first(theta, 2, start)
+        np.testing.assert_array_equal(z, whole.z[:2])
+        assert region == whole.region
+        start = max(region, start)
+    z, region = blocked.first(2 * blocked.problem.upper, 2, 7)
+    assert np.isnan(z).all()
+    assert region == OUTSIDE
+
+
+def test_parameters_of_another_size_are_refused(blocked: Law) -> None:
+    """A kernel would read beyond them."""
+    for ask in (blocked.evaluate, lambda theta: blocked.first(theta, 2), blocked.evaluate_many):
+        for bad in (np.zeros(4), np.zeros((2, 6)), np.zeros(())):
+            with pytest.raises(InvalidProblem, match="shape"):
+                ask(bad)
+    for count in (0, 5):
+        with pytest.raises(InvalidProblem, match="must be 1 to 4"):
+            blocked.first(np.zeros(5), count)
+
+
+def test_copies_have_memory_of_their_own(blocked: Law, thetas: np.ndarray) -> None:
+    """Kernels know a law's arrays by their addresses, which a copy must not keep."""
+    original = Law.from_arrays(blocked.to_arrays())
+    copies = [pickle.loads(pickle.dumps(original)), copy.deepcopy(original)]
+    del original
+    gc.collect()
+    truth = blocked.evaluate_many(thetas[:500])
+    for one in copies:
+        answers = one.evaluate_many(thetas[:500])
+        np.testing.assert_array_equal(answers.region, truth.region)
+        np.testing.assert_array_equal(answers.z, truth.z)
+
+
+@pytest.mark.parametrize("cache", [1, 1 << 12, CACHE])
+def test_an_answer_does_not_depend_on_what_was_asked_before(
+    blocked: Law, thetas: np.ndarray, monkeypatch: pytest.MonkeyPatch, cache: int
+) -> None:
+    """What a law keeps about the regions that it has looked at does not change a bit."""
+    fresh = Law.from_arrays(blocked.to_arrays())
+    monkeypatch.setattr("otolith.mpqp.packed.CACHE", cache)
+    used = Law.from_arrays(blocked.to_arrays())
+    used.evaluate_many(thetas)
+    for theta, start in zip(thetas[:200], range(0, 900, 4), strict=False):
+        one, other = fresh.evaluate(theta, start), used.evaluate(theta, start)
+        np.testing.assert_array_equal(one.z, other.z)
+        np.testing.assert_array_equal(one.multipliers, other.multipliers)
+        assert one.region == other.region
 
 
 def test_gains_and_halfspaces_agree_with_the_answer(blocked: Law, thetas: np.ndarray) -> None:

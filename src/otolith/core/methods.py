@@ -83,6 +83,23 @@ def _address(_: Any, held: Any) -> Any:
     return types.int64(held), generate
 
 
+@intrinsic
+def _pointer(_typing: Any, block: Any, _index: Any) -> Any:
+    """Return the address block[index] as a pointer: LLVM trusts no loop over a number that became one."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, arguments[0])
+        address = context.get_value_type(types.voidptr)
+        return builder.load(builder.gep(builder.bitcast(array.data, address.as_pointer()), [arguments[1]]))
+
+    return types.voidptr(block, types.intp), generate
+
+
+array_at: Final[Any] = numba.carray  # type: ignore[attr-defined]
+"""In kernels, `array_at(pointer(block, index), shape, dtype)` is the array at the address block[index]."""
+pointer: Final[Any] = _pointer
+
+
 @kernel
 def hold(values: Any) -> Any:
     """Put a named tuple into memory of its own; return its handle, and the address of its data."""

@@ -111,15 +111,12 @@ def least(x: Vec) -> float:
 
 
 @jit_inner
-def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -> float:
-    """Solve for λ with the rows A active; return the largest violation of λ ≥ 0 and slack ≥ 0.
+def violated(Q: Mat, dv: Vec, A: Ints, k: int, lam: Vec, slack: Vec) -> float:
+    """Return the largest violation of λ ≥ 0 and slack ≥ 0 with the rows A[:k] active and multipliers λ.
 
-    The violation is relative to max(1, λ), with which rounding grows. L must contain the factor of Q_AA. A
-    result of zero or less means that this set is optimal at this point.
+    The violation is relative to max(1, λ), with which rounding grows. A result of zero or less means that
+    this set is optimal at this point.
     """
-    for a in range(k):
-        lam[a] = -dv[A[a]]
-    substitute(L, k, lam)
     slack_of(Q, dv, A, k, lam, slack)
     worst, size = -1e300, 1.0
     for a in range(k):
@@ -127,6 +124,15 @@ def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -
         size = max(size, lam[a])
         slack[A[a]] = 0.0
     return max(worst, -SLACK_WEIGHT * least(slack)) / size
+
+
+@jit_inner
+def optimality(Q: Mat, dv: Vec, A: Ints, k: int, L: Mat, lam: Vec, slack: Vec) -> float:
+    """Solve for λ with the rows A active; return their violation. L must contain the factor of Q_AA."""
+    for a in range(k):
+        lam[a] = -dv[A[a]]
+    substitute(L, k, lam)
+    return violated(Q, dv, A, k, lam, slack)
 
 
 @jit_inner

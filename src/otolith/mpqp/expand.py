@@ -145,7 +145,7 @@ def solved(form: Form, work: Work, table: SetTable) -> int:
     """Solve the QP at work.tau; enter its active set and return the code, or NOWHERE, or UNKNOWN."""
     for c in range(work.tau.shape[0]):
         work.tau[c] = min(max(work.tau[c], -1.0), 1.0)
-    if not inside_domain(form, work.tau):
+    if not inside_domain(form.fixed, work.tau):
         return NOWHERE
     right_hand_side(form.d, work.tau, work.dv)
     Q, A, L = form.Q, work.near, work.L

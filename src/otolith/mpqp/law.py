@@ -17,8 +17,10 @@ from otolith.mpqp.geometry import exact_rows
 from otolith.mpqp.leastdistance import LeastDistance
 from otolith.mpqp.lookup import answers, census, evaluate, members
 from otolith.mpqp.packed import Numbering, Packed, pack
-from otolith.mpqp.problem import ParametricQp
+from otolith.mpqp.problem import InvalidProblem, ParametricQp
 from otolith.mpqp.sets import Words, adopted, unpack
+
+_NOTHING = np.empty(0, dtype=np.int64)
 
 
 class Evaluation(NamedTuple):
@@ -76,10 +78,7 @@ class Law:
         table = adopted(self.keys, len(f.rows), f.mirror)
         by = Numbering(f.centre, f.half, f.rows, f.weights)
         packed = pack(f, table, self.start, self.rows, self.beyond, self.alone, by)
-        h, facets = len(self.radius), len(self.beyond)
         object.__setattr__(self, "_packed", packed)
-        object.__setattr__(self, "start", packed.ints[: h + 1])
-        object.__setattr__(self, "beyond", packed.ints[h + 1 : h + 1 + facets])
         for name in archive.STORED:
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
@@ -90,8 +89,8 @@ class Law:
     @property
     def nbytes(self) -> int:
         """Memory of the stored regions with their index of active sets [bytes]."""
-        stored = sum(getattr(self, name).nbytes for name in archive.STORED if name not in ("start", "beyond"))
-        return int(stored + self._packed.ints.nbytes)
+        stored = sum(getattr(self, name).nbytes for name in archive.STORED)
+        return int(stored + self._packed.slots.nbytes)
 
     def evaluate(self, theta: Vec, start: int = -1) -> Evaluation:
         """Return minimiser, region, active constraints and multipliers at `theta` (p,).
@@ -99,16 +98,44 @@ class Law:
         `start` is the region where the walk begins, usually that of the last answer; without it the QP is
         solved. The answer satisfies the optimality conditions whatever `start` is.
         """
-        found = answers(1, len(self.problem.f))
-        evaluate(self._packed, np.array(theta, dtype=np.float64, ndmin=2), start, found)
-        reals, ints = found.reals[0], found.ints[0]
-        n, region, k = len(reals) // 2, int(ints[0]), int(ints[1])
-        return Evaluation(reals[:n], region, ints[2 : 2 + max(k, 0)], reals[n : n + max(k, 0)], k >= 0)
+        n = self.form.Z.shape[0]
+        reals, ints = np.empty(2 * n), np.empty(n + 2, dtype=np.int64)
+        region = evaluate(self._packed.block, self._point(theta), start, reals, ints)
+        k = int(ints[1])
+        if k < 0:
+            return Evaluation(reals[:n], region, ints[:0], reals[:0], False)
+        return Evaluation(reals[:n], region, ints[2 : 2 + k], reals[n : n + k], True)
+
+    def first(self, theta: Vec, count: int, start: int = -1) -> tuple[Vec, int]:
+        """Return the first `count` components of the minimiser at `theta` (p,), and the region.
+
+        A caller who needs neither the multipliers nor the rest of the minimiser does not wait for them. The
+        optimality conditions are checked as `evaluate` does. The components are NaN, and the region is
+        OUTSIDE or UNSOLVED of `lookup`, where there is no answer.
+
+        Raises
+        ------
+        InvalidProblem : `count` is not between 1 and n, or `theta` has another shape than (p,).
+        """
+        if not 1 <= count <= self.form.Z.shape[0]:
+            raise InvalidProblem(f"{count} components asked for, must be 1 to {self.form.Z.shape[0]}")
+        z = np.empty(count)
+        return z, evaluate(self._packed.block, self._point(theta), start, z, _NOTHING)
+
+    def _point(self, theta: Vec) -> Vec:
+        """Copy one parameter; a kernel must not be given an array of another size or kind."""
+        point = np.array(theta, dtype=np.float64)
+        if point.shape != self.form.half.shape:
+            raise InvalidProblem(f"theta has shape {point.shape}, must be {self.form.half.shape}")
+        return point
 
     def evaluate_many(self, thetas: Mat, start: int = -1) -> Evaluations:
         """Evaluate the law at parameters (N, p); each walk starts in the region of the previous answer."""
-        found = answers(len(thetas), len(self.problem.f))
-        evaluate(self._packed, np.array(thetas, dtype=np.float64, order="C", ndmin=2), start, found)
+        points = np.array(thetas, dtype=np.float64, order="C", ndmin=2)
+        if points.shape[1:] != self.form.half.shape:
+            raise InvalidProblem(f"thetas have shape {points.shape}, must be (N, {len(self.form.half)})")
+        found = answers(len(points), len(self.problem.f))
+        evaluate(self._packed.block, points.reshape(-1), start, found.reals, found.ints)
         return Evaluations(found.z, found.region, found.size >= 0)
 
     def locate_many(self, thetas: Mat) -> Evaluations:
@@ -119,7 +146,7 @@ class Law:
         """
         regions = np.empty(len(thetas), dtype=np.int64)
         z = np.full((len(thetas), len(self.problem.f)), np.nan)
-        members(self._packed, np.array(thetas, dtype=np.float64, order="C"), self.largest, regions, z)
+        members(self._packed.block, np.array(thetas, dtype=np.float64, order="C"), self.largest, regions, z)
         return Evaluations(z, regions, regions >= 0)
 
     def count_many(self, thetas: Mat, margin: float = 0.0) -> Ints:
@@ -127,7 +154,7 @@ class Law:
         from their facets.
         """
         counts = np.empty(len(thetas), dtype=np.int64)
-        census(self._packed, np.array(self.form.scaled(thetas), order="C"), margin, counts)
+        census(self._packed.block, np.array(self.form.scaled(thetas), order="C"), margin, counts)
         return counts
 
     @property

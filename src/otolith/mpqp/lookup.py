@@ -15,10 +15,20 @@ from typing import NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.jit import jit_allocating, jit_entry, jit_inner
-from otolith.mpqp.dualqp import INFEASIBLE, cholesky, optimality, right_hand_side, solve_qp, untie
-from otolith.mpqp.packed import Packed, Tables, opened
-from otolith.mpqp.region import Form, inside_domain
+from otolith.core.jit import jit_allocating, jit_entry, jit_inlined, jit_inner
+from otolith.core.methods import array_at, pointer
+from otolith.mpqp.dualqp import (
+    INFEASIBLE,
+    cholesky,
+    right_hand_side,
+    solve_qp,
+    substitute,
+    untie,
+    violated,
+)
+from otolith.mpqp.expand import Rows32
+from otolith.mpqp.packed import Tables, opened
+from otolith.mpqp.region import inside_domain
 from otolith.mpqp.sets import fold, seek, unpack
 
 MISSED, OUTSIDE, UNSOLVED = -1, -2, -3
@@ -44,54 +54,56 @@ class Scratch(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """Where a lookup writes its answers, one row per parameter, in two arrays."""
+    """Where a lookup writes its answers, one after the other, in two flat arrays."""
 
-    reals: Mat  # (N, 2n)
-    ints: Ints  # (N, n + 2)
+    reals: Vec  # (N · 2n,)
+    ints: Ints  # (N · (n + 2),)
+    n: int
 
     @property
     def z(self) -> Mat:
         """Minimisers (N, n), NaN where there is no answer."""
-        return self.reals[:, : self.reals.shape[1] // 2]
+        return self.reals.reshape(-1, 2 * self.n)[:, : self.n]
 
     @property
     def lam(self) -> Mat:
         """Multipliers (N, n) of the active rows."""
-        return self.reals[:, self.reals.shape[1] // 2 :]
+        return self.reals.reshape(-1, 2 * self.n)[:, self.n :]
 
     @property
     def region(self) -> Ints:
         """Region ids (N,)."""
-        return self.ints[:, 0]
+        return self.ints[:: self.n + 2]
 
     @property
     def size(self) -> Ints:
         """Number of active rows (N,); -1 where there is no answer."""
-        return self.ints[:, 1]
+        return self.ints[1 :: self.n + 2]
 
     @property
     def A(self) -> Ints:
         """Active rows (N, n)."""
-        return self.ints[:, 2:]
+        return self.ints.reshape(-1, self.n + 2)[:, 2:]
 
 
 def answers(count: int, n: int) -> Answers:
     """Allocate memory for `count` answers."""
-    return Answers(np.empty((count, 2 * n)), np.empty((count, n + 2), dtype=np.int64))
+    return Answers(np.empty(count * 2 * n), np.empty(count * (n + 2), dtype=np.int64), n)
 
 
 @jit_allocating
-def scratch(form: Form) -> Scratch:
-    """Allocate working memory for one problem."""
-    q, m = form.d.shape
-    n = form.n + 2
+def scratch(block: Ints, tables: Tables) -> Scratch:
+    """Return the working memory behind a block."""
+    m, n, p = tables.form.d.shape[1], tables.form.n + 2, tables.centre.shape[0]
     return Scratch(
-        np.empty(q - 1), np.empty(q - 1), np.empty(m), np.empty(m), np.empty(m + 1, np.int64),
-        np.empty(n), np.empty(n), np.empty((n, n)),
+        array_at(pointer(block, 18), p, np.float64), array_at(pointer(block, 19), p, np.float64),
+        array_at(pointer(block, 20), m, np.float64), array_at(pointer(block, 21), m, np.float64),
+        array_at(pointer(block, 26), m + 1, np.int64), array_at(pointer(block, 22), n, np.float64),
+        array_at(pointer(block, 23), n, np.float64), array_at(pointer(block, 24), (n, n), np.float64),
     )  # fmt: skip
 
 
-@jit_inner
+@jit_inlined
 def twin(tables: Tables, r: int) -> int:
     """Return the id of a region's mirror image."""
     h = tables.start.shape[0] - 1
@@ -100,7 +112,7 @@ def twin(tables: Tables, r: int) -> int:
     return int(r + h - tables.alone if r < h else r - (h - tables.alone))
 
 
-@jit_inner
+@jit_inlined
 def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
     """Return the stored region behind region r; `image` is set to τ, or to -τ for a mirror image."""
     h = tables.start.shape[0] - 1
@@ -111,25 +123,30 @@ def orient(tables: Tables, r: int, tau: Vec, image: Vec) -> int:
 
 
 @jit_inner
-def worst_facet(tables: Tables, s: int, tau: Vec) -> int:
-    """Return the facet of stored region s that τ violates most, or -1 when it violates none."""
+def worst_facet(rows: Rows32, first: int, last: int, tau: Vec) -> int:
+    """Return the one of the facets first, ..., last - 1 that τ violates most, or -1 when it violates none.
+
+    It is called at every step of a walk, so it takes no more than it needs: a kernel passes every array of a
+    tuple with all its sizes.
+    """
     p = tau.shape[0]
     chosen, worst = -1, ROUNDED
-    for f in range(tables.start[s], tables.start[s + 1]):
-        v = -float(tables.rows[f, p])
+    for f in range(first, last):
+        v = -float(rows[f, p])
         for c in range(p):
-            v += tables.rows[f, c] * tau[c]
+            v += rows[f, c] * tau[c]
         if v > worst:
             chosen, worst = f, v
     return chosen
 
 
-@jit_inner
+@jit_inlined
 def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
     """Walk from region r towards τ; return the final region, or MISSED. `image` is working memory."""
     h = tables.start.shape[0] - 1
     for _ in range(WALK_LIMIT):
-        f = worst_facet(tables, orient(tables, r, tau, image), image)
+        s = orient(tables, r, tau, image)
+        f = worst_facet(tables.rows, tables.start[s], tables.start[s + 1], image)
         if f < 0:
             return r
         beyond = tables.beyond[f]
@@ -140,16 +157,39 @@ def walk(tables: Tables, tau: Vec, image: Vec, r: int) -> int:
 
 
 @jit_inner
+def learn(tables: Tables, s: int, place: int, k: int, w: Scratch) -> None:
+    """Compute T = Q_AA⁻¹ d_A of stored region s, whose rows are w.A[:k], and keep it."""
+    tables.owner[place] = ~s
+    if cholesky(tables.form.Q, w.A, 0, k, w.L):
+        tables.owner[place] = s
+        for c in range(tables.T.shape[2]):
+            for a in range(k):
+                w.x[a] = tables.form.d[c, w.A[a]]
+            substitute(w.L, k, w.x)
+            for a in range(k):
+                tables.T[place, a, c] = w.x[a]
+
+
+@jit_inlined
 def certify(tables: Tables, r: int, w: Scratch) -> tuple[int, float]:
     """Return the number of active rows of region r and the violation of optimality at w.tau; fill w.A and
     w.lam.
+
+    T of the regions that were looked at last is kept. It is the same whenever it is computed.
     """
-    s = orient(tables, r, w.tau, w.image)
-    k = unpack(tables.sets.keys, s, w.A)
-    right_hand_side(tables.form.d, w.image, w.dv)
-    if not cholesky(tables.form.Q, w.A, 0, k, w.L):
+    s, p = orient(tables, r, w.tau, w.image), w.tau.shape[0]
+    k, place = unpack(tables.sets.keys, s, w.A), s % tables.owner.shape[0]
+    if tables.owner[place] != s and tables.owner[place] != ~s:
+        learn(tables, s, place, k, w)
+    if tables.owner[place] == ~s:
         return k, np.inf
-    violation = optimality(tables.form.Q, w.dv, w.A, k, w.L, w.lam, w.slack)
+    for a in range(k):
+        t = tables.T[place, a, p]
+        for c in range(p):
+            t += tables.T[place, a, c] * w.image[c]
+        w.lam[a] = -t
+    right_hand_side(tables.form.d, w.image, w.dv)
+    violation = violated(tables.form.Q, w.dv, w.A, k, w.lam, w.slack)
     if s != r:
         for a in range(k):
             w.A[a] = tables.sets.mirror[w.A[a]]
@@ -174,7 +214,7 @@ def by_qp(tables: Tables, w: Scratch) -> tuple[int, int]:
     return (twin(tables, s) if image else int(s)), k
 
 
-@jit_inner
+@jit_inlined
 def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
     """Convert θ to τ; return false when a number is not finite."""
     finite = True
@@ -184,10 +224,10 @@ def scale(tables: Tables, theta: Vec, tau: Vec) -> bool:
     return bool(finite)
 
 
-@jit_inner
+@jit_inlined
 def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
-    """Compute the minimiser z at w.tau with the rows w.A[:k] active."""
-    n, p = tables.Z.shape[0], w.tau.shape[0]
+    """Compute the first components of the minimiser at w.tau, as many as z has, with w.A[:k] active."""
+    n, p = z.shape[0], w.tau.shape[0]
     for i in range(n):
         s = tables.Z[i, p]
         for c in range(p):
@@ -199,40 +239,56 @@ def minimiser(tables: Tables, w: Scratch, k: int, z: Vec) -> None:
             z[i] -= t * tables.V[j, i]
 
 
-@jit_inner
+@jit_inlined
 def write(tables: Tables, w: Scratch, r: int, k: int, reals: Vec, ints: Ints) -> None:
-    """Write one row of `Answers`."""
-    n = tables.Z.shape[0]
-    ints[0], ints[1] = r, k
+    """Write the answer at one parameter: the first components of z alone if `ints` has no room, else all."""
+    n = tables.Z.shape[0] if ints.shape[0] else reals.shape[0]
     if k < 0:
         for i in range(n):
             reals[i] = np.nan
-        return
-    minimiser(tables, w, k, reals)
-    for a in range(k):
-        ints[2 + a], reals[n + a] = tables.names[w.A[a]], tables.weights[w.A[a]] * w.lam[a]
+    else:
+        minimiser(tables, w, k, reals[:n])
+    if ints.shape[0]:
+        ints[0], ints[1] = r, k
+        for a in range(k):
+            ints[2 + a], reals[n + a] = tables.names[w.A[a]], tables.weights[w.A[a]] * w.lam[a]
+
+
+@jit_inlined
+def answer(tables: Tables, theta: Vec, guess: int, w: Scratch) -> tuple[int, int]:
+    """Return the region (or MISSED, OUTSIDE, UNSOLVED) at θ and the number of its active rows, in w.A."""
+    if not scale(tables, theta, w.tau) or not inside_domain(tables.form.fixed, w.tau):
+        return OUTSIDE, -1
+    r = walk(tables, w.tau, w.image, guess) if guess >= 0 else MISSED
+    if r >= 0:
+        k, violation = certify(tables, r, w)
+        if violation <= OPTIMAL:
+            return r, k
+    return by_qp(tables, w)
 
 
 @jit_inner
-def answer_each(tables: Tables, thetas: Mat, guess: int, reals: Mat, ints: Ints, w: Scratch) -> None:
+def answer_each(tables: Tables, thetas: Vec, guess: int, reals: Vec, ints: Ints, w: Scratch) -> int:
     """The loop of `evaluate`, a separate function because numba does not count array references in it."""
-    for t in range(thetas.shape[0]):
-        r, k, violation = OUTSIDE, -1, np.inf
-        if scale(tables, thetas[t], w.tau) and inside_domain(tables.form, w.tau):
-            r = walk(tables, w.tau, w.image, guess) if guess >= 0 else MISSED
-            if r >= 0:
-                k, violation = certify(tables, r, w)
-            if violation > OPTIMAL:
-                r, k = by_qp(tables, w)
-        write(tables, w, r, k, reals[t], ints[t])
+    p = tables.centre.shape[0]
+    count, r = thetas.shape[0] // p, MISSED
+    for t in range(count):
+        r, k = answer(tables, thetas[t * p : (t + 1) * p], guess, w)
+        real, whole = reals.shape[0] // count, ints.shape[0] // count
+        write(tables, w, r, k, reals[t * real : (t + 1) * real], ints[t * whole : (t + 1) * whole])
         guess = r if r >= 0 else guess
+    return r
 
 
 @jit_entry
-def evaluate(packed: Packed, thetas: Mat, guess: int, answers: Answers) -> None:
-    """Answer at parameters θ (N, p); each walk starts at the previous region, the first one at `guess`."""
-    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
-    answer_each(tables, thetas, guess, answers.reals, answers.ints, scratch(tables.form))
+def evaluate(block: Ints, thetas: Vec, guess: int, reals: Vec, ints: Ints) -> int:
+    """Answer at parameters θ (N · p,); each walk starts at the previous region, the first one at `guess`.
+
+    `reals` and `ints` are those of `Answers`. If `ints` is empty, only the first len(reals)/N components of
+    the minimisers are computed. The region of the last parameter is returned.
+    """
+    tables = opened(block)
+    return answer_each(tables, thetas, guess, reals, ints, scratch(block, tables))
 
 
 @jit_inner
@@ -270,7 +326,7 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
     A walk is tried first, then the region that the QP finds, if its rows contain the point. All regions are
     tested only where the QP finds none; where the QP is infeasible no region can be optimal.
     """
-    if not inside_domain(tables.form, w.tau):
+    if not inside_domain(tables.form.fixed, w.tau):
         return OUTSIDE, -1
     r = walk(tables, w.tau, w.image, guess)
     if r >= 0:
@@ -292,10 +348,10 @@ def member(tables: Tables, guess: int, hits: Ints, w: Scratch) -> tuple[int, int
 
 
 @jit_entry
-def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
+def members(block: Ints, thetas: Mat, guess: int, regions: Ints, z: Mat) -> None:
     """Fill regions (N,) and z (N, n) from the table alone: by a walk, else by testing all regions."""
-    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
-    w, hits = scratch(tables.form), np.empty(256, np.int64)
+    tables = opened(block)
+    w, hits = scratch(block, tables), np.empty(256, np.int64)
     for t in range(thetas.shape[0]):
         r, k = OUTSIDE, -1
         if scale(tables, thetas[t], w.tau):
@@ -307,9 +363,9 @@ def members(packed: Packed, thetas: Mat, guess: int, regions: Ints, z: Mat) -> N
 
 
 @jit_entry
-def census(packed: Packed, taus: Mat, margin: float, counts: Ints) -> None:
+def census(block: Ints, taus: Mat, margin: float, counts: Ints) -> None:
     """Count the regions that contain each τ (N, p) with a distance of at least `margin` from their facets."""
-    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
+    tables = opened(block)
     none = np.empty(0, np.int64)
     for t in range(taus.shape[0]):
         counts[t] = scan(tables, taus[t], margin, none)

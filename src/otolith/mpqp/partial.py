@@ -98,11 +98,11 @@ class PartialLaw:
         `region` is the number of the remembered set, in the order in which sets were met.
         """
         answer = answers(1, len(self.problem.f))
-        point = np.array(theta, dtype=np.float64, ndmin=2)
+        point, block = np.array(theta, dtype=np.float64), self._packed.block
         tried = np.array([start, *self._followers[start]] if start >= 0 else [], dtype=np.int64)
-        region = int(try_sets(self._packed, tried, point[0], answer))
+        region = int(try_sets(block, tried, point, answer.reals, answer.ints))
         if region < 0:
-            evaluate(self._packed, point, -1, answer)
+            evaluate(block, point, -1, answer.reals, answer.ints)
             if answer.size[0] < 0:
                 return Evaluation(answer.z[0], int(answer.region[0]), tried[:0], answer.lam[0, :0], False)
             region = self._remember(answer)
@@ -145,17 +145,15 @@ def _without_facets(form: LeastDistance, sets: SetTable) -> Packed:
 
 
 @jit_entry
-def try_sets(packed: Packed, tried: Ints, theta: Vec, answers: Answers) -> int:
-    """Return the first of the sets `tried` that is optimal at θ, with its answer in row 0; -1 when none
-    is.
-    """
-    tables = opened(packed, np.empty((2, packed.keys.shape[1]), np.uint64))
-    w = scratch(tables.form)
-    if not scale(tables, theta, w.tau) or not inside_domain(tables.form, w.tau):
+def try_sets(block: Ints, tried: Ints, theta: Vec, reals: Vec, ints: Ints) -> int:
+    """Return the first of the sets `tried` that is optimal at θ, and write its answer; -1 when none is."""
+    tables = opened(block)
+    w = scratch(block, tables)
+    if not scale(tables, theta, w.tau) or not inside_domain(tables.form.fixed, w.tau):
         return -1
     for r in tried:
         k, violation = certify(tables, r, w)
         if violation <= OPTIMAL:
-            write(tables, w, r, k, answers.reals[0], answers.ints[0])
+            write(tables, w, r, k, reals, ints)
             return int(r)
     return -1

@@ -113,16 +113,16 @@ def work_memory(form: Form) -> Work:
 
 
 @jit_inner
-def inside_domain(form: Form, tau: Vec) -> bool:
+def inside_domain(fixed: Mat, tau: Vec) -> bool:
     """True when τ lies in the box and in E, each widened by DOMAIN."""
     p = tau.shape[0]
     for c in range(p):
         if abs(tau[c]) > 1.0 + DOMAIN:
             return False
-    for j in range(2 * p + 1, form.fixed.shape[1]):
-        s = -form.fixed[p, j] - DOMAIN
+    for j in range(2 * p + 1, fixed.shape[1]):
+        s = -fixed[p, j] - DOMAIN
         for c in range(p):
-            s += form.fixed[c, j] * tau[c]
+            s += fixed[c, j] * tau[c]
         if s > 0.0:
             return False
     return True

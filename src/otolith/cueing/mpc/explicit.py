@@ -13,6 +13,7 @@ from otolith.cueing.mpc.rows import plausible
 from otolith.cueing.several import added
 from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
 from otolith.mpqp import Law
+from otolith.mpqp.lookup import MISSED
 from otolith.platforms import Platform
 from otolith.qp.problem import Status as SolverStatus
 from otolith.safety.stopping import Stopping
@@ -53,12 +54,12 @@ class ExplicitLaw:
         inside = np.clip(theta, self._low, self._high)
         if not np.all(np.abs(inside - theta) <= self._edge):  # also if NaN, which fails every comparison
             return None
-        answer = self._law.evaluate(inside, self._region)
-        if not answer.found:
+        z, region = self._law.first(inside, self._T.shape[1], self._region)
+        if region < MISSED:
             return None
-        if answer.region >= 0:
-            self._region = answer.region
-        U: Mat = (self._T @ answer.z).reshape(-1, self._inputs)
+        if region >= 0:
+            self._region = region
+        U: Mat = (self._T @ z).reshape(-1, self._inputs)
         return U
 
 
