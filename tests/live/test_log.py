@@ -13,6 +13,7 @@ from otolith.cueing.design import Design
 from otolith.cueing.washout.tuning import load_tuning
 from otolith.interfaces import Cueing
 from otolith.live.controller import Controller, ControllerInbox
+from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.ladder import Reaction
 from otolith.live.core.session import Event
@@ -29,7 +30,7 @@ from otolith.live.log import (
     unpack_reaction,
 )
 from otolith.live.messages import DeviceState, Feedback, Flag, Rung, State, Word
-from otolith.live.output import Device, Output, OutputInbox
+from otolith.live.output import Output, OutputInbox
 from otolith.live.records import Record, Records, record
 from otolith.live.replay import Replay
 from otolith.live.virtual_log import VirtualLog

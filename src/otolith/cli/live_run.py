@@ -245,6 +245,8 @@ def drive(
         live = Live(session, tell, lock=lock, log=log)
         try:
             tell("starting; what is not compiled yet takes up to a minute")
+            if not session.driver.reports:
+                tell("open loop: the device reports nothing, so nothing that it does is known or supervised")
             if session.forbids:
                 tell(f"this session cannot be armed: {session.forbids}")
             live.start()

@@ -6,12 +6,13 @@ and no thread: a shell, or a test, tells it the time.
 """
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import OtolithError
+from otolith.live.core.device import Device, assumed
 from otolith.live.core.gate import Gate, Verdict
 from otolith.live.core.ladder import NO_REACTION, InARow, Lasting, Reaction, strongest
 from otolith.live.core.moves import Move
@@ -28,24 +29,6 @@ ALIKE: Final = np.array([1e-3] * 3 + [np.radians(0.1)] * 3)  # first set-point a
 REFUSALS: Final = 10  # plans in a row that the gate refuses
 LASTS: Final = 100 * MS  # a deviation or a silence of the device that is a reaction
 OUTSIDE: Final = np.array([20e-3] * 3 + [np.radians(2.0)] * 3)  # [m, rad] beyond the reach that is R4
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Device:
-    """What the session has to know of a device."""
-
-    park: Vec  # (6,) [m, rad] where it rests without power
-    rate_hz: float = 60.0  # packets per second
-    on_silence: Literal["holds", "parks", "falls"] = "parks"
-    engages_ns: int = 20_000 * MS  # time it may take to engage, or to park
-    band: Vec  # (6,) [m, rad] by which the measured pose may differ from the set-point at rest …
-    lag_s: float = 0.1  # … and this time of travel more in motion
-
-    @classmethod
-    def at(cls, park: Vec, **others: float | str | int) -> "Device":
-        """Return a device with a band of 10 mm and 0.6 deg."""
-        band = np.array([10e-3] * 3 + [np.radians(0.6)] * 3)
-        return cls(park=np.asarray(park, dtype=np.float64), band=band, **others)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,6 +110,7 @@ class Output:
             passed_checks=before is State.CHECKING and self._check(now_ns),
             done=self._is_done(before),
             healthy=self._plan is not None and self._plan.healthy,
+            parked="parked" if self.device.reports else "commanded to park; the device reports nothing",
         )
         state = self.session.step(now_ns, seen)
         if state is not before:
@@ -144,7 +128,11 @@ class Output:
     # What arrives.
 
     def _receive(self, now_ns: int, inbox: OutputInbox) -> None:
-        if inbox.feedback is not None:
+        if not self.device.reports:
+            rests_ns = now_ns - self._arrived_ns if self._arrived else None
+            state = assumed(self.session.state, now_ns - self.session.since_ns, rests_ns)
+            self._feedback, self._feedback_ns = Feedback(state=state), now_ns
+        elif inbox.feedback is not None:
             self._feedback, self._feedback_ns = judged(inbox.feedback, self._token), now_ns
         plan = inbox.plan
         if plan is not None and (self._plan is None or plan.sequence > self._plan.sequence):

@@ -24,14 +24,16 @@ from otolith.cueing.washout.tuning import Tuning, tunings
 from otolith.experiment import StoredFile, hint_for
 from otolith.interfaces import PlatformState, Reference
 from otolith.live.controller import Controller, Wanted, plain
+from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
 from otolith.live.core.reference import Cued
 from otolith.live.devices.driver import Driver
 from otolith.live.devices.generic import Generic
 from otolith.live.devices.moog import Moog
-from otolith.live.output import Device, Output
-from otolith.live.settings import Settings, narrowed
+from otolith.live.devices.template import Axis, Template
+from otolith.live.output import Output
+from otolith.live.settings import Settings, TemplateTable, narrowed
 from otolith.live.wire.axes import AxisMap, axes_from
 from otolith.live.wire.source import Source
 from otolith.live.wire.sources import source_named
@@ -90,7 +92,25 @@ class Session:
                 neutral_heave=stated.neutral_heave_m or 0.0,
                 on_silence=stated.on_silence or "parks",
             )
+        if stated.template is not None:
+            return self._template(stated.template)
         return Generic(on_silence=stated.on_silence or "falls")  # the strictest: it is braked first
+
+    def _template(self, stated: TemplateTable) -> Template:
+        """Return the driver of a template; its legs are the platform's."""
+        legs = self.platform.six_legs().lengths if self.platform.hexapod is not None else None
+        return Template(
+            name="template",
+            frame=stated.frame,
+            axes=tuple(Axis(follows=one.follows, low=one.low, high=one.high) for one in stated.axes),
+            bits=stated.bits,
+            form=stated.form,
+            start=stated.start,
+            stop=stated.stop,
+            rate_hz=stated.rate_hz,
+            on_silence=self.settings.device.on_silence or "falls",
+            legs=legs,
+        )
 
     @property
     def device(self) -> tuple[str, int]:
@@ -100,7 +120,9 @@ class Session:
     @property
     def park(self) -> tuple[float, ...]:
         """Return the pose (6,) [m, rad] where the device rests without power."""
-        return (0.0, 0.0, self.settings.device.neutral_heave_m or 0.0, 0.0, 0.0, 0.0)
+        stated = self.settings.device
+        heave = stated.template.park_heave_m if stated.template else stated.neutral_heave_m or 0.0
+        return (0.0, 0.0, heave, 0.0, 0.0, 0.0)
 
     def gate(self, *, travel: bool = False) -> Gate:
         """Return the gate of cueing, or of the moves from and to the park pose."""
@@ -149,7 +171,12 @@ class Session:
     def output(self) -> Output:
         """Return the output's core."""
         driver = self.driver
-        device = Device.at(np.array(self.park), rate_hz=driver.rate_hz, on_silence=driver.on_silence)
+        device = Device.at(
+            np.array(self.park),
+            rate_hz=driver.rate_hz,
+            on_silence=driver.on_silence,
+            reports=driver.reports,
+        )
         gates = (self.gate(), self.gate(travel=True))
         return Output(*gates, device, token=self.token, forbids=self.forbids)
 

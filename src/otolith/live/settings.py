@@ -80,10 +80,32 @@ class Input(_Table):
         return self
 
 
+class TemplateAxis(_Table):
+    """One axis of a template; see `otolith.live.devices.template.Axis`."""
+
+    follows: str  # surge … yaw, or leg1 …
+    low: Number  # [m or rad] at code 0
+    high: Number  # [m or rad] at the largest code
+
+
+class TemplateTable(_Table):
+    """A device that reads what a template says, and reports nothing."""
+
+    frame: str  # such as "<255><255><Axis1a><Axis2a><10><13>"
+    axes: tuple[TemplateAxis, ...] = Field(strict=False)
+    bits: int
+    form: str = "big"
+    start: str = ""
+    stop: str = ""
+    rate_hz: Number = 100.0
+    park_heave_m: Length  # heave [m] of the platform where it rests without power
+
+
 class DeviceTable(_Table):
     """The device that moves."""
 
-    kind: Literal["moog", "generic"]
+    kind: Literal["moog", "generic", "template"]
+    template: TemplateTable | None = None  # of template
     address: Address  # host and port of UDP
     interface: str | None = None  # of moog: the document that the base follows
     neutral_heave_m: Length | None = None  # of moog: its own heave at our neutral pose
@@ -91,6 +113,8 @@ class DeviceTable(_Table):
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
+        if (self.kind == "template") is not (self.template is not None):
+            raise refuse("a table of kind = 'template', and only of it", field="template", value=self.kind)
         moog = self.kind == "moog"
         for name, bound in (
             ("interface", "CDS7237 or CDS7330: the document that the base follows"),

@@ -19,6 +19,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.interfaces import Cueing, PlatformState
 from otolith.live.controller import Controller, ControllerInbox
+from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
 from otolith.live.core.ladder import NO_REACTION, Reaction
@@ -28,7 +29,7 @@ from otolith.live.devices.driver import Request
 from otolith.live.links import Link, Source
 from otolith.live.machines import IdealDevice, Machine
 from otolith.live.messages import DeviceState, Feedback, Plan, Report, SetPoint, State, Word
-from otolith.live.output import Device, Output, OutputInbox, OutputOutbox
+from otolith.live.output import Output, OutputInbox, OutputOutbox
 from otolith.live.recorder import EVERY_NS
 from otolith.live.virtual_log import VirtualLog
 from otolith.live.wire.generic import Generic

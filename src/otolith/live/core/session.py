@@ -39,6 +39,7 @@ class Seen:
     passed_checks: bool = False  # in `checking`: the device answers, and can be engaged
     done: bool = False  # the motion that the state is there for has come to its end
     healthy: bool = False  # telemetry may be cued
+    parked: str = "parked"  # what may be claimed of a device that has parked
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +147,7 @@ class Session:
             case State.RETURNING if seen.done:
                 self._go(now_ns, State.PARKING if self._wants_parked else State.READY, "at neutral")
             case State.PARKING if seen.done:
-                self._go(now_ns, State.PARKED, "parked")
+                self._go(now_ns, State.PARKED, seen.parked)
 
     def give_up(self, now_ns: int, reason: str) -> None:
         """Give up checking or engaging: the platform stays where it is."""

@@ -36,6 +36,10 @@ class Driver(Protocol):
     def on_silence(self) -> Literal["holds", "parks", "falls"]:
         """Return what the device does if packets stop; one that falls must be brought to rest first."""
 
+    @property
+    def reports(self) -> bool:
+        """Return whether the device answers; one that does not is driven in open loop."""
+
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; empty where nothing is to be sent.
 

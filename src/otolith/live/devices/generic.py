@@ -46,6 +46,7 @@ class Generic:
     on_silence: Literal["holds", "parks", "falls"]
     rate_hz: float = 1000.0
     name: str = "generic"
+    reports: bool = True
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; see `driver.Driver`."""

@@ -131,6 +131,7 @@ class Moog:
     neutral_heave: float
     rate_hz: float = RATE_HZ
     on_silence: Literal["holds", "parks", "falls"] = "parks"
+    reports: bool = True
 
     def __post_init__(self) -> None:
         if self.interface not in ORDERS:

@@ -91,6 +91,7 @@ class Template:
     start: str = ""
     stop: str = ""
     rate_hz: float = 100.0
+    reports: bool = False  # a template describes no replies
     legs: Callable[[Vec], Vec] | None = None
     parts: tuple[bytes | int, ...] = field(init=False, repr=False)
 
