@@ -385,11 +385,10 @@ def test_a_browser_that_left_is_in_control_no_more() -> None:
         state=None,  # type: ignore[arg-type]
         card=None,  # type: ignore[arg-type]
         orders=None,  # type: ignore[arg-type]
-        desk=None,  # type: ignore[arg-type]
+        desk=None,
         folder=Path(),
         secrets=Secrets(),
         hosts=frozenset(),
-        port=0,
         now=lambda: clock[0],
     )
     clock = [100.0]

@@ -57,11 +57,10 @@ def commander(
     secrets = Secrets(token=new_token() if token else None)
     with listening(host, port) as socket_:
         setup = setup_for(socket_, host, folder or Path("out") / "commander", secrets)
-        address = f"http://{host}:{setup.port}/" + (f"?token={secrets.token}" if token else "")
-        console.print(f"open {address}", highlight=False, soft_wrap=True)
+        console.print(f"open {setup.address}", highlight=False, soft_wrap=True)
         console.print("Ctrl-C ends the Commander, and a run with it", highlight=False)
         if browser:
-            webbrowser.open(address)
+            webbrowser.open(setup.address)
         keep(setup, lambda text: console.print(text, highlight=False, soft_wrap=True))
 
 
@@ -76,7 +75,6 @@ def setup_for(listening: socket.socket, host: str, folder: Path, secrets: Any) -
         folder=own,
         listening=listening,
         host=host,
-        port=listening.getsockname()[1],
         secrets=secrets,
         make=functools.partial(make_runs, own),
         desk=functools.partial(CommanderDesk, own),

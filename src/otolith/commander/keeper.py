@@ -5,22 +5,23 @@ the keeper has made: either may die, by a fault or by hand, while the other goes
 """
 
 import contextlib
+import math
 import multiprocessing
 import os
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from otolith.commander.columns import COUNT
 from otolith.commander.orders import Inbox, Note, Orders
 from otolith.commander.rows import Rows
 from otolith.commander.security import Secrets
-from otolith.commander.session import PRESETS, RESULTS, UPLOADS, Desk, Session
+from otolith.commander.session import LIVE, OFFLINE, PRESETS, RESULTS, UPLOADS, Desk, Session
 from otolith.core.errors import OtolithError
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.rights import die_with_parent
@@ -42,21 +43,31 @@ class Setup:
 
     Parameters
     ----------
-    make, desk : functions of the command line, which call what `otolith run` calls.
+    make, desk : functions of the command line, which call what `otolith run` calls; None for a live session.
     """
 
     prefix: str  # of the names of shared memory
     folder: Path
     listening: socket.socket
     host: str
-    port: int
     secrets: Secrets
-    make: Callable[..., Any]
-    desk: Callable[[], Desk]
+    make: Callable[..., Any] | None = None
+    desk: Callable[[], Desk] | None = None
 
     def name(self, what: str) -> str:
         """Return the name of a segment of shared memory."""
         return f"{self.prefix}-{what}"
+
+    @property
+    def port(self) -> int:
+        """Return the port of the server."""
+        return int(self.listening.getsockname()[1])
+
+    @property
+    def address(self) -> str:
+        """Return the address of the page, with the token if there is one."""
+        token = f"?token={self.secrets.token}" if self.secrets.token is not None else ""
+        return f"http://{self.host}:{self.port}/{token}"
 
     @property
     def hosts(self) -> frozenset[str]:
@@ -64,60 +75,104 @@ class Setup:
         return frozenset(f"{name}:{self.port}" for name in ("127.0.0.1", "localhost", "[::1]", self.host))
 
 
+class Keeper:
+    """Owns the shared memory, and keeps processes running; to be used in a `with` block.
+
+    Parameters
+    ----------
+    targets : what each process runs, by its name; it is given the setup, and `more`.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        tell: Callable[[str], None],
+        targets: Mapping[str, Callable[..., None]],
+        more: Mapping[str, tuple[Any, ...]] | None = None,
+    ) -> None:
+        self._setup, self._stack = setup, contextlib.ExitStack()
+        self._tell, self._targets, self._more = tell, targets, more or {}
+        self._kept: list[_Kept] = []
+
+    def __enter__(self) -> Self:
+        for folder in (UPLOADS, PRESETS, RESULTS):
+            (self._setup.folder / folder).mkdir(parents=True, exist_ok=True)
+        self._stack.enter_context(_memory(self._setup))
+        for name, target in self._targets.items():
+            one = _Kept(name, target, (self._setup, *self._more.get(name, ())), self._tell)
+            self._stack.callback(one.end)
+            self._kept.append(one)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def look(self, timeout: float = 0.0) -> None:
+        """Start anew what has died, after `AGAIN`; wait at most `timeout` [s] for a death.
+
+        Raises
+        ------
+        GivenUp : a process dies again and again.
+        """
+        if timeout:
+            wait([one.sentinel for one in self._kept if one.alive], timeout)
+        for one in self._kept:
+            one.look()
+
+
 def keep(setup: Setup, tell: Callable[[str], None], *, on: Callable[[], bool] = lambda: True) -> None:
-    """Keep server and worker running until `on` returns False, or a signal ends the program.
+    """Keep server and simulation running until `on` returns False, or a signal ends the program.
 
     Raises
     ------
     GivenUp : one of them dies again and again.
     """
-    for folder in (UPLOADS, PRESETS, RESULTS):
-        (setup.folder / folder).mkdir(parents=True, exist_ok=True)
-    with _memory(setup), contextlib.ExitStack() as stack:
-        kept = [_Kept("server", run_server, setup, tell), _Kept("simulation", run_simulation, setup, tell)]
-        for one in kept:
-            stack.callback(one.end)
+    with Keeper(setup, tell, {"server": run_server, "simulation": run_simulation}) as keeper:
         while on():
-            wait([one.sentinel for one in kept if one.sentinel is not None], timeout=0.25)
-            for one in kept:
-                one.look()
+            keeper.look(0.25)
 
 
 class _Kept:
     """A process that is started anew when it dies."""
 
     def __init__(
-        self, name: str, target: Callable[..., None], setup: Setup, tell: Callable[[str], None]
+        self, name: str, target: Callable[..., None], arguments: tuple[Any, ...], tell: Callable[[str], None]
     ) -> None:
-        self._name, self._target, self._setup, self._tell = name, target, setup, tell
-        self._deaths = 0
+        self._name, self._target, self._arguments, self._tell = name, target, arguments, tell
+        self._deaths, self._died_at = 0, -math.inf
         self._start()
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._process = context.Process(
-            target=self._target, args=(self._setup,), name=f"otolith {self._name}"
+            target=self._target, args=self._arguments, name=f"otolith {self._name}"
         )
         self._process.start()
         self._began = time.monotonic()
-        self.sentinel: int | None = self._process.sentinel
+
+    @property
+    def alive(self) -> bool:
+        """Return whether the process runs."""
+        return self._process.is_alive()
+
+    @property
+    def sentinel(self) -> int:
+        """Return what becomes ready when the process dies."""
+        return self._process.sentinel
 
     def look(self) -> None:
-        """Start the process anew if it has died.
-
-        Raises
-        ------
-        GivenUp : it has died too often.
-        """
+        """Start the process anew some time after it has died; see `Keeper.look`."""
         if self._process.is_alive():
             return
-        soon = time.monotonic() - self._began < SOON
-        self._deaths = self._deaths + 1 if soon else 1
-        if self._deaths >= GIVEN_UP:
-            raise GivenUp(f"the {self._name} died {GIVEN_UP} times within {SOON:g} s of its start")
-        self._tell(f"the {self._name} died (exit code {self._process.exitcode}); it is started anew")
-        time.sleep(AGAIN)
-        self._start()
+        now = time.monotonic()
+        if self._died_at < self._began:
+            self._died_at = now
+            self._deaths = self._deaths + 1 if now - self._began < SOON else 1
+            if self._deaths >= GIVEN_UP:
+                raise GivenUp(f"the {self._name} died {GIVEN_UP} times within {SOON:g} s of its start")
+            self._tell(f"the {self._name} died (exit code {self._process.exitcode}); it is started anew")
+        elif now - self._died_at > AGAIN:
+            self._start()
 
     def end(self) -> None:
         """End the process."""
@@ -137,7 +192,7 @@ def _memory(setup: Setup) -> Iterator[None]:
         yield
 
 
-def _begin_child() -> None:
+def begin_child() -> None:
     """Let the keeper decide about Ctrl-C, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -150,7 +205,8 @@ def run_simulation(setup: Setup) -> None:
 
     from otolith.commander.runner import run_worker
 
-    _begin_child()
+    assert setup.make is not None  # noqa: S101 (a live session has no simulation)
+    begin_child()
     state, card = Note(Channel(setup.name("state"))), Note(Channel(setup.name("card")))
     inbox = Inbox(Channel(setup.name("orders")), int(state.look().get("reached", 0)))
     with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
@@ -171,17 +227,17 @@ def run_server(setup: Setup) -> None:
     from otolith.commander.app import create_app
     from otolith.commander.security import MESSAGE
 
-    _begin_child()
+    begin_child()
     session = Session(
         rows=Rows(setup.name("rows")),
         state=Note(Channel(setup.name("state"))),
         card=Note(Channel(setup.name("card"))),
         orders=Orders(Channel(setup.name("orders"))),
-        desk=setup.desk(),
+        desk=None if setup.desk is None else setup.desk(),
         folder=setup.folder,
         secrets=setup.secrets,
         hosts=setup.hosts,
-        port=setup.port,
+        words=LIVE if setup.desk is None else OFFLINE,
     )
     config = uvicorn.Config(
         create_app(session),

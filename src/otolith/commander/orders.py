@@ -6,13 +6,16 @@ that comes back after its death goes on counting where the dead one stopped.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from otolith.live.shell.memory import Channel
 
 KEPT: Final = 16  # orders in a message
+AGAIN: Final = 0.05  # [s] within which the same word is the same order
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,29 +30,29 @@ class Order:
 class Orders:
     """The server's end of the orders."""
 
-    def __init__(self, channel: Channel) -> None:
-        self._channel = channel
+    def __init__(self, channel: Channel, now: Callable[[], float] = time.monotonic) -> None:
+        self._channel, self._now = channel, now
         message = channel.read()
         self._given: list[dict[str, Any]] = [] if message is None else json.loads(message)
+        self._at = -math.inf  # [s] when the last order was given
 
     @property
     def number(self) -> int:
         """Return the number of the last order; 0 before the first."""
         return int(self._given[-1]["number"]) if self._given else 0
 
-    def give(self, word: str, values: Mapping[str, Any], *, reached: int) -> int:
+    def give(self, word: str, values: Mapping[str, Any]) -> int:
         """Give an order and return its number.
 
-        A word without values that waits as the last order already, above the number `reached` by the worker,
-        is not repeated. So a flood of them does not displace other orders.
+        A word without values that was the last order less than `AGAIN` ago is not repeated. So a flood of
+        them does not displace other orders.
         """
-        last = self._given[-1] if self._given else None
-        same = last is not None and last["word"] == word and not values and not last["values"]
-        if last is not None and same and last["number"] > reached:
-            return int(last["number"])
-        order = {"number": self.number + 1, "word": word, "values": dict(values)}
-        self._given = [*self._given[1 - KEPT :], order]
-        self._channel.write(json.dumps(self._given).encode())
+        last = self._given[-1] if self._given else {"word": None, "values": None}
+        same = last["word"] == word and not values and not last["values"]
+        if not (same and self._now() - self._at < AGAIN):
+            order = {"number": self.number + 1, "word": word, "values": dict(values)}
+            self._given, self._at = [*self._given[1 - KEPT :], order], self._now()
+            self._channel.write(json.dumps(self._given).encode())
         return self.number
 
 

@@ -72,19 +72,17 @@ def _doing(router: APIRouter, session: Session) -> None:
     @router.post("/api/check")
     def check(request: Request, values: dict[str, Any]) -> dict[str, Any]:
         _count(request, session)
-        return session.desk.check(checked(values).model_dump())
+        return session.desk_of_runs().check(checked(values).model_dump())
 
     @router.post("/api/run", status_code=202)
     def run(request: Request, values: dict[str, Any]) -> dict[str, Any]:
         _count(request, session)
         session.control(request.scope["otolith"]["client"])
-        state = session.state.look()
-        if "run" not in session.words and session.mode != "offline":
-            raise Refused(409, "this Commander watches a live session and starts no runs")
+        desk, state = session.desk_of_runs(), session.state.look()
         if state.get("busy", True):
             raise Refused(409, "a run is going on; stop it first")
         form = checked(values).model_dump()
-        session.desk.check(form)
+        desk.check(form)
         session.give("run", form)
         return {"generation": state["generation"] + 1}
 
@@ -95,6 +93,7 @@ def _doing(router: APIRouter, session: Session) -> None:
     @router.post("/api/parameters")
     def parameters(request: Request, values: dict[str, Any]) -> dict[str, Any]:
         _count(request, session)
+        session.desk_of_runs()
         session.control(request.scope["otolith"]["client"])
         applied = changed(values)
         session.give("change", applied)
@@ -138,7 +137,9 @@ def _files(router: APIRouter, session: Session) -> None:
         if name == SAMPLES and files:
             first = session.card.look()["summary"]["cueing"]
             run = folder / ("run.h5" if "run.h5" in files else f"{first}.h5")
-            return PlainTextResponse(session.desk.samples(run), media_type="text/csv", headers=_saved(name))
+            return PlainTextResponse(
+                session.desk_of_runs().samples(run), media_type="text/csv", headers=_saved(name)
+            )
         if name not in files:
             raise Refused(404, "there is no such result")
         headers = {"content-security-policy": _REPORT_POLICY} if name == "report.html" else _saved(name)
@@ -198,7 +199,7 @@ async def _uploaded(session: Session, place: Path, body: bytes) -> dict[str, Any
         kept = place.with_name(f".{place.name}")
         kept.write_bytes(body)
         try:
-            sentence = session.desk.understood(kept)
+            sentence = session.desk_of_runs().understood(kept)
             kept.replace(place)
         finally:
             kept.unlink(missing_ok=True)

@@ -17,6 +17,7 @@ UPLOADS, PRESETS, RESULTS = "drives", "presets", "results"  # folders within the
 STOP: Final = "stop"
 LEFT: Final = 5.0  # [s] without a websocket after which a client has left
 OFFLINE: Final = ("stop", "pause", "resume")  # words
+LIVE: Final = ("arm", "engage", "return", "stop", "park", "rearm")
 
 
 class Desk(Protocol):
@@ -45,12 +46,10 @@ class Session:
     state: Note
     card: Note
     orders: Orders
-    desk: Desk
+    desk: Desk | None  # None where no run can be started: a live session is watched
     folder: Path
     secrets: Secrets
     hosts: frozenset[str]
-    port: int
-    mode: str = "offline"
     words: tuple[str, ...] = OFFLINE
     rate: Rate = field(default_factory=Rate)
     controlling: str = ""  # the client in control; empty: nobody
@@ -58,6 +57,11 @@ class Session:
     _open: dict[str, int] = field(default_factory=dict)  # websockets of each client
     _left_at: float = 0.0  # [s] when the last websocket of the client in control closed …
     _spoke_at: float = 0.0  # … and when it spoke last
+
+    @property
+    def mode(self) -> str:
+        """Return what the page is told that this is: offline or live."""
+        return "live" if self.desk is None else "offline"
 
     def came(self, client: str) -> None:
         """Note a websocket of a client that opened."""
@@ -77,6 +81,19 @@ class Session:
         if away and self.now() - max(self._left_at, self._spoke_at) > LEFT:
             self.controlling = ""
         return self.controlling
+
+    def desk_of_runs(self) -> Desk:
+        """Return what runs need.
+
+        Raises
+        ------
+        Refused : a live session is watched, which is set by its file and not by a form.
+        """
+        if self.desk is None:
+            raise Refused(
+                409, "a live session is watched here: it is set by its file, and runs are not started"
+            )
+        return self.desk
 
     def control(self, client: str) -> None:
         """Let a client have control if nobody has.
@@ -115,7 +132,7 @@ class Session:
 
     def give(self, word: str, values: Mapping[str, Any] | None = None) -> int:
         """Write an order for the worker; return its number."""
-        return self.orders.give(word, values or {}, reached=int(self.state.look().get("reached", 0)))
+        return self.orders.give(word, values or {})
 
     def place(self, folder: str, name: str, ending: str = "") -> Path:
         """Return where a file of the Commander's folder is or will be.
