@@ -55,7 +55,8 @@ class Page:
     ) -> Answer:
         """Ask for a path; with values, or a body, it is a POST."""
         content = json.dumps(values).encode() if values is not None else body
-        sent = {"X-Otolith": self.csrf, "Cookie": self.cookie} if self.csrf else {}
+        sent = {"X-Otolith": self.csrf} if self.csrf else {}
+        sent |= {"Cookie": self.cookie} if self.cookies else {}
         if values is not None:
             sent["Content-Type"] = "application/json"
         sent |= {name.replace("_", "-"): value for name, value in headers.items()}

@@ -1,13 +1,15 @@
 """`otolith commander`: the server of the page, and what it costs."""
 
+import contextlib
 import functools
 import importlib
 import os
 import socket
 import tempfile
 import webbrowser
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from rich.table import Table
@@ -15,6 +17,11 @@ from rich.text import Text
 
 from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, MissingExtra
+
+if TYPE_CHECKING:
+    from otolith.commander.watched import Pages
+    from otolith.live.session import Session
+    from otolith.live.shell.supervise import Live
 
 app = typer.Typer(
     help="Build, run, watch, tune and stop a run in a browser on this machine.",
@@ -79,6 +86,26 @@ def setup_for(listening: socket.socket, host: str, folder: Path, secrets: Any) -
         make=functools.partial(make_runs, own),
         desk=functools.partial(CommanderDesk, own),
     )
+
+
+@contextlib.contextmanager
+def pages_of(live: "Live", session: "Session", port: int, tell: Callable[[str], None]) -> Iterator["Pages"]:
+    """Serve the Commander beside a live session, to whoever has the address that is told.
+
+    Its token is for a machine that others log in to: whoever has it may arm.
+    """
+    check_extra()
+    from otolith.commander.keeper import Setup
+    from otolith.commander.security import Secrets, new_token
+    from otolith.commander.watched import own_folder, watched
+
+    with own_folder() as folder, listening(LOCAL, port) as socket_:
+        prefix = f"otolith-{os.getpid()}-page"
+        secrets = Secrets(token=new_token())
+        setup = Setup(prefix=prefix, folder=folder, listening=socket_, host=LOCAL, secrets=secrets)
+        with watched(setup, session, live.names) as pages:
+            tell(f"open {setup.address}")
+            yield pages
 
 
 def listening(host: str, port: int) -> socket.socket:

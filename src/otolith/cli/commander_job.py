@@ -17,6 +17,7 @@ from otolith.cli.options import RunOptions
 from otolith.cli.output import file_name, screen
 from otolith.cli.results import write_results
 from otolith.cli.run import write_contest
+from otolith.commander.columns import hexapod_of
 from otolith.commander.schema import Form
 from otolith.commander.session import RESULTS, UPLOADS
 from otolith.core.errors import InputError
@@ -26,7 +27,6 @@ from otolith.cueing.mpc.washout_weights import constant
 from otolith.experiment import Wanted
 from otolith.loop import ClosedLoop, Run
 from otolith.metrics.false_cues import false_cues
-from otolith.platforms import Platform
 from otolith.report.ranking import criterion_named
 
 WEIGHTS: Final = ("position", "velocity", "tilt_rate")
@@ -196,19 +196,6 @@ def _map_of(wanted: Wanted) -> dict[str, Any] | None:
     thin = slice(None, None, max(1, len(drive.t) // COURSE))
     series = {"time": drive.t, "x": drive.place[:, 0], "y": drive.place[:, 1]}
     return {name: np.round(one[thin], 2).tolist() for name, one in series.items()}
-
-
-def hexapod_of(platform: Platform) -> dict[str, Any] | None:
-    """Return what a page needs to draw the legs, in m; None if the platform has none."""
-    if platform.hexapod is None:
-        return None
-    legs = platform.six_legs()
-    return {
-        "base": legs.anchors.tolist(),
-        "platform": legs.joints.tolist(),
-        "neutral": legs.lengths(np.zeros(6)).tolist(),
-        "stroke": list(legs.stroke),
-    }
 
 
 def make_runs(folder: Path, values: Mapping[str, Any], tell: Callable[[str], None], name: str) -> Runs:

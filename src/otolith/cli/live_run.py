@@ -4,7 +4,7 @@ import contextlib
 import select
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 import typer
 
 from otolith import files
+from otolith.cli.commander import pages_of
 from otolith.cli.live_virtual import CueingName, Tuning
 from otolith.cli.options import CUEING_HELP, Dofs, PlatformName
 from otolith.cli.output import screen
@@ -20,17 +21,24 @@ from otolith.cli.stop import Stopped
 from otolith.core.errors import InputError, one_of
 
 if TYPE_CHECKING:
+    from otolith.live.messages import Word
     from otolith.live.session import Session
     from otolith.live.shell.supervise import Live
 
 DEVICES: Final = ("moog", "generic")
-LOOK: Final = 0.05  # [s] between looks at the session
+LOOK: Final = 0.02  # [s] between looks at the session, and at the words of pages
 _Heave = Annotated[
     float | None,
     typer.Option(help="Moog's own heave [m] at our neutral pose, 0 to -0.4572 (default: -0.2)."),
 ]
 
 
+CommanderPort = Annotated[
+    int | None,
+    typer.Option(
+        metavar="PORT", help="Show the session on a page, too: its address is printed; 0: any port."
+    ),
+]
 LogFolder = Annotated[
     Path | None,
     typer.Option(
@@ -159,6 +167,7 @@ def run(
         float | None,
         typer.Option(help="Arm and engage without a word, and park after this time.", min=1.0),
     ] = None,
+    commander: CommanderPort = None,
     allow_jitter: Annotated[
         bool, typer.Option("--allow-jitter", help="Arm without, or in spite of, 'otolith live check'.")
     ] = False,
@@ -179,7 +188,7 @@ def run(
         preset=preset,
         page_only=page_only,
     )
-    drive(permitted(choices.session(), allow_jitter=allow_jitter), seconds, log)
+    drive(permitted(choices.session(), allow_jitter=allow_jitter), seconds, log, page=commander)
 
 
 def permitted(session: "Session", *, allow_jitter: bool) -> "Session":
@@ -201,13 +210,14 @@ def demo(
     dofs: Dofs = "surge-pitch,sway-roll",
     tuning: Tuning = None,
     log: LogFolder = None,
+    commander: CommanderPort = None,
 ) -> None:
     """Show a session in real time, with a virtual driver and a Moog base in software."""
     from otolith.live.shell.virtual import surroundings
 
     with surroundings() as (telemetry, base):
         choices = Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning)
-        drive(choices.between(telemetry, base).session(), seconds, log)
+        drive(choices.between(telemetry, base).session(), seconds, log, page=commander)
 
 
 def _address(option: str, url: str) -> tuple[str, str]:
@@ -225,9 +235,18 @@ def _address(option: str, url: str) -> tuple[str, str]:
 
 
 def drive(
-    session: "Session", seconds: float | None, log: Path | None = None, *, stderr: bool = False
+    session: "Session",
+    seconds: float | None,
+    log: Path | None = None,
+    *,
+    stderr: bool = False,
+    page: int | None = None,
 ) -> "Live":
     """Run a session until it is interrupted, or for a time; return it as it ended.
+
+    Parameters
+    ----------
+    page : port on which the Commander shows it; None for no page.
 
     Raises
     ------
@@ -237,11 +256,15 @@ def drive(
 
     console, begin = screen(stderr=stderr), time.monotonic()
 
+    also: list[Callable[[str], None]] = []
+
     def tell(sentence: str) -> None:
         with contextlib.suppress(OSError):  # a terminal that was closed must not keep us from parking
             console.print(f"{time.monotonic() - begin:7.2f} s  {sentence}", highlight=False, soft_wrap=True)
+        for listener in also:
+            listener(sentence)
 
-    with only_session(session.device, tell) as lock:
+    with only_session(session.device, tell) as lock, contextlib.ExitStack() as stack:
         live = Live(session, tell, lock=lock, log=log)
         try:
             tell("starting; what is not compiled yet takes up to a minute")
@@ -249,8 +272,10 @@ def drive(
                 tell("open loop: the device reports nothing, so nothing that it does is known or supervised")
             if session.forbids:
                 tell(f"this session cannot be armed: {session.forbids}")
+            pages = None if page is None else stack.enter_context(pages_of(live, session, page, tell))
+            also.extend(() if pages is None else (pages.tell,))
             live.start()
-            _converse(live, seconds)
+            _converse(live, seconds, lambda: () if pages is None else pages.words(tell))
         except Stopped:
             tell("asked to end: return, park, then the end")
             raise
@@ -261,14 +286,16 @@ def drive(
     return live
 
 
-def _converse(live: "Live", seconds: float | None) -> None:
-    """Pass on words, those of the user or, for a time, our own."""
+def _converse(live: "Live", seconds: float | None, of_pages: Callable[[], tuple["Word", ...]]) -> None:
+    """Pass on words, those of the user and of pages or, for a time, our own."""
     from otolith.live.messages import State, Word
 
     engaged_at: float | None = None
     words = {State.IDLE: Word.ARM, State.READY: Word.ENGAGE}
     while live.alive("output"):
         state = live.look()
+        if said := of_pages():
+            live.say(*said)
         if seconds is not None:
             if engaged_at is None and state in words:
                 live.say(words[state])

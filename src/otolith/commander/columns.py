@@ -103,3 +103,16 @@ def rows_of(loop: "ClosedLoop", run: "Run", other: "Run | None") -> Singles:
     second = np.full((n, 3), np.nan) if other is None else other.felt_force
     rows = np.column_stack([run.time, forces, pose, twist, legs, np.repeat(decisions, every, axis=0), second])
     return rows.astype(np.float32)
+
+
+def hexapod_of(platform: "Platform") -> dict[str, Any] | None:
+    """Return what a page needs to draw the legs, in m; None if the platform has none."""
+    if platform.hexapod is None:
+        return None
+    legs = platform.six_legs()
+    return {
+        "base": legs.anchors.tolist(),
+        "platform": legs.joints.tolist(),
+        "neutral": legs.lengths(np.zeros(6)).tolist(),
+        "stroke": list(legs.stroke),
+    }

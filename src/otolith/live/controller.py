@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import OtolithError
 from otolith.interfaces import Command, Cueing, PlatformState, Status
 from otolith.live.core.gate import Gate, Verdict
@@ -24,6 +24,7 @@ from otolith.live.messages import Plan, Report, Rung, Telemetry
 from otolith.live.wire.formats import OtherPacket
 
 ALL: Final = Cued()
+NOTHING: Final = frozen_array(np.full(3, np.nan))  # asked for
 UNTRUSTED: Final = 1e-3  # residual of the optimality conditions from which an answer is none
 
 Parse = Callable[[bytes], Telemetry]
@@ -96,6 +97,7 @@ class Controller:
         self._last_ns: int | None = None
         self._telemetry_ns = 0
         self.refused = 0  # plans that the gate did not let pass
+        self.asked = NOTHING  # (3,) [m/s²] force that the last decision should let feel; NaN without one
 
     def tick(self, now_ns: int, inbox: ControllerInbox) -> Plan:
         """Decide one plan."""
@@ -108,6 +110,7 @@ class Controller:
         report = inbox.report
         if report is None or report.state not in CUED:
             self._observer.reset() if condition.reaction.rung >= Rung.FADE else None
+            self.asked = NOTHING
             return self._publish(now_ns, np.empty((0, 6)), condition, report, late)
         if report.generation != self._generation:
             self._engage(report)
@@ -150,6 +153,7 @@ class Controller:
         if self._counters.late.count >= LATE:
             return self._fallback(now_ns, motion), "too late"
         wanted = reference(self._observer, now_ns, self._cued, weight=weight, period=self.cueing.period)
+        self.asked = wanted.specific_force
         try:
             command = self.cueing.step(_state(motion), wanted)
         except Exception as error:  # noqa: BLE001 (an algorithm may be anybody's; its failure must not stop us)

@@ -8,9 +8,11 @@ from typing import Final
 
 import numpy as np
 
+from otolith.core.arrays import Vec
 from otolith.live.messages import Plan, Report, Rung, State, Word
 
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
+_ASKED: Final = struct.Struct("<q3d")
 _REPORT: Final = struct.Struct("<qqq")
 _NOWHERE: Final = np.full(6, np.nan)
 
@@ -84,3 +86,14 @@ def pack_words(words: tuple[Word, ...]) -> bytes:
 def unpack_words(message: bytes) -> tuple[Word, ...]:
     """Return the words of `pack_words`."""
     return tuple(Word(word) for word in message.decode().split())
+
+
+def pack_asked(time_ns: int, force: Vec) -> bytes:
+    """Return the force (3,) [m/s²] that a decision at a time should let feel, as bytes."""
+    return _ASKED.pack(time_ns, *force)
+
+
+def unpack_asked(message: bytes) -> tuple[int, Vec]:
+    """Return what `pack_asked` packed."""
+    time_ns, *force = _ASKED.unpack(message)
+    return time_ns, np.array(force)

@@ -30,7 +30,7 @@ from otolith.live.shell.watch import OutputWatch
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler
 ENDS: Final = 60.0  # [s] that returning and parking may take
 LEAVES: Final = 5.0  # [s] that a controller may take to end
-NAMES: Final = ("plans", "reports", "words")
+NAMES: Final = ("plans", "reports", "words", "asked")
 
 
 class Handle:
@@ -185,6 +185,11 @@ class Live:
         for sentence in self._session.changed() if Word.ARM in words else ():
             self._tell(f"{sentence}; the session goes on with what it read at its start")
         self._channels["words"].write(pack_words(words))
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Return the names of the shared memory, for a child that looks on."""
+        return dict(self._names)
 
     def sign(self) -> None:
         """Pass on a sign of life of whoever speaks the words."""

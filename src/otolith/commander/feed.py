@@ -1,0 +1,202 @@
+"""A live session as the page sees it: the same rows, state and events as of a simulation.
+
+A process of normal priority reads what controller and output publish in shared memory, 500 times a second,
+and writes the Commander's rows. It writes nothing that they read, and nobody waits for it. Words do not pass
+through it: the supervisor reads them itself (`otolith.commander.watched`).
+"""
+
+import queue
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from otolith.commander.columns import COUNT, described, hexapod_of
+from otolith.commander.keeper import Setup, begin_child
+from otolith.commander.orders import Note
+from otolith.commander.rows import Rows
+from otolith.core.arrays import Mat, Singles, Vec
+from otolith.core.frames import specific_force
+from otolith.live.messages import Plan, Report, State, Word
+from otolith.live.packed import unpack_asked, unpack_plan, unpack_report
+from otolith.live.session import Session
+from otolith.live.shell.memory import Channel
+from otolith.platforms import Platform
+
+LOOK: Final = 0.002  # [s]
+WRITE: Final = 0.01  # [s] between two pieces of rows
+TOLD: Final = 0.1  # [s] between two notes of the state
+HOLE: Final = 0.05  # [s] without a report that is a gap
+SILENT: Final = 0.5  # [s] without a report after which nothing runs
+ENDED: Final = 0.1  # [s] after which a decision's force is no more what is asked for
+EVENTS: Final = 100
+DECIDED: Final = ("", "decided")  # outcomes of a plan that the algorithm itself decided
+# The words that a state accepts, beside stop.
+WORDS: Final[Mapping[State, tuple[Word, ...]]] = {
+    State.IDLE: (Word.ARM,),
+    State.PARKED: (Word.ARM,),
+    State.ENGAGING: (Word.PARK,),
+    State.READY: (Word.ENGAGE, Word.PARK),
+    State.ENGAGED: (Word.RETURN, Word.PARK),
+    State.HOLDING: (Word.RETURN, Word.PARK),
+    State.RETURNING: (Word.PARK,),
+    State.FAULT: (Word.REARM,),
+}
+
+
+class Feed:
+    """Makes rows and the state of what is published; it knows no memory and no clock.
+
+    Parameters
+    ----------
+    began_ns : [ns] time 0 of the page.
+    """
+
+    def __init__(self, platform: Platform, began_ns: int) -> None:
+        self._legs = None if platform.hexapod is None else platform.six_legs()
+        self._began = began_ns
+        self._rows: list[Vec] = []
+        self._asked_ns, self._asked = 0, np.full(3, np.nan)
+        self._plan: Plan | None = None
+        self._report: Report | None = None
+        self._events: list[dict[str, Any]] = []
+        self.refused = 0  # plans that the algorithm did not decide itself
+
+    def seconds(self, time_ns: int) -> float:
+        """Return a time as the page has it [s]."""
+        return 1e-9 * (time_ns - self._began)
+
+    def ask(self, time_ns: int, force: Vec) -> None:
+        """Take what the last decision should let feel."""
+        self._asked_ns, self._asked = time_ns, force
+
+    def plan(self, plan: Plan) -> None:
+        """Take a plan."""
+        self._plan = plan
+        self.refused += len(plan.stages) > 0 and plan.outcome not in DECIDED
+
+    def report(self, report: Report) -> None:
+        """Take a report: a row, after a gap where others are missing before it."""
+        before, self._report = self._report, report
+        now = self.seconds(report.time_ns)
+        if before is not None and report.time_ns - before.time_ns > 1e9 * HOLE:
+            self._rows.append(np.array([now, *[np.nan] * (COUNT - 1)]))
+        fresh = report.time_ns - self._asked_ns < 1e9 * ENDED
+        self._rows.append(self._row(now, report.motion, self._asked if fresh else np.full(3, np.nan)))
+
+    def _row(self, now: float, motion: Mat, asked: Vec) -> Vec:
+        pose, twist, acceleration = motion
+        felt = specific_force(acceleration[:3], pose[3:])
+        legs = np.full(6, np.nan) if self._legs is None else self._legs.lengths(pose)
+        residual = np.nan if self._plan is None else self._plan.residual
+        return np.concatenate(
+            [
+                [now],
+                np.column_stack([asked, felt]).ravel(),
+                pose[:3],
+                np.degrees(pose[3:]),
+                np.degrees(twist[[4, 3]]),
+                legs,
+                [np.nan, np.nan, residual, np.nan, np.nan, np.nan],
+            ]
+        )
+
+    def rows(self) -> Singles:
+        """Return the rows since the last call."""
+        rows, self._rows = self._rows, []
+        return np.array(rows, dtype=np.float32)
+
+    def tell(self, time_ns: int, sentences: Sequence[str]) -> None:
+        """Note events."""
+        for text in sentences:
+            event = {
+                "number": self._events[-1]["number"] + 1 if self._events else 1,
+                "time": round(self.seconds(time_ns), 3),
+                "level": "fault" if text.startswith(State.FAULT) else "info",
+                "text": text[:300],
+                "generation": 1,
+            }
+            self._events = [*self._events[1 - EVENTS :], event]
+
+    def state(self, now_ns: int) -> dict[str, Any]:
+        """Return the state as the page is told it."""
+        report, plan = self._report, self._plan
+        state = State.IDLE if report is None else report.state
+        silent = report is None or now_ns - report.time_ns > 1e9 * SILENT
+        heard = (
+            None if plan is None or not plan.telemetry_ns else round(1e-9 * (now_ns - plan.telemetry_ns), 3)
+        )
+        return {
+            "state": str(state),
+            "text": (plan.reason if plan is not None else "") or str(state),
+            "time": round(self.seconds(now_ns), 3),
+            "running": not silent,
+            "busy": True,
+            "generation": 1,
+            "speed": 1.0,
+            "words": [str(word) for word in (Word.STOP, *WORDS.get(state, ()))],
+            "lamps": {
+                "telemetry_age_s": heard,
+                "missed": None,
+                "gate_refused": self.refused,
+                "log": None,  # its news are events
+                "clock": None,
+            },
+            "events": self._events,
+        }
+
+
+def run_feed(setup: Setup, session: Session, names: Mapping[str, str], said: Any, began_ns: int) -> None:
+    """Be the feed, until a signal ends this process."""
+    begin_child()
+    plans, reports, asked = (Channel(names[name]) for name in ("plans", "reports", "asked"))
+    rows, state = Rows(setup.name("rows")), Note(Channel(setup.name("state")))
+    feed = Feed(session.platform, began_ns)
+    Note(Channel(setup.name("card"))).state(card(session))
+    rows.begin(1)
+    wrote = told = 0.0
+    while True:
+        _look(feed, plans, reports, asked)
+        now = time.monotonic()
+        if now - wrote > WRITE:
+            wrote = now
+            made = feed.rows()
+            rows.write(made) if len(made) else None
+        if now - told > TOLD:
+            told = now
+            _hear(feed, said)
+            state.state(feed.state(time.monotonic_ns()))
+        time.sleep(LOOK)
+
+
+def _look(feed: Feed, plans: Channel, reports: Channel, asked: Channel) -> None:
+    if (message := asked.read()) is not None:
+        feed.ask(*unpack_asked(message))
+    if (message := plans.read()) is not None:
+        feed.plan(unpack_plan(message))
+    if (message := reports.read()) is not None:
+        feed.report(unpack_report(message))
+
+
+def _hear(feed: Feed, said: Any) -> None:
+    try:
+        while True:
+            feed.tell(*said.get_nowait())
+    except queue.Empty:
+        pass
+
+
+def card(session: Session) -> dict[str, Any]:
+    """Return what is known of a live session as a whole."""
+    stated = session.settings
+    return {
+        "generation": 1,
+        "columns": described(session.platform),
+        "values": stated.model_dump(include={"platform", "cueing", "dofs", "tuning", "liveliness", "scale"}),
+        "command": "otolith live run",
+        "duration": None,
+        "hexapod": hexapod_of(session.platform),
+        "map": None,
+        "summary": None,
+    }
