@@ -29,11 +29,13 @@ class Answer:
 class Page:
     """One browser."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, token: str | None = None) -> None:
         self.port, self.csrf, self.cookies = port, "", dict[str, str]()
+        first = "/health" if token is None else f"/?token={token}"
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:  # the server may still be starting
             try:
+                self.ask(first)
                 self.start = self.ask("/api/start").json
                 break
             except (ConnectionError, TimeoutError):

@@ -1,10 +1,14 @@
 """A live session as rows and state, and the words of its pages, without processes."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from otolith.commander.columns import columns
-from otolith.commander.feed import EVENTS, WORDS, Feed
+from otolith.commander.feed import WORDS, Feed
+from otolith.commander.orders import Note
+from otolith.commander.watched import EVENTS, Pages
 from otolith.core.frames import GRAVITY
 from otolith.live.messages import Plan, Report, State, Word
 from otolith.live.packed import pack_asked, unpack_asked
@@ -90,14 +94,24 @@ def test_the_words_are_those_that_the_states_of_a_session_accept() -> None:
     assert [state for state, words in WORDS.items() if Word.ENGAGE in words] == [State.READY]
 
 
-def test_events_are_numbered_and_the_oldest_go() -> None:
-    feed = Feed(DAVSI, 0)
-    feed.tell(5 * MS, [f"sentence {k}" for k in range(EVENTS + 5)])
-    feed.tell(6 * MS, ["fault: the output died"])
-    events = feed.state(MS)["events"]
+def test_sentences_are_numbered_and_the_oldest_go() -> None:
+    stated: list[Any] = []
+
+    class Said(Note):
+        def __init__(self) -> None:
+            pass
+
+        def state(self, value: Any) -> None:
+            stated.append(value)
+
+    pages = Pages(Said(), None)  # type: ignore[arg-type]
+    for k in range(EVENTS + 5):
+        pages.tell(f"sentence {k}")
+    pages.tell("fault: the output died")
+    events = Feed(DAVSI, 0, generation=3).state(MS, stated[-1]["events"])["events"]
     assert len(events) == EVENTS
     assert [one["number"] for one in events] == list(range(7, EVENTS + 7))
-    assert (events[-1]["level"], events[0]["level"]) == ("fault", "info")
+    assert (events[-1]["level"], events[0]["level"], events[0]["generation"]) == ("fault", "info", 3)
 
 
 def test_what_is_asked_for_comes_back_bit_for_bit() -> None:

@@ -5,7 +5,6 @@ and writes the Commander's rows. It writes nothing that they read, and nobody wa
 through it: the supervisor reads them itself (`otolith.commander.watched`).
 """
 
-import queue
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -30,7 +29,6 @@ TOLD: Final = 0.1  # [s] between two notes of the state
 HOLE: Final = 0.05  # [s] without a report that is a gap
 SILENT: Final = 0.5  # [s] without a report after which nothing runs
 ENDED: Final = 0.1  # [s] after which a decision's force is no more what is asked for
-EVENTS: Final = 100
 DECIDED: Final = ("", "decided")  # outcomes of a plan that the algorithm itself decided
 # The words that a state accepts, beside stop.
 WORDS: Final[Mapping[State, tuple[Word, ...]]] = {
@@ -51,16 +49,18 @@ class Feed:
     Parameters
     ----------
     began_ns : [ns] time 0 of the page.
+    generation : of its rows; a feed that follows a dead one has another.
     """
 
-    def __init__(self, platform: Platform, began_ns: int) -> None:
+    def __init__(self, platform: Platform, began_ns: int, generation: int = 1) -> None:
+        self._generation = generation
         self._legs = None if platform.hexapod is None else platform.six_legs()
         self._began = began_ns
         self._rows: list[Vec] = []
         self._asked_ns, self._asked = 0, np.full(3, np.nan)
         self._plan: Plan | None = None
         self._report: Report | None = None
-        self._events: list[dict[str, Any]] = []
+        self._shown: State | None = None
         self.refused = 0  # plans that the algorithm did not decide itself
 
     def seconds(self, time_ns: int) -> float:
@@ -102,25 +102,18 @@ class Feed:
             ]
         )
 
+    def changed(self) -> bool:
+        """Return whether the session's state is another than at the last call."""
+        before, self._shown = self._shown, None if self._report is None else self._report.state
+        return before is not self._shown
+
     def rows(self) -> Singles:
         """Return the rows since the last call."""
         rows, self._rows = self._rows, []
         return np.array(rows, dtype=np.float32)
 
-    def tell(self, time_ns: int, sentences: Sequence[str]) -> None:
-        """Note events."""
-        for text in sentences:
-            event = {
-                "number": self._events[-1]["number"] + 1 if self._events else 1,
-                "time": round(self.seconds(time_ns), 3),
-                "level": "fault" if text.startswith(State.FAULT) else "info",
-                "text": text[:300],
-                "generation": 1,
-            }
-            self._events = [*self._events[1 - EVENTS :], event]
-
-    def state(self, now_ns: int) -> dict[str, Any]:
-        """Return the state as the page is told it."""
+    def state(self, now_ns: int, events: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
+        """Return the state as the page is told it, with what the supervisor has said."""
         report, plan = self._report, self._plan
         state = State.IDLE if report is None else report.state
         silent = report is None or now_ns - report.time_ns > 1e9 * SILENT
@@ -133,7 +126,7 @@ class Feed:
             "time": round(self.seconds(now_ns), 3),
             "running": not silent,
             "busy": True,
-            "generation": 1,
+            "generation": self._generation,
             "speed": 1.0,
             "words": [str(word) for word in (Word.STOP, *WORDS.get(state, ()))],
             "lamps": {
@@ -143,18 +136,20 @@ class Feed:
                 "log": None,  # its news are events
                 "clock": None,
             },
-            "events": self._events,
+            "events": [{**event, "generation": self._generation} for event in events],
         }
 
 
-def run_feed(setup: Setup, session: Session, names: Mapping[str, str], said: Any, began_ns: int) -> None:
+def run_feed(setup: Setup, session: Session, names: Mapping[str, str], began_ns: int) -> None:
     """Be the feed, until a signal ends this process."""
     begin_child()
     plans, reports, asked = (Channel(names[name]) for name in ("plans", "reports", "asked"))
-    rows, state = Rows(setup.name("rows")), Note(Channel(setup.name("state")))
-    feed = Feed(session.platform, began_ns)
-    Note(Channel(setup.name("card"))).state(card(session))
-    rows.begin(1)
+    rows, said = Rows(setup.name("rows")), Note(Channel(setup.name("said")))
+    state, about = Note(Channel(setup.name("state"))), Note(Channel(setup.name("card")))
+    generation = int(state.look().get("generation", 0)) + 1
+    feed = Feed(session.platform, began_ns, generation)
+    about.state(card(session, generation))
+    rows.begin(generation)
     wrote = told = 0.0
     while True:
         _look(feed, plans, reports, asked)
@@ -163,10 +158,9 @@ def run_feed(setup: Setup, session: Session, names: Mapping[str, str], said: Any
             wrote = now
             made = feed.rows()
             rows.write(made) if len(made) else None
-        if now - told > TOLD:
+        if now - told > TOLD or feed.changed():
             told = now
-            _hear(feed, said)
-            state.state(feed.state(time.monotonic_ns()))
+            state.state(feed.state(time.monotonic_ns(), said.look().get("events", ())))
         time.sleep(LOOK)
 
 
@@ -179,19 +173,11 @@ def _look(feed: Feed, plans: Channel, reports: Channel, asked: Channel) -> None:
         feed.report(unpack_report(message))
 
 
-def _hear(feed: Feed, said: Any) -> None:
-    try:
-        while True:
-            feed.tell(*said.get_nowait())
-    except queue.Empty:
-        pass
-
-
-def card(session: Session) -> dict[str, Any]:
+def card(session: Session, generation: int) -> dict[str, Any]:
     """Return what is known of a live session as a whole."""
     stated = session.settings
     return {
-        "generation": 1,
+        "generation": generation,
         "columns": described(session.platform),
         "values": stated.model_dump(include={"platform", "cueing", "dofs", "tuning", "liveliness", "scale"}),
         "command": "otolith live run",

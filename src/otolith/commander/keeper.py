@@ -30,7 +30,7 @@ AGAIN: Final = 0.5  # [s] before a process that died is started anew
 GRACE: Final = 3.0  # [s] for a process to end
 GIVEN_UP: Final = 5  # deaths in a row, each within `SOON`, after which the keeper ends
 SOON: Final = 5.0  # [s]
-NAMES: Final = ("rows", "state", "card", "orders")
+NAMES: Final = ("state", "card", "orders", "said")  # channels in shared memory
 
 
 class GivenUp(OtolithError):
@@ -76,7 +76,7 @@ class Setup:
 
 
 class Keeper:
-    """Owns the shared memory, and keeps processes running; to be used in a `with` block.
+    """Keeps processes running, within shared memory that `memory` has made; to be used in a `with` block.
 
     Parameters
     ----------
@@ -97,7 +97,6 @@ class Keeper:
     def __enter__(self) -> Self:
         for folder in (UPLOADS, PRESETS, RESULTS):
             (self._setup.folder / folder).mkdir(parents=True, exist_ok=True)
-        self._stack.enter_context(_memory(self._setup))
         for name, target in self._targets.items():
             one = _Kept(name, target, (self._setup, *self._more.get(name, ())), self._tell)
             self._stack.callback(one.end)
@@ -127,7 +126,8 @@ def keep(setup: Setup, tell: Callable[[str], None], *, on: Callable[[], bool] = 
     ------
     GivenUp : one of them dies again and again.
     """
-    with Keeper(setup, tell, {"server": run_server, "simulation": run_simulation}) as keeper:
+    targets: dict[str, Callable[..., None]] = {"server": run_server, "simulation": run_simulation}
+    with memory(setup), Keeper(setup, tell, targets) as keeper:
         while on():
             keeper.look(0.25)
 
@@ -184,10 +184,10 @@ class _Kept:
 
 
 @contextlib.contextmanager
-def _memory(setup: Setup) -> Iterator[None]:
+def memory(setup: Setup) -> Iterator[None]:
     """Make the shared memory, and remove it in the end."""
     with Rows(setup.name("rows"), COUNT), contextlib.ExitStack() as stack:
-        for what in NAMES[1:]:
+        for what in NAMES:
             stack.enter_context(Channel(setup.name(what), create=True))
         yield
 

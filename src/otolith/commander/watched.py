@@ -4,28 +4,43 @@ import contextlib
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from otolith.commander.feed import run_feed
-from otolith.commander.keeper import GivenUp, Keeper, Setup, run_server
-from otolith.commander.orders import Inbox
-from otolith.live.messages import Word
+from otolith.commander.keeper import GivenUp, Keeper, Setup, memory, run_server
+from otolith.commander.orders import Inbox, Note
+from otolith.live.messages import State, Word
 from otolith.live.session import Session
 from otolith.live.shell.memory import Channel
 
+EVENTS: Final = 100  # that are kept
+
 
 class Pages:
-    """The pages that watch a session, as its supervisor knows them."""
+    """The pages that watch a session, as its supervisor knows them.
 
-    def __init__(self, keeper: Keeper, inbox: Inbox, said: Any) -> None:
-        self._keeper: Keeper | None = keeper
-        self._inbox, self._said = inbox, said
+    Parameters
+    ----------
+    said : where the sentences are stated that pages show as events.
+    """
+
+    def __init__(self, said: Note, inbox: Inbox) -> None:
+        self.began_ns = time.monotonic_ns()  # time 0 of the pages
+        self.keeper: Keeper | None = None
+        self._said, self._inbox = said, inbox
+        self._events: list[dict[str, Any]] = []
 
     def tell(self, sentence: str) -> None:
         """Show a sentence as an event."""
-        self._said.put((time.monotonic_ns(), [sentence]))
+        event = {
+            "number": self._events[-1]["number"] + 1 if self._events else 1,
+            "time": round(1e-9 * (time.monotonic_ns() - self.began_ns), 3),
+            "level": "fault" if sentence.startswith(State.FAULT) else "info",
+            "text": sentence[:300],
+        }
+        self._events = [*self._events[1 - EVENTS :], event]
+        self._said.state({"events": self._events})
 
     def words(self, tell: Callable[[str], None]) -> tuple[Word, ...]:
         """Return the words that pages have said since the last call; start anew what has died.
@@ -33,10 +48,10 @@ class Pages:
         Where that is in vain the session goes on without pages, which is told.
         """
         try:
-            if self._keeper is not None:
-                self._keeper.look()
+            if self.keeper is not None:
+                self.keeper.look()
         except GivenUp as error:
-            self._keeper = None
+            self.keeper = None
             tell(f"{error}: the session goes on without a page")
         return tuple(Word(order.word) for order in self._inbox.new())
 
@@ -44,15 +59,12 @@ class Pages:
 @contextlib.contextmanager
 def watched(setup: Setup, session: Session, names: dict[str, str]) -> Iterator[Pages]:
     """Serve pages that watch a session, whose shared memory has these names."""
-    said: Any = get_context("spawn").Queue()
     targets: dict[str, Callable[..., None]] = {"server": run_server, "feed": run_feed}
-    more = {"feed": (session, names, said, time.monotonic_ns())}
-
-    def died(sentence: str) -> None:
-        said.put((time.monotonic_ns(), [sentence]))
-
-    with Keeper(setup, died, targets, more) as keeper, Channel(setup.name("orders")) as channel:
-        yield Pages(keeper, Inbox(channel, 0), said)
+    with memory(setup), Channel(setup.name("said")) as said, Channel(setup.name("orders")) as orders:
+        pages = Pages(Note(said), Inbox(orders, 0))
+        more = {"feed": (session, names, pages.began_ns)}
+        with Keeper(setup, pages.tell, targets, more) as pages.keeper:
+            yield pages
 
 
 @contextlib.contextmanager

@@ -1,0 +1,122 @@
+"""A page that watches and operates a live session of real processes, and dies beside it."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from otolith.cli.commander import listening
+from otolith.commander.keeper import Setup
+from otolith.commander.security import Secrets, new_token
+from otolith.commander.watched import watched
+from otolith.live.messages import State
+from otolith.live.shell.supervise import Live, only_session
+from tests.commander.client import Page
+from tests.live.shell.rig import Rig
+
+Watched = tuple[Live, Rig, Page, list[str]]
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Iterator[Watched]:
+    """A session that is idle, its page, and a supervisor that passes words on."""
+    told: list[str] = []
+    over = threading.Event()
+    with Rig() as rig, only_session(("127.0.0.1", rig.device)) as lock, listening("127.0.0.1", 0) as line:
+        also: list[Callable[[str], None]] = [told.append]
+        live = Live(rig.session(), lambda text: _tell(also, text), lock=lock)
+        secrets = Secrets(token=new_token())
+        setup = Setup(
+            prefix=f"otolith-test-{os.getpid()}",
+            folder=tmp_path,
+            listening=line,
+            host="127.0.0.1",
+            secrets=secrets,
+        )
+        with watched(setup, rig.session(), live.names) as pages:
+
+            def supervise() -> None:
+                while not over.wait(0.01):
+                    live.look()
+                    if words := pages.words(told.append):
+                        live.say(*words)
+
+            supervisor = threading.Thread(target=supervise)
+            also.append(pages.tell)
+            try:
+                live.start()
+                pages.tell("started")
+                supervisor.start()
+                yield live, rig, Page(setup.port, secrets.token), told
+            finally:
+                over.set()
+                supervisor.join() if supervisor.ident else None
+                live.end()
+
+
+def _tell(listeners: list[Callable[[str], None]], text: str) -> None:
+    for listener in listeners:
+        listener(text)
+
+
+def child(name: str) -> int:
+    return next(one.pid or 0 for one in multiprocessing.active_children() if one.name == f"otolith {name}")
+
+
+def test_a_page_arms_engages_and_stops_and_its_processes_may_die(session: Watched) -> None:
+    live, rig, page, _ = session
+    assert page.start["mode"] == "live"
+    assert page.ask("/api/run", {}).status == 409
+    assert page.ask("/api/parameters", {"scale": 0.5}).status == 409
+    with page.stream() as stream:
+        assert stream.until("event", text="started")
+        assert "arm" in stream.until("state", state="idle")["words"]
+        assert page.say("arm") == 204
+        stream.until("state", state="ready")
+        stream.send({"word": "engage"})
+        stream.until("state", state="engaged")
+        rig.moves()
+        for _ in range(20):
+            stream.frame()
+        names = [
+            column["name"]
+            for column in next(one for one in stream.texts if one["kind"] == "schema")["columns"]
+        ]
+        rows = stream.rows()
+        assert np.isfinite(rows[-1, names.index("wanted_x")])
+        assert np.abs(rows[:, names.index("felt_x")]).max() > 0.0
+        assert stream.frames[-1].age < 1.0
+        os.kill(child("feed"), signal.SIGKILL)
+        os.kill(child("server"), signal.SIGKILL)
+    assert live.alive("output")
+    again = Page(page.port, _token(page))
+    with again.stream() as stream:
+        stream.until("state", state="engaged")  # nothing has happened to the session
+        assert live.fault == ""
+        assert again.say("stop") == 204
+        stream.until("event", text="returning: stop")
+        stream.until("state", state="ready")
+
+
+def _token(page: Page) -> str:
+    return page.cookies["otolith-token"]
+
+
+def test_another_page_only_looks_on_but_stops(session: Watched) -> None:
+    live, _, page, _ = session
+    other = Page(page.port, _token(page))
+    with page.stream() as stream, other.stream() as looking:
+        assert page.say("arm") == 204
+        looking.until("state", state="ready")
+        assert other.say("engage") == 403
+        assert page.say("engage") == 204
+        looking.until("state", state="engaged")
+        assert other.say("stop") == 204
+        stream.until("event", text="returning: stop")
+    assert live.report is not None
+    assert live.report.state in (State.RETURNING, State.READY)
