@@ -12,8 +12,8 @@ from otolith.live.ring import Ring
 
 EVERY_NS: Final = 50_000_000  # [ns] between two looks at the rings
 SILENT_NS: Final = 1_000_000_000  # [ns] after which a recorder counts as dead or hung
-# [bytes] of a ring per stream: 10 s of set-points, or of decisions, without a look of the recorder
-CAPACITY: Final = 1 << 23
+# [bytes] of a ring per stream: 15 s of set-points and of the longest plans without a look of the recorder
+CAPACITY: Final = 1 << 24
 
 
 class Disk(Protocol):
