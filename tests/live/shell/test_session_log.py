@@ -14,6 +14,11 @@ from otolith.live.shell.supervise import Live, only_session
 from tests.live.shell.rig import Rig, until
 
 
+def reported(live: Live) -> int:
+    """Return the time [ns] of the latest tick of the output."""
+    return 0 if live.report is None else live.report.time_ns
+
+
 def test_a_logged_session_replays_and_outlives_its_recorder(tmp_path: Path) -> None:
     """Row 15: the recorder is killed while the platform is cued; what it wrote before is whole."""
     told: list[str] = []
@@ -28,9 +33,9 @@ def test_a_logged_session_replays_and_outlives_its_recorder(tmp_path: Path) -> N
             time.sleep(3.0)
             os.kill(live._children["recorder"].pid, signal.SIGKILL)
             until(lambda: bool(live.look()) and any("its recorder" in line for line in told), "the lamp")
-            packets = rig.packets
-            until(lambda: rig.packets > packets + 60, "set-points go on")
-            assert live.look() is not State.FAULT
+            before = time.monotonic_ns()
+            until(lambda: live.look() is not None and reported(live) > before + 10**9, "set-points go on")
+            assert live.fault == ""
         finally:
             live.end()
     assert any(line.startswith("parked") for line in told)
@@ -44,7 +49,7 @@ def test_a_logged_session_replays_and_outlives_its_recorder(tmp_path: Path) -> N
         for piece in log.pieces(PIECES):
             replay.take(piece)
             kinds |= {one.kind for one in piece}
-    assert kinds == set(Kind) - {Kind.LOST, Kind.REACTION}
+    assert kinds >= set(Kind) - {Kind.LOST, Kind.REACTION}
     plans, set_points = replay.seen
     assert (plans.first, plans.different, plans.lost) == ("", 0, 0)
     assert (set_points.first, set_points.different, set_points.lost) == ("", 0, 0)
