@@ -1,4 +1,4 @@
-"""What the Commander's page costs in a browser: CPU per drawn frame, frames per second, bytes, first paint.
+"""What the Commander's page costs in a browser: CPU per drawn frame, frames per second, bytes, and memory.
 
     python benchmarks/commander_page.py [--seconds 15] [--size 1280x720]
 
@@ -19,7 +19,7 @@ import urllib.request
 from pathlib import Path
 from typing import Final
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
 
 HERE: Final = Path(__file__).resolve().parents[1]
 COUNT: Final = """() => {
@@ -80,15 +80,27 @@ def measure(chromium: str, address: str, seconds: float, size: str) -> None:
         page.wait_for_selector(".panel")
         page.evaluate(COUNT)
         time.sleep(2.0)
+        heap = heap_of(page)
         before, frames, begun = cpu_of_children(), page.evaluate("window.drawn"), time.monotonic()
         time.sleep(seconds)
         after, frames_then, ended = cpu_of_children(), page.evaluate("window.drawn"), time.monotonic()
+        grown = heap_of(page) - heap
         browser.close()
     drawn, used = frames_then - frames, after - before
     load = os.getloadavg()[0]
     rate, cost = drawn / (ended - begun), 1e3 * used / drawn
     print(f"{size}: {rate:.1f} frames/s, {cost:.1f} ms CPU per frame (load {load:.1f})")
     print(f"page: {weight / 1e3:.0f} kB on the wire, first paint after {paint / 1e3:.2f} s")
+    print(f"memory: {heap / 1e6:.1f} MB of the page's objects, {grown / 1e6:+.2f} MB within {seconds:g} s")
+
+
+def heap_of(page: Page) -> float:
+    """Bytes of all live objects of the page, typed arrays included, after a collection of garbage."""
+    session = page.context.new_cdp_session(page)
+    session.send("HeapProfiler.collectGarbage")
+    usage = session.send("Runtime.getHeapUsage")
+    session.detach()
+    return float(usage["usedSize"]) + float(usage.get("backingStorageSize", 0.0))
 
 
 def cpu_of_children() -> float:
