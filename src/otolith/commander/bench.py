@@ -78,6 +78,8 @@ class Bench:
     def begin(self) -> None:
         """Wait for the server, and become the page in control."""
         _until(self._answers, "the server does not answer")
+        with Channel(self.setup.name("state")) as channel:
+            _until(Note(channel).look, "the simulation does not start")
         self.csrf = self.ask("/api/start")["csrf"]
 
     def _answers(self) -> bool:

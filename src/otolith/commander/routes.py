@@ -79,7 +79,9 @@ def _doing(router: APIRouter, session: Session) -> None:
         _count(request, session)
         session.control(request.scope["otolith"]["client"])
         desk, state = session.desk_of_runs(), session.state.look()
-        if state.get("busy", True):
+        if not state:
+            raise Refused(409, "the simulation is still starting")
+        if state["busy"]:
             raise Refused(409, "a run is going on; stop it first")
         form = checked(values).model_dump()
         desk.check(form)
