@@ -49,7 +49,15 @@ from rows import Row, as_lines, write_rows
 COMMAND: Final = 2  # components of the minimiser that an MPC applies
 CALLS: Final = 30
 PERCENTILES: Final = {"median": 50, "p99": 99, "max": 100}
-GOALS: Final = {"enumeration": 1.8, "kernel": 3.0, "Python": 3.0, "C after jumps": 20.0}
+GOALS: Final = {
+    "enumeration, wall": 1.8,
+    "enumeration, on free cores": 1.8,
+    "enumeration, peak": 1.65,
+    "kernel": 3.0,
+    "Python": 3.0,
+    "C after jumps, p99": 20.0,
+    "C after jumps, max": 20.0,
+}
 CLOCK: Final = """
 #define _POSIX_C_SOURCE 199309L
 #include <time.h>
