@@ -95,6 +95,12 @@ def test_what_a_ratio_leaves_open_is_said() -> None:
     assert best_in_words(summarise(run, "add --optimum")).endswith("is not computed; add --optimum")
 
 
+def test_the_best_may_decide_at_another_period() -> None:
+    """An explicit law of 10 Hz is compared with an optimum of 100 Hz."""
+    slow = replace(missing(ONE, 0.5), period=2 * ONE.period, command_time=ONE.command_time[::2])
+    assert against_best(slow, Known(missing(ONE, 0.2)))["times"] == pytest.approx(2.5)
+
+
 def test_the_best_of_another_drive_is_refused() -> None:
     other = replace(ONE, reference_force=2.0 * ONE.reference_force)
     with pytest.raises(InputError, match="the optimum is of another drive"):
