@@ -1,0 +1,256 @@
+"""What the comparisons with other QP solvers share: problems, clock, certificates, and one form of table.
+
+The problems are those that the closed loops of `otolith bench` pose (full horizon, hard rows), in stretches of
+consecutive problems from all its signals, so that a solver may start each from its last answer. Stretch by
+stretch the engines take turns, several times over; of every problem the least thread CPU time counts. The
+first problem of a stretch only gives the others a start and is not counted.
+
+Ours is timed as a controller runs it: predict, linearise and write (its "update"), then check the data, solve
+and certify. Of a peer the time of its solve call counts. The matrices in the form that it takes are made outside
+the clock, and its memory is allocated beforehand. Where its interface hands data over in a call of its own, the
+time of that call is shown beside. Every answer is judged by the same `otolith.qp.stage.stage_residual`,
+whatever its engine says of it.
+"""
+
+import argparse
+import json
+import platform as machine
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from time import thread_time
+from typing import Any, Final, Protocol
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from otolith.bench import SCENARIOS, Step, record
+from otolith.core.arrays import Mat, Vec
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.platforms import load
+from otolith.qp import Qp, Status
+from otolith.qp.engines import StructuredEngine, empty_memory, expand
+from otolith.qp.stage import StageQp, StageSolution, condense, stage_residual
+
+PAIR_SETS: Final[tuple[tuple[Dof, ...], ...]] = ((SURGE_PITCH,), (SURGE_PITCH, SWAY_ROLL))
+LENGTH, EVERY, PASSES = 50, 730, 3  # problems of a stretch, from one stretch to the next, turns
+TOLERANCE: Final = MpcSettings().tolerance
+OURS: Final = "otolith, structured"
+ENOUGH: Final = 0.99  # share of certified answers from which a setting may be a solver's best
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Inputs and signed multipliers as `stage_residual` takes them, and the engine's own word on them."""
+
+    U: Mat  # (N, nu)
+    y: Mat  # (N, rows)
+    solved: bool
+
+
+class Engine(Protocol):
+    """A solver with its memory; the clock stops `update` and `solve` only."""
+
+    def prepare(self, i: int) -> None:
+        """Form the data of problem i as the solver takes them."""
+
+    def update(self) -> None:
+        """Hand these data to the solver."""
+
+    def solve(self) -> None:
+        """Solve, from the last answer where the solver can."""
+
+    def answer(self) -> Answer:
+        """Read the answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Stretches of consecutive problems of one set of axes: what wrote them, and as stage QPs."""
+
+    problem: Problem
+    steps: list[Step]
+    qps: list[StageQp]
+    _condensed: dict[int, Qp] = field(default_factory=dict)
+
+    @property
+    def stretches(self) -> Iterator[range]:
+        """The places of the problems of every stretch."""
+        return (range(first, first + LENGTH) for first in range(0, len(self.steps), LENGTH))
+
+    def condensed(self, i: int) -> Qp:
+        """Return problem i in its inputs alone, kept while its stretch is in turn."""
+        if i not in self._condensed:
+            if len(self._condensed) >= LENGTH:
+                self._condensed.clear()
+            self._condensed[i] = condense(self.qps[i])
+        return self._condensed[i]
+
+
+Makers = Mapping[str, Callable[[Recording], Engine]]
+
+
+def recorded(pairs: Sequence[Dof], every: int) -> Recording:
+    """Record the closed loops, and keep a stretch of problems out of `every`."""
+    problem, steps = record(load("thesis"), pairs, SCENARIOS, MpcSettings())
+    starts = range(every // 2, len(steps) - LENGTH, every)
+    kept = [step for first in starts for step in steps[first : first + LENGTH]]
+    memory = empty_memory(problem.structure)
+    problem.begin(memory)
+    qps = []
+    for step in kept:
+        problem.write(memory, step.x, step.plan, step.wanted, None)
+        qps.append(expand(problem.structure, memory))
+    return Recording(problem, kept, qps)
+
+
+class Ours:
+    """The structured engine, as the controllers run it."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording, self.step = recording, recording.steps[0]
+        self.engine = StructuredEngine(recording.problem.structure, tolerance=TOLERANCE)
+        recording.problem.begin(self.engine.memory)
+        self.solution: StageSolution
+
+    def prepare(self, i: int) -> None:
+        self.step = self.recording.steps[i]
+
+    def update(self) -> None:
+        step = self.step
+        self.recording.problem.write(self.engine.memory, step.x, step.plan, step.wanted, None)
+
+    def solve(self) -> None:
+        self.solution = self.engine.run()
+
+    def answer(self) -> Answer:
+        solution = self.solution
+        return Answer(solution.U, solution.y, solution.status is Status.OPTIMAL)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What one engine did with one recording; (n,) each, of the counted problems."""
+
+    update: Vec  # [s]
+    solve: Vec  # [s]
+    solved: Vec  # 1 where the engine says so
+    residual: Vec
+    first: Mat  # (n, nu) first inputs
+
+
+def measured(recording: Recording, makers: Mapping[str, Callable[[Recording], Engine]]) -> dict[str, Result]:
+    """Let all engines solve the recording in turns, stretch by stretch."""
+    n, nu = len(recording.steps), recording.problem.structure.inputs
+    engines = {name: make(recording) for name, make in makers.items()}
+    results = {
+        name: Result(np.full(n, np.inf), np.full(n, np.inf), np.zeros(n), np.zeros(n), np.zeros((n, nu)))
+        for name in engines
+    }
+    with threadpool_limits(limits=1):
+        for turn in range(PASSES):
+            for stretch in recording.stretches:
+                for name, engine in engines.items():
+                    _run(engine, recording, stretch, results[name], judge=turn == PASSES - 1)
+    counted = np.arange(n) % LENGTH > 0
+    return {
+        name: Result(
+            *(values[counted] for values in (one.update, one.solve, one.solved, one.residual, one.first))
+        )
+        for name, one in results.items()
+    }
+
+
+def _run(engine: Engine, recording: Recording, stretch: range, into: Result, *, judge: bool) -> None:
+    for i in stretch:
+        engine.prepare(i)
+        began = thread_time()
+        engine.update()
+        between = thread_time()
+        engine.solve()
+        ended = thread_time()
+        into.update[i] = min(into.update[i], between - began)
+        into.solve[i] = min(into.solve[i], ended - between)
+        found = engine.answer()
+        if judge:
+            into.solved[i], into.first[i] = found.solved, found.U[0]
+            into.residual[i] = stage_residual(recording.qps[i], found.U, found.y)
+
+
+def account(dofs: str, results: Mapping[str, Result]) -> list[dict[str, Any]]:
+    """Rows of figures, ours first; ratios are to our whole step."""
+    ours = results[OURS]
+    step = ours.update + ours.solve
+    return [_row(dofs, name, one, step, ours) for name, one in results.items()]
+
+
+def _row(dofs: str, name: str, one: Result, step: Vec, ours: Result) -> dict[str, Any]:
+    times = 1e6 * (step if one is ours else one.solve)
+    certified = one.residual < TOLERANCE
+    both = certified & (ours.residual < TOLERANCE)
+    median, p99 = float(np.median(times)), float(np.percentile(times, 99))
+    return {
+        "dofs": dofs,
+        "engine": name,
+        "problems": len(times),
+        "median_us": median,
+        "p99_us": p99,
+        "max_us": float(times.max()),
+        "update_us": 1e6 * float(np.median(one.update)),
+        "solved": float(one.solved.mean()),
+        "certified": float(certified.mean()),
+        "residual_median": float(np.median(one.residual)),
+        "first_input_gap": float(np.abs(one.first - ours.first)[both].max(initial=0.0)),
+        "ratio_median": median / (1e6 * float(np.median(step))),
+        "ratio_p99": p99 / (1e6 * float(np.percentile(step, 99))),
+    }
+
+
+_HEAD = "| DOF | engine | median | p99 | max | update | solved | certified | times ours, median | p99 |"
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Write the rows as a table of Markdown; * marks the fastest setting that certifies at least as much as it must."""
+    lines = [_HEAD, "|---|---|" + "---:|" * 8]
+    for row in rows:
+        rivals = [r for r in rows if r["dofs"] == row["dofs"] and r["engine"] != OURS and r["certified"] >= ENOUGH]
+        best = min(rivals, key=lambda r: float(r["median_us"]), default=None)
+        cells = [f"{row[name]:.0f}" for name in ("median_us", "p99_us", "max_us", "update_us")]
+        cells += [f"{100 * row[name]:.1f} %" for name in ("solved", "certified")]
+        cells += [f"{row[name]:.1f}" for name in ("ratio_median", "ratio_p99")]
+        lines.append(f"| {row['dofs']} | {row['engine']}{' *' if row is best else ''} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def compare(makers: Makers, versions: Mapping[str, str], chosen: argparse.Namespace) -> None:
+    """Measure ours and the peers on all sets of axes, print the table, and store it where that is asked for."""
+    rows: list[dict[str, Any]] = []
+    for pairs in PAIR_SETS:
+        results = measured(recorded(pairs, chosen.every), {OURS: Ours, **makers})
+        rows += account(str(2 * len(pairs)), results)
+    told = {"date": f"{datetime.now(UTC):%Y-%m-%d}", "machine": _machine(), "versions": dict(versions)}
+    print(", ".join(f"{name} {version}" for name, version in versions.items()))
+    print(f"{told['date']}, {told['machine']}; {rows[0]['problems']} problems a line, µs of thread CPU, least of {PASSES}")
+    print(table(rows))
+    if chosen.json:
+        chosen.json.write_text(json.dumps(told | {"rows": rows}, indent=1) + "\n", encoding="utf-8")
+
+
+def _machine() -> str:
+    model = ""
+    cpu = Path("/proc/cpuinfo")
+    if cpu.exists():
+        named = [line for line in cpu.read_text().splitlines() if line.startswith("model name")]
+        model = f" ({named[0].split(':')[1].strip()})" if named else ""
+    return f"{machine.machine()}{model}, Python {machine.python_version()}"
+
+
+def arguments(what: str) -> argparse.ArgumentParser:
+    """Options that all comparisons have."""
+    parser = argparse.ArgumentParser(description=what)
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the table here, too")
+    parser.add_argument("--every", type=int, default=EVERY, help=f"a stretch of {LENGTH} problems out of so many")
+    return parser
