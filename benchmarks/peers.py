@@ -26,7 +26,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from otolith.bench import SCENARIOS, Step, record
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import MpcSettings
@@ -80,6 +80,13 @@ class Recording:
     def stretches(self) -> Iterator[range]:
         """The places of the problems of every stretch."""
         return (range(first, first + LENGTH) for first in range(0, len(self.steps), LENGTH))
+
+    @property
+    def bounded_rows(self) -> Ints:
+        """Places of the rows of a stage, inputs not among them, that have a bound in any problem."""
+        stage = self.problem.structure
+        sides = [side for qp in self.qps for side in (qp.lower, qp.upper)]
+        return np.flatnonzero(np.any([np.isfinite(side).any(axis=0) for side in sides], axis=0)[: stage.rows - stage.inputs])
 
     def condensed(self, i: int) -> Qp:
         """Return problem i in its inputs alone, kept while its stretch is in turn."""
@@ -155,7 +162,8 @@ def measured(recording: Recording, makers: Mapping[str, Callable[[Recording], En
             for stretch in recording.stretches:
                 for name, engine in engines.items():
                     _run(engine, recording, stretch, results[name], judge=turn == PASSES - 1)
-    counted = np.arange(n) % LENGTH > 0
+    moves = np.abs(results[OURS].first).max(axis=1) > 0.0
+    counted = moves & (np.arange(n) % LENGTH > 0)
     return {
         name: Result(
             *(values[counted] for values in (one.update, one.solve, one.solved, one.residual, one.first))
