@@ -2,21 +2,18 @@
 
     python benchmarks/peers_acados.py [--acados PATH] [--json FILE]
 
-PATH is an installation of acados, the folder with `lib/libacados.so`; without it ACADOS_SOURCE_DIR says where.
-acados's C interface for QPs is called directly, so nothing is generated. x_0 is eliminated beforehand, input
-bounds are bounds, other rows general constraints, rows without bounds are left out. Settings are HPIPM at several
-partial condensings, cold and warm, and what is condensed to the end: HPIPM, and DAQP and qpOASES where built.
-
-A warm start of HPIPM as acados does it needs a problem in deviations from the last answer (its primal point is
-set to zero before each solve, the multipliers are kept), which is how its SQP uses it. `prepare` writes it so,
-outside the clock.
+PATH is an installation of acados, with `lib/libacados.so` in it; without it ACADOS_SOURCE_DIR says where. Its
+C interface for QPs is called directly, so nothing is generated. x_0 is eliminated beforehand, input bounds
+are bounds, other rows general constraints, rows without bounds are left out. Settings are HPIPM on so many
+blocks (partial condensing) or condensed to the end, and DAQP and qpOASES, condensed, where acados was built
+with them. "Warm" HPIPM keeps its multipliers; since acados sets the primal point to zero before every solve,
+such a problem is written in deviations from the last answer, as its SQP does, outside the clock.
 """
 
 import ctypes
 import os
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -28,9 +25,10 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from benchmarks.peers import Answer, Recording, arguments, compare
 
 from otolith.core.arrays import Mat
-from otolith.qp.stage import StageQp, rollout
+from otolith.qp.stage import rollout
 
 LIBRARIES: Final = ("blasfeo", "hpipm", "qpOASES_e", "daqp", "acados")  # in the order of their needs
+TIGHT: Final = 1e-14  # of complementarity, at which HPIPM's answers pass our certificate; 1e-8 is usual
 HUGE: Final = 1e8  # for sides without a bound, where an engine takes no masks
 
 
@@ -42,21 +40,22 @@ class Setting:
     blocks: int | None = None  # N2, the horizon after partial condensing
     mode: str | None = None  # of HPIPM
     warm: int = 0
+    gap: float = TIGHT  # tolerance of complementarity
     masks: bool = True  # the solver knows sides without a bound
 
 
-def _hpipm(blocks: int, mode: str = "SPEED", warm: int = 0) -> Setting:
-    return Setting(blocks=blocks, mode=mode, warm=warm)
+def _hpipm(blocks: int, mode: str = "SPEED", warm: int = 2, *, gap: float = TIGHT) -> Setting:
+    return Setting(blocks=blocks, mode=mode, warm=warm, gap=gap)
 
 
 SETTINGS: Final[dict[str, Setting]] = {
-    "HPIPM, N2 = 50": _hpipm(50),
-    "HPIPM, N2 = 25": _hpipm(25),
-    "HPIPM, N2 = 10": _hpipm(10),
-    "HPIPM, N2 = 5": _hpipm(5),
-    "HPIPM, N2 = 25, BALANCE": _hpipm(25, "BALANCE"),
-    "HPIPM, N2 = 25, warm": _hpipm(25, warm=2),
-    "HPIPM, N2 = 10, warm": _hpipm(10, warm=2),
+    "HPIPM, 50 blocks, warm": _hpipm(50),
+    "HPIPM, 25 blocks, warm": _hpipm(25),
+    "HPIPM, 10 blocks, warm": _hpipm(10),
+    "HPIPM, 5 blocks, warm": _hpipm(5),
+    "HPIPM, 10 blocks": _hpipm(10, warm=0),
+    "HPIPM, 10 blocks, balance": _hpipm(10, "BALANCE", warm=0),
+    "HPIPM, 10 blocks, warm, gap 1e-8": _hpipm(10, gap=1e-8),
     "HPIPM, condensed": Setting(solver="FULL_CONDENSING_HPIPM", mode="SPEED"),
     "DAQP, condensed, warm": Setting(solver="FULL_CONDENSING_DAQP", warm=1),
     "qpOASES, condensed, warm": Setting(solver="FULL_CONDENSING_QPOASES", warm=1, masks=False),
@@ -77,11 +76,12 @@ def opened(root: Path) -> dict[str, ctypes.CDLL]:
 class Acados:
     """One solver of acados behind `Engine`; its data go stage by stage into acados's own memory."""
 
+    hands_over = False
+
     def __init__(self, recording: Recording, *, lib: ctypes.CDLL, setting: Setting) -> None:
         self.recording, self.setting, self.lib = recording, setting, lib
         p = recording.problem.structure
-        self.nr, self.bounded = p.rows - p.inputs, _bounded(recording)
-        self.inputs, self.rows = np.flatnonzero(self.bounded[self.nr :]), np.flatnonzero(self.bounded[: self.nr])
+        self.nr, self.rows, self.inputs = p.rows - p.inputs, *recording.bounded
         self.U, self.X = np.zeros((p.horizon, p.inputs)), np.zeros((p.horizon, p.states))
         self.status, self.qp = 1, recording.qps[0]
         call = partial(_called, lib)
@@ -114,19 +114,18 @@ class Acados:
     def _set_options(self) -> None:
         setting = self.setting
         options: dict[str, object] = {} if setting.mode is None else {"hpipm_mode": setting.mode.encode()}
-        options |= {f"tol_{name}": ctypes.c_double(1e-8) for name in ("stat", "eq", "ineq", "comp")}
+        options |= {f"tol_{name}": ctypes.c_double(1e-8) for name in ("stat", "eq", "ineq")}
+        options["tol_comp"] = ctypes.c_double(setting.gap)
         if setting.blocks is not None:
             options["cond_N"] = ctypes.c_int(setting.blocks)
         most = 100 if setting.mode else 10_000  # iterations of an interior point, changes of an active set
         options |= {"iter_max": ctypes.c_int(most), "warm_start": ctypes.c_int(setting.warm)}
         for name, value in options.items():
             place = value if isinstance(value, bytes) else ctypes.byref(value)  # type: ignore[arg-type]
-            _called(
-                self.lib, "ocp_qp_xcond_solver_opts_set", self.config, self.options, name.encode(), place
-            )
+            _called(self.lib, "ocp_qp_xcond_solver_opts_set", self.config, self.options, name.encode(), place)
 
     def _put(self, k: int, name: str, value: NDArray[np.generic], dtype: type = np.float64) -> None:
-        flat = np.asarray(value, dtype=dtype).ravel(order="F")
+        flat: NDArray[np.generic] = np.asarray(value, dtype=dtype).ravel(order="F")
         place = ctypes.c_void_p(flat.ctypes.data)
         _called(self.lib, "ocp_qp_in_set", self.config, self.into, k, name.encode(), place)
 
@@ -211,20 +210,14 @@ def _called(lib: ctypes.CDLL, name: str, *arguments: object) -> ctypes.c_void_p:
     return ctypes.c_void_p(function(*arguments))
 
 
-def _bounded(recording: Recording) -> NDArray[np.bool_]:
-    """Rows (rows,) of a stage that have a bound anywhere."""
-    sides = [side for qp in recording.qps for side in (qp.lower, qp.upper)]
-    found: NDArray[np.bool_] = np.any([np.isfinite(side).any(axis=0) for side in sides], axis=0)
-    return found
-
-
 def main() -> int:
     parser = arguments(__doc__ or "")
     parser.add_argument("--acados", type=Path, default=os.environ.get("ACADOS_SOURCE_DIR"), metavar="PATH")
     chosen = parser.parse_args()
-    if chosen.acados is None or "acados" not in (libraries := opened(Path(chosen.acados))):
-        where = "neither --acados nor ACADOS_SOURCE_DIR is given" if chosen.acados is None else chosen.acados
-        print(f"no acados: {where} has no lib/libacados.so", file=sys.stderr)
+    if not chosen.acados or "acados" not in (libraries := opened(Path(chosen.acados))):
+        named = "neither --acados nor ACADOS_SOURCE_DIR names an installation"
+        why = f"{chosen.acados} has no lib/libacados.so" if chosen.acados else named
+        print(f"acados is not found: {why}", file=sys.stderr)
         return 2
     makers = {
         f"acados, {name}": partial(Acados, lib=libraries["acados"], setting=setting)
