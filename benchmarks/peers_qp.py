@@ -71,7 +71,8 @@ class Piqp(Peer):
         self.solver = piqp.DenseSolver() if self.kkt == "dense_cholesky" else piqp.SparseSolver()
         settings = self.solver.settings
         settings.kkt_solver = piqp.KKTSolver.__members__[self.kkt]
-        settings.eps_abs, settings.eps_rel, settings.check_duality_gap = TIGHT, 0.0, False
+        settings.eps_abs, settings.eps_rel = TIGHT, 0.0
+        settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = TIGHT, 0.0
         self.solver.setup(d.P, d.g, d.A, d.b, d.G, d.low, d.high, d.below, d.above)
 
     def update(self) -> None:
@@ -180,7 +181,8 @@ class Proxqp(Stacked):
         of = self.package.dense if d.A is None else self.package.sparse
         self.solver = of.QP(len(d.g), equalities, len(self.low))
         settings = self.solver.settings
-        settings.eps_abs, settings.eps_rel = 1e-9, 0.0
+        settings.eps_abs, settings.eps_rel, settings.check_duality_gap = 1e-10, 0.0, True
+        settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = 1e-8, 0.0
         settings.initial_guess = self.package.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT
         self.solver.init(d.P, d.g, d.A, d.b, self.C, self.low, self.high)
 
