@@ -229,13 +229,11 @@ RATIOS: Final = ("first input off", "× ours", "× at p99", "× with update")
 
 
 def table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Write the rows as a table of Markdown, in µs; a star marks the fastest peer whose answers hold."""
+    """Write the rows of one recording in Markdown; a star marks the fastest peer whose answers hold."""
     lines = [f"| {' | '.join((*HEAD, *RATIOS))} |", "|---|---|" + "---:|" * (len(HEAD) + len(RATIOS) - 2)]
+    held = [row for row in rows if row["engine"] != OURS and row["certified"] >= ENOUGH]
+    best = min(held, key=lambda row: float(row["median_us"] + row["update_us"]), default=None)
     for row in rows:
-        held = [
-            r for r in rows if r["dofs"] == row["dofs"] and r["engine"] != OURS and r["certified"] >= ENOUGH
-        ]
-        best = min(held, key=lambda r: float(r["median_us"] + r["update_us"]), default=None)
         cells = [row["dofs"], row["engine"] + (" \\*" if row is best else "")]
         cells += [f"{row[name]:.0f}" for name in ("median_us", "p99_us", "max_us")]
         cells += [f"{row['update_us']:.0f}" if row["update_us"] else ""]
@@ -248,16 +246,17 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def compare(makers: Makers, versions: Mapping[str, str], chosen: argparse.Namespace) -> None:
     """Measure ours and the peers on all sets of axes, print the table, and store it where asked to."""
+    today = f"{datetime.now(UTC):%Y-%m-%d}"
+    print(", ".join([today, _machine(), *(f"{name} {version}" for name, version in versions.items())]))
     rows: list[dict[str, Any]] = []
     for pairs in PAIR_SETS:
         results = measured(recorded(pairs), {OURS: Ours, **makers})
-        rows += account(str(2 * len(pairs)), results)
-    told = {"date": f"{datetime.now(UTC):%Y-%m-%d}", "machine": _machine(), "versions": dict(versions)}
-    print(", ".join(f"{name} {version}" for name, version in versions.items()))
-    print(f"{told['date']}, {told['machine']}; {rows[0]['problems']} problems in 2 DOF, µs of thread CPU")
-    print(table(rows))
+        found = account(str(2 * len(pairs)), results)
+        print(f"\n{found[0]['problems']} problems, µs of thread CPU\n\n{table(found)}", flush=True)
+        rows += found
     if chosen.json:
-        chosen.json.write_text(json.dumps(told | {"rows": rows}, indent=1) + "\n", encoding="utf-8")
+        told = {"date": today, "machine": _machine(), "versions": dict(versions), "rows": rows}
+        chosen.json.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 
 def _machine() -> str:

@@ -9,7 +9,7 @@ import pytest
 from otolith.bench import ENGINES, FORMS, SPARSE, bench, installed_peers
 from otolith.core.frames import SURGE_PITCH
 from otolith.platforms import load
-from otolith.report import step_time_figure
+from otolith.report.timing import StepTimes, step_time_figure
 
 
 def test_every_engine_answers_the_same_problems_alike() -> None:
@@ -50,8 +50,16 @@ def test_peers_that_are_absent_are_told(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_the_figure_holds_every_step() -> None:
     times = np.array([1e-5, 2e-5, 4e-5])
-    (axes,) = step_time_figure([("a", times), ("b", 2 * times)]).axes
-    lines = axes.get_lines()
+    drawn = [
+        ("2 DOF", "a", "full", times),
+        ("2 DOF", "b", "full", 2 * times),
+        ("4 DOF", "a", "blocked", times),
+    ]
+    upper, lower = step_time_figure([StepTimes(*one) for one in drawn]).axes
+    lines = [line for line in upper.get_lines() if len(np.asarray(line.get_xdata())) == 3]
     np.testing.assert_allclose(np.asarray(lines[0].get_xdata()), [10, 20, 40])
     np.testing.assert_allclose(np.asarray(lines[1].get_ydata()), [1, 2 / 3, 1 / 3])
-    assert axes.get_xlabel() == "step time [µs], thread CPU"
+    (other,) = (line for line in lower.get_lines() if len(np.asarray(line.get_xdata())) == 3)
+    assert other.get_color() == lines[0].get_color() != lines[1].get_color()  # a colour is an engine
+    assert other.get_linestyle() != lines[0].get_linestyle()  # a kind of line is a form
+    assert lower.get_xlabel() == "step time [µs], thread CPU"

@@ -63,10 +63,10 @@ def bench_(
         "scenarios": list(names),
         "results": [figures for _, figures in found],
     }
-    from otolith.report import step_time_figure
+    from otolith.report.timing import StepTimes, step_time_figure
 
     figure = step_time_figure(
-        [(f"{t.form} {t.engine}, {2 + 2 * t.dofs.count(',')} DOF", t.times) for t, _ in found]
+        [StepTimes(f"{2 + 2 * t.dofs.count(',')} DOF", t.engine, t.form, t.times) for t, _ in found]
     )
     with files.whole_folder(out, command="bench", force=force) as made:
         files.write_json(made / "bench.json", account)
