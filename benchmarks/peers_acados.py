@@ -21,11 +21,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-from benchmarks.peers import Answer, Recording, arguments, compare
-
 from otolith.core.arrays import Mat
 from otolith.qp.stage import rollout
+from peers import Answer, Recording, arguments, compare
 
 LIBRARIES: Final = ("blasfeo", "hpipm", "qpOASES_e", "daqp", "acados")  # in the order of their needs
 TIGHT: Final = 1e-14  # of complementarity, at which HPIPM's answers pass our certificate; 1e-8 is usual

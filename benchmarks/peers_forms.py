@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from benchmarks.peers import Recording
 from scipy import sparse
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.qp.stage import by_rows
+from peers import Recording
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,20 +10,16 @@ answer; interior points do not. Tolerances are those at which the answers come n
 OSQP polishes.
 """
 
-import sys
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from scipy import sparse
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-from benchmarks.peers import Answer, Recording, arguments, compare
-from benchmarks.peers_forms import Condensed, Stages
-
 from otolith.core.arrays import Vec
+from peers import Answer, Recording, arguments, compare
+from peers_forms import Condensed, Stages
 
 TIGHT: Final = 1e-12  # tolerance of the interior points
 PACKAGES: Final = ("piqp", "clarabel", "proxsuite", "osqp", "daqp")
