@@ -2,13 +2,12 @@
 
 import time
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
-from otolith.cli.live_run import Choices, drive
+from otolith.cli.live_run import Choices, Heave, MachineName, Outgoing, Pairs, SessionFile, drive
 from otolith.cli.live_virtual import CueingName, Json, Tuning
 from otolith.cli.options import Dofs, PlatformName
 from otolith.cli.output import print_json, screen
@@ -65,19 +64,11 @@ def axis(
         list[str] | None,
         typer.Argument(metavar="[AXIS]...", help="surge … yaw, or leg1 … leg6 (default: all axes)."),
     ] = None,
-    outgoing: Annotated[
-        str | None, typer.Option("--out", metavar="URL", help="Device, moog+udp://HOST:PORT or generic+…")
-    ] = None,
-    session: Annotated[Path | None, typer.Option(help="Session file (.toml).")] = None,
-    platform: Annotated[
-        str | None, typer.Option(help="A shipped platform's name or a platform file (default: davsi-4dof).")
-    ] = None,
-    dofs: Annotated[
-        str | None, typer.Option(help="Axis pairs to cue, with commas (default: surge-pitch,sway-roll).")
-    ] = None,
-    neutral_heave: Annotated[
-        float | None, typer.Option(help="Moog's own heave [m] at our neutral pose (default: -0.2).")
-    ] = None,
+    outgoing: Outgoing = None,
+    session: SessionFile = None,
+    platform: MachineName = None,
+    dofs: Pairs = None,
+    neutral_heave: Heave = None,
 ) -> None:
     """Move one axis or leg after the other by 10 mm or 1 degree, slowly, and ask what was seen."""
     from otolith.live.axis_test import AxisTest, goal_of, movable

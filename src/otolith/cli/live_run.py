@@ -27,7 +27,26 @@ if TYPE_CHECKING:
 
 DEVICES: Final = ("moog", "generic")
 LOOK: Final = 0.02  # [s] between looks at the session, and at the words of pages
-_Heave = Annotated[
+Incoming = Annotated[
+    str | None, typer.Option("--in", metavar="URL", help="Telemetry, SOURCE+udp://HOST:PORT to listen on.")
+]
+Outgoing = Annotated[
+    str | None, typer.Option("--out", metavar="URL", help="Device, moog+udp://HOST:PORT or generic+udp://…")
+]
+SessionFile = Annotated[
+    Path | None, typer.Option(help="Session file (.toml); other options go before what it says.")
+]
+MachineName = Annotated[
+    str | None, typer.Option(help="A shipped platform's name or a platform file (default: davsi-4dof).")
+]
+Pairs = Annotated[
+    str | None, typer.Option(help="Axis pairs to cue, with commas (default: surge-pitch,sway-roll).")
+]
+Forward = Annotated[
+    str | None,
+    typer.Option(metavar="HOST:PORT", help="Who gets every packet too: another program on the same port."),
+]
+Heave = Annotated[
     float | None,
     typer.Option(help="Moog's own heave [m] at our neutral pose, 0 to -0.4572 (default: -0.2)."),
 ]
@@ -125,44 +144,26 @@ class Choices:
 
 
 def run(
-    incoming: Annotated[
-        str | None,
-        typer.Option("--in", metavar="URL", help="Telemetry, SOURCE+udp://HOST:PORT to listen on."),
-    ] = None,
-    outgoing: Annotated[
-        str | None,
-        typer.Option("--out", metavar="URL", help="Device, moog+udp://HOST:PORT or generic+udp://…"),
-    ] = None,
-    session: Annotated[
-        Path | None, typer.Option(help="Session file (.toml); other options go before what it says.")
-    ] = None,
+    incoming: Incoming = None,
+    outgoing: Outgoing = None,
+    session: SessionFile = None,
     preset: Annotated[str | None, typer.Option(help="A preset of the session file.")] = None,
     cueing: Annotated[str | None, typer.Option(help=f"{CUEING_HELP} (default: predictive)")] = None,
-    platform: Annotated[
-        str | None, typer.Option(help="A shipped platform's name or a platform file (default: davsi-4dof).")
-    ] = None,
-    dofs: Annotated[
-        str | None, typer.Option(help="Axis pairs to cue, with commas (default: surge-pitch,sway-roll).")
-    ] = None,
+    platform: MachineName = None,
+    dofs: Pairs = None,
     tuning: Tuning = None,
     axes: Annotated[
         Path | None, typer.Option(help="Axis map of the source, written by `otolith live learn`.")
     ] = None,
-    neutral_heave: _Heave = None,
+    neutral_heave: Heave = None,
     pauses_silently: Annotated[
         bool, typer.Option("--pauses-silently", help="The source sends nothing in its menus.")
     ] = False,
     log: LogFolder = None,
     page_only: Annotated[
-        bool,
-        typer.Option("--page-only", help="A program alone speaks; 5 s without a line end cueing."),
+        bool, typer.Option("--page-only", help="A program alone speaks; 5 s without a line end cueing.")
     ] = False,
-    forward: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOST:PORT", help="Who gets every packet too: another program on the same port."
-        ),
-    ] = None,
+    forward: Forward = None,
     seconds: Annotated[
         float | None,
         typer.Option(help="Arm and engage without a word, and park after this time.", min=1.0),
