@@ -31,9 +31,9 @@ def map_(
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Show false cues on the map of the drive, and where the worst of them are."""
-    result = files.read_run(run)
-    drive = _drive(result, log)
-    cues = sorted(false_cues(result, threshold=threshold), key=lambda cue: -cue.integral)
+    with files.open_run(run) as result:
+        drive = _drive(result, log)
+        cues = sorted(false_cues(result, threshold=threshold), key=lambda cue: -cue.integral)
     picture = out or run.with_name("map.png")
     files.check_file(picture, *files.PICTURES)
     from otolith.report.figures import save_figure

@@ -1,7 +1,7 @@
 """The part that `run` and `compare` share: check all options, then close the loop."""
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -93,6 +93,7 @@ class Algorithms:
     """
 
     def __init__(self, prepared: Prepared, console: Console) -> None:
+        self.tell: Callable[[Cued, float], None] = _tell_nobody  # how far a run is, if it is made here
         self._made: dict[str, Cueing] = {}
         design = replace(
             prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
@@ -111,7 +112,7 @@ class Algorithms:
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what another process makes for itself."""
-        return {"prepared": self.prepared, "_made": {}}
+        return {"prepared": self.prepared, "_made": {}, "tell": _tell_nobody}
 
 
 @dataclass(frozen=True)
@@ -127,16 +128,18 @@ def simulate_all(
     prepared: Prepared, console: Console, runs: Sequence[Cued], *, jobs: int
 ) -> list[dict[str, Any]]:
     """Make runs in files, in several processes if asked; return the key figures of each, in their order."""
-    made, done = Algorithms(prepared, console), 0.0
-    total = sum(prepared.scenarios[run.k].duration for run in runs)
+    made = Algorithms(prepared, console)
+    shares = dict.fromkeys(runs, 0.0)  # how far each run is
+    lengths = {run: prepared.scenarios[run.k].duration for run in runs}
 
-    def note(run: Cued) -> None:
-        nonlocal done
-        done += prepared.scenarios[run.k].duration
-        progress(f"cued by {run.name}: {prepared.scenarios[run.k].name}", done / total)
+    def note(run: Cued, share: float) -> None:
+        shares[run] = share
+        done = sum(lengths[one] * shares[one] for one in runs) / sum(lengths.values())
+        progress(f"{run.name} on {prepared.scenarios[run.k].name}", done)
 
+    made.tell = note
     with described_bar(console, "cueing") as progress, Workers(jobs, made) as workers:
-        return workers.each(_summary, runs, note)
+        return workers.each(_summary, runs, lambda run: note(run, 1.0))
 
 
 def _summary(made: Algorithms, run: Cued) -> dict[str, Any]:
@@ -145,7 +148,11 @@ def _summary(made: Algorithms, run: Cued) -> dict[str, Any]:
 
     with files.run_file(run.path) as keep:
         loop = closed_loop(made.prepared, run.k, run.name, made[run.name], keep=keep)
-        return metrics.summarise(loop.complete())
+        return metrics.summarise(loop.complete(lambda share: made.tell(run, share)))
+
+
+def _tell_nobody(_: "Cued", __: float) -> None:
+    """Report no progress, as other processes do."""
 
 
 def cueing_of(prepared: Prepared, name: str, design: Design) -> Cueing:
