@@ -11,6 +11,7 @@ from otolith.core.jobs import number_of_jobs
 from otolith.scenarios import scenario
 from otolith.tuning import TRAVEL_PRICE, Tuned, tune
 
+WORTH: Final = 3000.0  # [s] of drives to cue that are worth the start of a process
 TABLE_5_3: Final = (
     "sine-0.5",
     "sine-1",
@@ -37,9 +38,10 @@ def tune_(
 ) -> None:
     """Find constant washout weights of the implicit MPC that track the scenarios with little travel."""
     console = screen()
-    processes = number_of_jobs(jobs)
     described = files.read_platform(platform)
     chosen = [scenario(name) for name in scenarios or TABLE_5_3]
+    seconds = evaluations * sum(one.duration for one in chosen)
+    processes = number_of_jobs(jobs, most=int(seconds / WORTH))
     with described_bar(console, "preparing") as progress:
         found = tune(
             described,
