@@ -11,6 +11,7 @@ from otolith.cli.live_run import Choices, Heave, MachineName, Outgoing, Pairs, S
 from otolith.cli.live_virtual import CueingName, Json, Tuning
 from otolith.cli.options import Dofs, PlatformName
 from otolith.cli.output import print_json, screen
+from otolith.cli.stop import unstoppable
 from otolith.core.errors import OtolithError
 
 if TYPE_CHECKING:
@@ -123,7 +124,8 @@ def _tested(session: "Session", names: tuple[str, ...], goals: "list[Vec]") -> l
             for name, goal in zip(names, goals, strict=True):
                 wrong += _one(live, name, goal)
         finally:
-            live.end()
+            with unstoppable():
+                live.end()
     return wrong
 
 

@@ -17,7 +17,7 @@ from otolith.cli.commander import pages_of
 from otolith.cli.live_virtual import CueingName, Tuning
 from otolith.cli.options import CUEING_HELP, Dofs, PlatformName
 from otolith.cli.output import screen
-from otolith.cli.stop import Stopped
+from otolith.cli.stop import Stopped, unstoppable
 from otolith.core.errors import InputError, one_of
 
 if TYPE_CHECKING:
@@ -281,7 +281,8 @@ def drive(
             tell("asked to end: return, park, then the end")
             raise
         finally:
-            live.end()
+            with unstoppable():  # a second Ctrl-C must not leave processes behind
+                live.end()
     if live.fault:
         raise Latched(live.fault)
     return live

@@ -80,6 +80,20 @@ def signals_stop() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+@contextlib.contextmanager
+def unstoppable() -> Iterator[None]:
+    """Let nothing but SIGKILL end the block, which takes a bounded time and must not be left half done."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in _WORDS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def _raise_in_main_thread(number: int) -> None:
     """Send the signal to the main thread; a signal to the process may reach another thread instead."""
     if hasattr(signal, "pthread_kill"):

@@ -102,8 +102,12 @@ def test_a_session_that_is_terminated_parks_and_a_second_one_is_refused_by_its_n
     second = Program(rig, tmp_path)
     assert second.process.wait(60.0) != 0
     assert f"is driven by process {first.process.pid} already" in second.said
+    children = first.children()
     first.process.send_signal(signal.SIGTERM)
+    until(lambda: "asked to end" in first.said, "it has begun to end")
+    first.process.send_signal(signal.SIGINT)  # of somebody impatient
     assert first.process.wait(60.0) == 128 + signal.SIGTERM
+    until(lambda: not any(map(is_running, children)), "its processes have ended", 20.0)
     rig.is_at_home()
     assert rig.base.faults == 0
     assert "parked: parked" in first.said

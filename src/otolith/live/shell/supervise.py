@@ -160,7 +160,9 @@ class Live:
         for name, (run, number) in starts.items():
             begun[name] = self._context.Event()
             arguments = (self._session, names, begun[name], self._said, Handle(number))
-            self._children[name] = self._context.Process(target=run, args=arguments, name=f"otolith {name}")
+            self._children[name] = self._context.Process(
+                target=run, args=arguments, name=f"otolith {name}", daemon=True
+            )  # whatever ends this process, Python asks those to end first
             self._children[name].start()
         begin = time.monotonic()
         for name, child in self._children.items():

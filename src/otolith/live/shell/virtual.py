@@ -2,7 +2,6 @@
 
 import contextlib
 import multiprocessing
-import signal
 import socket
 import time
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ import numpy as np
 from otolith.live.devices.emulator import MoogEmulator
 from otolith.live.messages import Flag
 from otolith.live.shell.datagrams import LOCAL, opened, receive
+from otolith.live.shell.processes import begin_child
 from otolith.live.wire.generic import TELEMETRY, seal
 
 RATE_HZ: Final = 60.0  # packets of the driver per second
@@ -45,7 +45,7 @@ def surroundings() -> Iterator[tuple[int, int]]:
 
 def be_base(port: int) -> None:
     """Be a Moog base in software, until this process is ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    begin_child()
     base = MoogEmulator()
     with opened(port) as listening:
         base.cycle_power(time.monotonic_ns())
@@ -54,7 +54,7 @@ def be_base(port: int) -> None:
 
 def be_driver(port: int) -> None:
     """Be a vehicle that brakes, accelerates and turns, until this process is ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    begin_child()
     begin, sequence = time.monotonic(), 0
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         while True:
