@@ -29,6 +29,14 @@ def is_gone(live: Live, name: str) -> None:
     until(lambda: not live.alive(name), f"the {name} has ended", 20.0)
 
 
+def is_cued(live: Live, rig: Rig) -> bool:
+    """Whether the base moves; engage, and again where a busy machine has ended it meanwhile."""
+    state = live.look()
+    if state is State.READY:
+        live.say(Word.REARM, Word.ENGAGE)
+    return state is State.ENGAGED and bool(rig.farthest[0] > 5e-3)
+
+
 @pytest.fixture
 def running() -> Iterator[Running]:
     """A session that is engaged and moves its base."""
@@ -39,9 +47,7 @@ def running() -> Iterator[Running]:
             live.start()
             live.say(Word.ARM)
             reach(live, State.READY)
-            live.say(Word.ENGAGE)
-            reach(live, State.ENGAGED)
-            rig.moves()
+            until(lambda: is_cued(live, rig), "the base is cued")
             yield live, rig, told
         finally:
             live.end()
