@@ -264,7 +264,7 @@ class Problem:
 
     def _outer(self, channel: Channel) -> int:
         """Return the state of x whose cosine reduces that gravity, or −1; roll turns within pitch."""
-        within = channel.tilt >= 0 and self.dofs[channel.of] is SWAY_ROLL and SURGE_PITCH in self.dofs
+        within = channel.tilt >= 0 and self.dofs[channel.of] == SWAY_ROLL and SURGE_PITCH in self.dofs
         return int(self._first[self.dofs.index(SURGE_PITCH)]) + TILT if within else -1
 
     def _penalty(self, circles: int) -> Mat:

@@ -1,9 +1,11 @@
 """A recording's answers are the answers of its questions, by an engine that shares nothing with the first."""
 
+import pickle
 from dataclasses import fields
 
 import numpy as np
 
+from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.cueing.hints.training.compare import Problems
 from otolith.cueing.hints.training.manoeuvres import along, unseen
 from otolith.cueing.hints.training.recording import record
@@ -32,3 +34,12 @@ def test_processes_that_share_the_manoeuvres_record_the_same() -> None:
     for one in fields(made[0]):
         np.testing.assert_array_equal(getattr(made[1], one.name), getattr(made[0], one.name), one.name)
     assert made[1].begins.sum() == 3
+
+
+def test_degrees_of_freedom_that_came_from_another_process_make_the_same_problem() -> None:
+    pairs = (SURGE_PITCH, SWAY_ROLL)
+    copies = pickle.loads(pickle.dumps(pairs))
+    one, other = (Problem(THESIS, of, SETTINGS).structure.varying for of in (pairs, copies))
+    assert one == other
+    made = [record(THESIS, of, SETTINGS, along(unseen()[:1], pairs, seed=1)) for of in (pairs, copies)]
+    np.testing.assert_array_equal(made[0].first, made[1].first)
