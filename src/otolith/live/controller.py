@@ -13,7 +13,9 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import OtolithError
+from otolith.core.frames import specific_force
 from otolith.interfaces import Command, Cueing, PlatformState, Status
+from otolith.live.core.felt_delay import FeltDelay
 from otolith.live.core.gate import Gate, Verdict
 from otolith.live.core.health import Condition, Health
 from otolith.live.core.ladder import FAILURES, LATE, LATE_MOST, InARow, Reaction, strongest
@@ -97,6 +99,7 @@ class Controller:
         self._last_ns: int | None = None
         self._telemetry_ns = 0
         self.refused = 0  # plans that the gate did not let pass
+        self.delay = FeltDelay()
         self.asked = NOTHING  # (3,) [m/s²] force that the last decision should let feel; NaN without one
 
     def tick(self, now_ns: int, inbox: ControllerInbox) -> Plan:
@@ -111,10 +114,12 @@ class Controller:
         if report is None or report.state not in CUED:
             self._observer.reset() if condition.reaction.rung >= Rung.FADE else None
             self.asked = NOTHING
+            self.delay.pause()
             return self._publish(now_ns, np.empty((0, 6)), condition, report, late)
         if report.generation != self._generation:
             self._engage(report)
         motion = ahead(self._rollout, report.motion, self._plan, (report.time_ns, now_ns))
+        self.delay.felt(now_ns, specific_force(motion[2, :3], motion[0, 3:]))
         stages, outcome = self._decide(now_ns, motion, condition, dt)
         plan = self._publish(
             now_ns, stages, condition, report, late, self._counters.failures.reaction, outcome=outcome
@@ -133,6 +138,7 @@ class Controller:
             return
         if self.health.take(arrival_ns, telemetry, wanted):
             self._observer.sample(arrival_ns, wanted)
+            self.delay.wanted(arrival_ns, wanted)
             self._telemetry_ns = arrival_ns
 
     def _engage(self, report: Report) -> None:

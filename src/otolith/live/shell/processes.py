@@ -79,6 +79,7 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
                     timing.cpu.note(time.thread_time_ns() - cpu)
                     timing.plan.note(end - packets[-1][0])
             last = now
+    timing.delay = str(controller.delay)
     said.put(("timing", timing))
 
 

@@ -30,10 +30,11 @@ class ControllerTiming:
     plan: Times = field(default_factory=Times)  # from a packet's arrival to its published plan
     decisions: int = 0
     missed: int = 0  # periods in which a decision was not ready
+    delay: str = ""  # of what is felt, in words
 
     def sentences(self) -> list[str]:
         """Return it in words."""
         if not self.decisions:
             return []
         told = f"{self.decisions} decisions, {self.missed} periods missed"
-        return [f"{told}; packet to plan: {self.plan}; of this on the processor: {self.cpu}"]
+        return [f"{told}; packet to plan: {self.plan}; of this on the processor: {self.cpu}", self.delay]
