@@ -26,12 +26,11 @@ START: Final = "import sys; from otolith.cli import main; main(sys.argv[1:])"
 
 @contextmanager
 def commander(folder: Path) -> Iterator[str]:
-    """Serve on a free port; the value is the address."""
+    """Serve on a free port, with the usual folder below `folder`; the value is the address."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    arguments = ["commander", "--port", str(port), "--folder", str(folder)]
-    server = subprocess.Popen([sys.executable, "-c", START, *arguments])
+    server = subprocess.Popen([sys.executable, "-c", START, "commander", "--port", str(port)], cwd=folder)
     address = f"http://127.0.0.1:{port}/"
     try:
         for _ in range(600):
@@ -95,7 +94,7 @@ def main() -> None:
         folder = Path(name)
         example = [sys.executable, "-c", START, "example", "--out", str(folder / "example")]
         subprocess.run(example, check=True)
-        with commander(folder / "own") as address:
+        with commander(folder) as address:
             browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
             page = browser.new_page(viewport={"width": 1280, "height": 720})
             page.goto(address, wait_until="domcontentloaded")

@@ -51,7 +51,7 @@ class Commander:
         self._socket.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def commander(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Commander]:
     made = Commander(tmp_path_factory.mktemp("commander"))
     try:

@@ -130,6 +130,17 @@ def test_every_setting_that_a_run_reads_stands_in_the_command_line(tmp_path: Pat
     assert chosen[0].given - {"scenario", "platform"} == made.options.given
 
 
+def test_a_drive_below_this_folder_is_named_from_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = Choices(checked({"log": "lap.csv"}).model_dump(), tmp_path / "own")
+    monkeypatch.chdir(tmp_path)
+    assert shlex.split(made.command())[2:4] == ["--log", "own/drives/lap.csv"]
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert shlex.split(made.command())[2:4] == ["--log", str(tmp_path / "own" / "drives" / "lap.csv")]
+
+
 def test_stop_ends_a_run_at_once_and_what_was_run_is_written(page: Page) -> None:
     generation = page.run(**LONG)
     with page.stream() as stream:

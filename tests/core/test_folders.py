@@ -132,3 +132,16 @@ def test_a_name_that_could_not_be_read_again_is_refused(tmp_path: Path) -> None:
     sentence = r"law\.txt, must be a name that ends in \.csv or \.h5"
     with pytest.raises(InputError, match=sentence):
         folders.check_file(tmp_path / "law.txt", ".csv", ".h5")
+
+
+def test_folders_above_results_that_did_not_come_are_removed_unless_somebody_uses_them(
+    tmp_path: Path,
+) -> None:
+    place = tmp_path / "a" / "b" / "out"
+    with pytest.raises(ZeroDivisionError), folders.whole_folder(place, command="run"):
+        raise ZeroDivisionError
+    assert not (tmp_path / "a").exists()
+    notes = tmp_path / "a" / "notes"
+    with pytest.raises(ZeroDivisionError), folders.whole_folder(place, command="run"):
+        notes.write_text(str(1 / (notes.write_text("mine") - 4)))
+    assert [path.name for path in (tmp_path / "a").iterdir()] == ["notes"]

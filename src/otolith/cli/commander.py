@@ -15,6 +15,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
+from otolith.cli.options import is_given
 from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, MissingExtra
 
@@ -53,6 +54,11 @@ def commander(
 ) -> None:
     """Serve the page on this machine until Ctrl-C. A run goes on if the page, or the server, goes away."""
     if context.invoked_subcommand is not None:
+        for name in ("host", "port", "token", "folder", "browser"):
+            if is_given(context, name):
+                raise InputError(
+                    f"--{name}", f"given, but {context.invoked_subcommand} would ignore it", "left out"
+                )
         return
     if host not in (LOCAL, "localhost") and not token:
         raise InputError("--host", host, f"{LOCAL}, or given with --token: others could reach this server")

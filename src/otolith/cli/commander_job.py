@@ -81,7 +81,7 @@ class Choices:
             if one.name not in ("scenario", "given") and value != one.default:
                 option = f"--{one.name.replace('_', '-')}"
                 listed = value if isinstance(value, list) else [value]
-                words += [word for item in listed for word in (option, str(item))]
+                words += [word for item in listed for word in (option, _shown(item))]
         for name in self.names if several or self.names != ["predictive"] else ():
             words += ["--cueing", name]
         words += ["--tuning", self.tuning] if self.tuning else []
@@ -93,6 +93,13 @@ class Choices:
         if any("tuning" in registry.cueing_named(name).reads for name in self.names):
             _ = prepared.design.tuning  # refused now, where the platform has none
         return prepared
+
+
+def _shown(item: Any) -> str:
+    """Return a value as it is typed; a path from here where it lies below this folder."""
+    if isinstance(item, Path) and item.is_relative_to(Path.cwd()):
+        item = item.relative_to(Path.cwd())
+    return str(item)
 
 
 def _given(values: Mapping[str, Any]) -> frozenset[str]:

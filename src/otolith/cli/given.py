@@ -44,12 +44,16 @@ class Called(NamedTuple):
 
 def called(command: Any, line: Sequence[str]) -> Called:
     """Find the command that a line calls in a group of commands."""
-    words, names = iter(line), []
-    while hasattr(command, "commands") and (word := next(words, None)) is not None:
-        if word in command.commands:
+    words, names = list(line), []
+    own: list[str] = []  # of a group itself, if no command of it is called
+    while hasattr(command, "commands") and words:
+        if (word := words.pop(0)) in command.commands:
             names.append(word)
+            own = []
+        else:
+            own.append(word)
         command = command.commands.get(word, command)
-    given = [word.partition("=")[0] for word in words if word.startswith("--")]
+    given = [word.partition("=")[0] for word in own + words if word.startswith("--")]
     options = {one.name: one for one in command.params}
     counts = {name: sum(map(given.count, {*one.opts, *one.secondary_opts})) for name, one in options.items()}
     return Called(" ".join(names), options, {name: count for name, count in counts.items() if count})

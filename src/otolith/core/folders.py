@@ -76,13 +76,12 @@ def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator
     """
     check_folder(folder, command=command, force=force)
     place = folder.resolve()
+    absent = [parent for parent in place.parents if not parent.exists()]  # the nearest first
+    temporary: Path | None = None
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         sweep(place.parent)
         temporary = Path(tempfile.mkdtemp(dir=place.parent, prefix=part_prefix(place)))
-    except OSError as error:
-        raise NotWritten(folder, error.strerror or str(error)) from error
-    try:
         temporary.chmod(0o755)  # mkdtemp makes the folder accessible to its owner only
         yield temporary
         _write_list(temporary, command, _names(temporary))
@@ -92,7 +91,19 @@ def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator
     except NotWritten as error:
         raise NotWritten(folder, error.reason) from error
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+        if not place.exists():
+            _remove_empty(absent)
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    """Remove folders that were made for results that did not come, unless somebody else uses them by now."""
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:
+            return
 
 
 def enlist(path: Path) -> None:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from otolith.core.disk import write_bytes
 from otolith.core.errors import CorruptFile, InputError, damage_reported
+from otolith.core.signals import signals_wait
 
 if TYPE_CHECKING:
     import h5py  # imported on use, so that commands without such files start faster
@@ -81,7 +82,8 @@ class GrowingFile:
         import h5py
 
         self._disk = _Disk(path, "w+")
-        self._file = h5py.File(self._disk, "w", userblock_size=SEAL_BYTES)
+        with signals_wait():
+            self._file = h5py.File(self._disk, "w", userblock_size=SEAL_BYTES)
 
     def append(self, arrays: Arrays) -> None:
         """Append rows to the arrays of these names; the first call makes them.
@@ -121,13 +123,19 @@ class GrowingFile:
         """Close the file, whether or not it was sealed; what is not sealed is to be thrown away."""
         if self._disk.closed:
             return
-        with contextlib.suppress(Exception):  # the library finds nothing of what a full disk has not taken
+        with (
+            signals_wait(),
+            contextlib.suppress(Exception),
+        ):  # the library finds nothing of what a full disk has not taken
             self._file.close()
         self._disk.close()
 
 
 class _Disk(io.FileIO):
-    """A file whose failures the HDF5 library does not see, because it would crash; we ask for them."""
+    """A file whose failures the HDF5 library does not see, because it would crash; we ask for them.
+
+    For the same reason, signals wait while the library may call `write`.
+    """
 
     def __init__(self, path: Path, mode: str) -> None:
         super().__init__(path, mode)
@@ -147,11 +155,12 @@ class _Disk(io.FileIO):
     @contextlib.contextmanager
     def failures_told(self) -> Iterator[None]:
         """Raise a failure of the disk after the block, also in place of what the library says of it."""
-        try:
-            yield
-        finally:
-            if self._failure is not None:
-                raise self._failure
+        with signals_wait():
+            try:
+                yield
+            finally:
+                if self._failure is not None:
+                    raise self._failure
 
 
 def read_sealed(path: Path, *, kind: str, version: int) -> Content:
