@@ -1,5 +1,7 @@
 """What stands around a session of real processes: a driver, and a Moog base in software that is watched."""
 
+import contextlib
+import os
 import socket
 import threading
 import time
@@ -50,6 +52,8 @@ class Rig:
             thread.join()
 
     def _be_base(self) -> None:
+        with contextlib.suppress(PermissionError):  # a base is never busy with anything else
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(30))  # of this thread alone
         with opened(self.device) as listening:
             while not self.over.is_set():
                 receive(listening, self._take, seconds=0.2, passed=self._look)
