@@ -52,7 +52,9 @@ def package(folder: Path) -> Path:
 def python(code: str, small: Path, cache: Path | None = None) -> str:
     """What a program that knows the package prints in a process of its own."""
     source = Path(otolith.__file__).parents[1]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(small.parent), str(source)])}
+    # Python's own cache tells files apart by size and second: an edit within the same second would be missed
+    never = {"PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**os.environ, **never, "PYTHONPATH": os.pathsep.join([str(small.parent), str(source)])}
     if cache is not None:
         environment["NUMBA_CACHE_DIR"] = str(cache)
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)

@@ -31,8 +31,11 @@ def without_rights() -> None:
 
 
 def hearing() -> None:
-    """A test run in the background ignores SIGINT, and its children would; the program respects that."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    """A test run in the background ignores SIGINT, one under nohup SIGHUP, and so would their children; the
+    program respects that.
+    """
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 @pytest.fixture
