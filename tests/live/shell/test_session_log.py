@@ -5,6 +5,8 @@ import signal
 import time
 from pathlib import Path
 
+import pytest
+
 from otolith.cli.live_log import opened
 from otolith.live.log import PIECES, Kind
 from otolith.live.messages import State, Word
@@ -19,8 +21,9 @@ def reported(live: Live) -> int:
     return 0 if live.report is None else live.report.time_ns
 
 
-def test_a_logged_session_replays_and_outlives_its_recorder(tmp_path: Path) -> None:
-    """Row 15: the recorder is killed while the platform is cued; what it wrote before is whole."""
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_logged_session_replays_and_outlives_its_recorder(tmp_path: Path, how: signal.Signals) -> None:
+    """Row 15: the recorder is killed or hangs while the platform is cued; what it wrote before is whole."""
     told: list[str] = []
     with Rig() as rig, only_session(rig.session().device) as lock:
         live = Live(rig.session(), told.append, lock=lock, log=tmp_path)
@@ -31,7 +34,7 @@ def test_a_logged_session_replays_and_outlives_its_recorder(tmp_path: Path) -> N
             live.say(Word.ENGAGE)
             rig.moves()
             time.sleep(3.0)
-            os.kill(live._children["recorder"].pid, signal.SIGKILL)
+            os.kill(live._children["recorder"].pid, how)
             until(lambda: bool(live.look()) and any("its recorder" in line for line in told), "the lamp")
             before = time.monotonic_ns()
             until(lambda: live.look() is not None and reported(live) > before + 10**9, "set-points go on")
