@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from otolith.commander.frames import ENVELOPE, PROTOCOL, RAW, WINDOW, Frame, envelope, gap
 from otolith.commander.security import CLIENTS, Rate, Refused
@@ -215,8 +215,11 @@ class Stream:
             listening.result()
         except Violation as violation:
             await websocket.close(POLICY_VIOLATION, str(violation)[:120])
-        except (WebSocketDisconnect, RuntimeError):  # starlette's word for a socket that closed meanwhile
+        except WebSocketDisconnect:
             pass
+        except RuntimeError:  # starlette's word for a socket that closed meanwhile, and perhaps for more
+            if WebSocketState.DISCONNECTED not in (websocket.client_state, websocket.application_state):
+                raise
         finally:
             listening.cancel()
 
