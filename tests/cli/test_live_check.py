@@ -40,6 +40,18 @@ def test_a_host_is_tested_by_a_session_and_the_result_is_kept(
     assert kept["real_time"] is found["real_time"]
 
 
+def test_a_host_on_which_the_session_ends_at_once_is_not_tested(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("otolith.cli.live_run._converse", lambda *_: None)  # it ends before it is cued
+    washout = ["--cueing", "classical", "--tuning", "davsi"]
+    assert ended(["live", "check", "--seconds", "1", *washout, "--json"]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert "the session ended before the platform was cued, so nothing was measured" in output.err
+    assert not (folder / "self-test.json").exists()
+
+
 def test_an_axis_that_a_person_did_not_see_move_is_not_kept_as_tested(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,5 +1,6 @@
 """The ring of rows: what is read is what was written, or a gap that is known as one."""
 
+import multiprocessing
 import os
 from collections.abc import Iterator
 
@@ -42,6 +43,29 @@ def test_a_reader_gets_every_row_or_knows_which_are_gone(
         assert len(rows) == min(most, written - first)
         np.testing.assert_array_equal(rows, numbered(first, len(rows)))
         cursor = first + len(rows)
+
+
+def write_one_by_one(where: str, count: int) -> None:
+    with Rows(where) as writer:
+        row = np.zeros((1, 2), dtype=np.float32)
+        for _ in range(count):
+            writer.write(row)
+
+
+def test_a_reader_never_sees_a_number_that_is_half_written() -> None:
+    name = f"otolith-test-rows-words-{os.getpid()}"
+    with Rows(name, 2) as reader:
+        reader.begin(1)
+        writer = multiprocessing.get_context("spawn").Process(target=write_one_by_one, args=(name, 100_000))
+        writer.start()
+        written = 0
+        while writer.is_alive():
+            for _ in range(1_000):
+                before, written = written, reader.written
+                assert before <= written
+                assert reader.age >= 0.0
+        writer.join()
+        assert reader.written == 100_000
 
 
 def test_another_run_begins_without_rows_or_age(ends: tuple[Rows, Rows]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from otolith.cli.live_run import Choices, drive
+from otolith.cli.live_run import Choices, measure
 from otolith.cli.live_virtual import CueingName, Json, Tuning, prepared
 from otolith.cli.options import Dofs, PlatformName
 from otolith.cli.output import print_json, progress_bar, screen
@@ -82,7 +82,7 @@ def _real(choices: Choices, seconds: float, json: bool) -> None:
 
     with surroundings() as (telemetry, base), BareLoop() as loop:
         session = choices.between(telemetry, base).session()
-        live = drive(session, seconds, stderr=json)
+        live = measure(session, seconds, stderr=json)
     lines = _lines(live, loop.found, session.settings.dofs.count(",") + 1, session.platform)
     if json:
         names = ("what", "value", "unit", "goal", "reference")

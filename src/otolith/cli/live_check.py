@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from otolith.cli.live_run import Choices, Heave, MachineName, Outgoing, Pairs, SessionFile, drive
+from otolith.cli.live_run import Choices, Heave, MachineName, Outgoing, Pairs, SessionFile, measure
 from otolith.cli.live_virtual import CueingName, Json, Tuning
 from otolith.cli.options import Dofs, PlatformName
 from otolith.cli.output import print_json, screen
@@ -41,7 +41,7 @@ def check(
     real_time = real_time_is_granted(OUTPUT)
     with surroundings() as (telemetry, base):
         choices = Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning)
-        live = drive(choices.between(telemetry, base).session(), seconds, stderr=json)
+        live = measure(choices.between(telemetry, base).session(), seconds, stderr=json)
     late, cpu = live.output_timing.late, live.controller_timing.cpu
     test = SelfTest.of(late, seconds=seconds, real_time=real_time)
     path = test.keep()

@@ -328,3 +328,20 @@ def _listen(live: "Live") -> bool:
     except ValueError:
         screen().print(f"{line.strip()!r} is no word: {', '.join(Word)}", highlight=False)
     return True
+
+
+def measure(session: "Session", seconds: float, *, stderr: bool) -> "Live":
+    """Run a session for a time in order to read its timing; return it as it ended.
+
+    Raises
+    ------
+    Latched : as by `drive`; or it ended before a decision was timed, so there is nothing to read.
+    """
+    from otolith.live.shell.supervise import Latched
+
+    live = drive(session, seconds, stderr=stderr)
+    if live.controller_timing.cpu.count == 0:
+        raise Latched(
+            "the session ended before the platform was cued, so nothing was measured; see above why"
+        )
+    return live

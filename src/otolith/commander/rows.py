@@ -2,11 +2,10 @@
 
 The ring holds the latest `CAPACITY` rows. A reader keeps a cursor of its own, the number of the next row that
 it wants, so it needs no queue, and one that sleeps costs nobody anything: what was overwritten meanwhile is a
-gap. The writer fills rows first and then raises their number; x86 keeps this order, other machines are
-refused as by `otolith.live.shell.memory`.
+gap. The writer fills rows first and then raises their number; x86 keeps this order, and stores a word in one
+go, as `otolith.live.shell.memory` explains; other machines are refused.
 """
 
-import struct
 import time
 from multiprocessing import shared_memory
 from typing import Final, Self
@@ -18,11 +17,10 @@ from otolith.live.shell.memory import WrongMemory, check_machine
 
 CAPACITY: Final = 1 << 16  # rows: 65 s at 1 kHz
 _SPARE: Final = 2_048  # rows that may be overwritten while a reader copies
-_HEAD: Final = struct.Struct("<QQQQQ")  # magic, columns, generation, rows written, time of the newest [ns]
 _MAGIC: Final = 0x4F544C524F575331  # "OTLROWS1"
-_GENERATION, _WRITTEN, _NEWEST = 16, 24, 32  # [bytes] where they stand
 _FIRST: Final = 64  # [bytes] before the rows
-_WORD: Final = struct.Struct("<Q")
+# u64 words before the rows; the last is the time of the newest row [ns]
+_IS, _COLUMNS, _GENERATION, _WRITTEN, _NEWEST = range(5)
 
 
 class Rows:
@@ -46,42 +44,40 @@ class Rows:
         buffer = self._memory.buf
         if buffer is None:
             raise WrongMemory("shared memory is closed")
+        self._words = buffer[:_FIRST].cast("Q")
         if columns is not None:
-            _HEAD.pack_into(buffer, 0, _MAGIC, columns, 0, 0, 0)
-        magic, self.columns, *_ = _HEAD.unpack_from(buffer, 0)
-        if magic != _MAGIC:
+            self._words[_COLUMNS], self._words[_IS] = columns, _MAGIC
+        if self._words[_IS] != _MAGIC:
+            self._words.release()
             raise WrongMemory(f"shared memory {name} holds no rows")
-        self._head = buffer[:_FIRST]
+        self.columns = self._words[_COLUMNS]
         count = CAPACITY * self.columns
         self._rows: Singles = np.frombuffer(buffer, dtype=np.float32, offset=_FIRST, count=count).reshape(
             CAPACITY, self.columns
         )
 
-    def _word(self, at: int) -> int:
-        return int(_WORD.unpack_from(self._head, at)[0])
-
     @property
     def generation(self) -> int:
         """Return the number of the run whose rows these are."""
-        return self._word(_GENERATION)
+        return self._words[_GENERATION]
 
     @property
     def written(self) -> int:
         """Return how many rows of this run were written."""
-        return self._word(_WRITTEN)
+        return self._words[_WRITTEN]
 
     @property
     def age(self) -> float:
         """Return the time since the newest row was written [s]; infinite before the first."""
-        newest = self._word(_NEWEST)
+        newest = self._words[_NEWEST]
         return 1e-9 * (time.monotonic_ns() - newest) if newest else float("inf")
 
     def begin(self, generation: int) -> None:
         """Begin another run, without rows."""
-        _WORD.pack_into(self._head, _GENERATION, 0)  # of no run, while the rest is changed
-        _WORD.pack_into(self._head, _WRITTEN, 0)
-        _WORD.pack_into(self._head, _NEWEST, 0)
-        _WORD.pack_into(self._head, _GENERATION, generation)
+        self._words[_GENERATION] = 0  # of no run, while the rest is changed
+        self._words[_WRITTEN] = 0
+        self._words[_NEWEST] = 0
+        self._words[_GENERATION] = generation
 
     def write(self, rows: Singles) -> None:
         """Append rows (n, columns), in pieces that no reader can mistake."""
@@ -91,8 +87,8 @@ class Rows:
             before = min(len(piece), CAPACITY - at)
             self._rows[at : at + before] = piece[:before]
             self._rows[: len(piece) - before] = piece[before:]
-            _WORD.pack_into(self._head, _WRITTEN, self.written + len(piece))
-        _WORD.pack_into(self._head, _NEWEST, time.monotonic_ns())
+            self._words[_WRITTEN] = self.written + len(piece)
+        self._words[_NEWEST] = time.monotonic_ns()
 
     def read(self, cursor: int, most: int) -> tuple[int, Singles]:
         """Return the number of the first row returned, and at most `most` rows from `cursor` on.
@@ -110,7 +106,7 @@ class Rows:
     def close(self) -> None:
         """Let go of the segment; who made it removes it."""
         self._rows = np.empty((0, 0), dtype=np.float32)
-        self._head.release()
+        self._words.release()
         self._memory.close()
         if self._creates:
             self._memory.unlink()

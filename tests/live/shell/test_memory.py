@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+from multiprocessing.synchronize import Event
 
 import numpy as np
 import pytest
@@ -40,28 +41,60 @@ def test_a_slot_that_was_written_again_while_it_was_copied_is_not_believed() -> 
         assert reader.read() is None
 
 
-def write_many(where: str, count: int) -> None:
-    channel = Channel(where)
-    for k in range(count):
+def write_many(where: str, enough: Event) -> None:
+    channel, k = Channel(where), 0
+    while k % 1_000 != 0 or not enough.is_set():
         channel.write(k.to_bytes(8, "little") * (1 + k % 700))
+        k += 1
     channel.close()
 
 
 def test_no_message_is_torn_while_another_process_writes_as_fast_as_it_can() -> None:
+    context = multiprocessing.get_context("spawn")
+    enough = context.Event()
     with Channel(name("race"), create=True) as reader:
-        writer = multiprocessing.get_context("spawn").Process(target=write_many, args=(name("race"), 60_000))
+        writer = context.Process(target=write_many, args=(name("race"), enough))
         writer.start()
         found, last = 0, -1
-        while writer.is_alive() or reader.published != reader._seen:
-            message = reader.read()
-            if message is not None:
-                k = int.from_bytes(message[:8], "little")
-                assert message == k.to_bytes(8, "little") * (1 + k % 700)
-                assert k > last
-                found, last = found + 1, k
+        try:
+            while writer.is_alive() or reader.published != reader._seen:
+                message = reader.read()
+                if message is not None:
+                    k = int.from_bytes(message[:8], "little")
+                    assert message == k.to_bytes(8, "little") * (1 + k % 700)
+                    assert k > last
+                    found, last = found + 1, k
+                    if found == 300:
+                        enough.set()
+        finally:
+            enough.set()
+            writer.join()
+        assert last == reader.published - 1
+
+
+def give_signs(where: str, count: int) -> None:
+    channel = Channel(where)
+    for _ in range(count):
+        channel.write(b"")
+        channel.beat()
+    channel.close()
+
+
+def test_a_reader_never_sees_a_counter_that_is_half_written() -> None:
+    with Channel(name("counters"), create=True) as reader:
+        writer = multiprocessing.get_context("spawn").Process(
+            target=give_signs, args=(name("counters"), 200_000)
+        )
+        writer.start()
+        published = beats = 0
+        while writer.is_alive():
+            for _ in range(1_000):
+                before, published = published, reader.published
+                assert before <= published
+                before, beats = beats, reader.beats
+                assert before <= beats
         writer.join()
-    assert last == 59_999
-    assert found > 10
+        assert (reader.published, reader.beats) == (200_000, 200_000)
 
 
 def test_another_layout_and_a_message_too_long_are_refused() -> None:

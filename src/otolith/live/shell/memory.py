@@ -5,10 +5,12 @@ message n is in slot n mod 4. The writer fills the slot first and then raises th
 slot and believes the copy only if fewer than three messages came meanwhile, else it keeps what it had. There
 is no lock, so a process that is killed at any instant leaves nothing locked. x86 keeps the order of the two
 writes; other machines need a barrier between them and are refused.
+
+What another process may read meanwhile is a word of 8 bytes that the machine stores in one go. Such a word is
+assigned through a view of words: `struct.pack_into` sets its bytes to zero first, and a reader may see that.
 """
 
 import platform as machine
-import struct
 from multiprocessing import shared_memory
 from typing import Final, Self
 
@@ -18,13 +20,11 @@ MAGIC: Final = 0x4F544C4D454D3031  # "OTLMEM01"
 VERSION: Final = 2  # of the layout of header, slots and messages
 SLOTS: Final = 4
 SIZE: Final = 65_536  # [bytes] of a slot
-_HEAD: Final = struct.Struct("<QQQ")  # magic, version, size of a slot
-VERSION_AT: Final = 8  # place of the version in the header
-_COUNTER: Final = _HEAD.size
-_BEATS: Final = _COUNTER + 8  # signs of life
-_FINISHED: Final = _BEATS + 8  # whether the writer ended as it was asked to
+_WORD: Final = 8  # [bytes]
 _FIRST: Final = 64  # [bytes] before the first slot
-_LENGTH: Final = struct.Struct("<Q")
+# u64 words before the first slot: signs of life at 4, and at 5 whether the writer ended as it was asked to
+_IS, _VERSION, _SIZE, _COUNTER, _BEATS, _FINISHED = range(6)
+VERSION_AT: Final = _WORD * _VERSION  # [bytes]
 _ORDERED: Final = ("x86_64", "AMD64")  # machines whose stores stay in order
 
 
@@ -57,11 +57,14 @@ class Channel:
         self._memory = shared_memory.SharedMemory(
             name, create=create, size=_FIRST + SLOTS * SIZE if create else 0
         )
+        self._words = self.buffer[: _FIRST + SLOTS * SIZE].cast("Q")
+        layout = (MAGIC, VERSION, SIZE)
         if create:
-            _HEAD.pack_into(self.buffer, 0, MAGIC, VERSION, SIZE)
-        found = _HEAD.unpack_from(self.buffer, 0)
-        if found != (MAGIC, VERSION, SIZE):
-            raise WrongMemory(f"shared memory {name} has layout {found}, must be {(MAGIC, VERSION, SIZE)}")
+            self._words[_IS], self._words[_VERSION], self._words[_SIZE] = layout
+        found = (self._words[_IS], self._words[_VERSION], self._words[_SIZE])
+        if found != layout:
+            self._words.release()
+            raise WrongMemory(f"shared memory {name} has layout {found}, must be {layout}")
         self._seen = 0
 
     @property
@@ -75,34 +78,35 @@ class Channel:
     @property
     def published(self) -> int:
         """Return how many messages there were."""
-        return int(_LENGTH.unpack_from(self.buffer, _COUNTER)[0])
+        return self._words[_COUNTER]
 
     @property
     def beats(self) -> int:
         """Return how many signs of life the writer gave beside its messages."""
-        return int(_LENGTH.unpack_from(self.buffer, _BEATS)[0])
+        return self._words[_BEATS]
 
     def beat(self) -> None:
         """Give a sign of life."""
-        _LENGTH.pack_into(self.buffer, _BEATS, self.beats + 1)
+        self._words[_BEATS] += 1
 
     @property
     def finished(self) -> bool:
         """Return whether the writer has ended as it was asked to."""
-        return bool(_LENGTH.unpack_from(self.buffer, _FINISHED)[0])
+        return bool(self._words[_FINISHED])
 
     def finish(self) -> None:
         """Say that no message follows, and that this is right."""
-        _LENGTH.pack_into(self.buffer, _FINISHED, 1)
+        self._words[_FINISHED] = 1
 
     def write(self, message: bytes) -> None:
         """Publish a message of at most `SIZE` - 8 bytes."""
-        if len(message) > SIZE - _LENGTH.size:
-            raise WrongMemory(f"a message has {len(message)} bytes, must be at most {SIZE - _LENGTH.size}")
+        if len(message) > SIZE - _WORD:
+            raise WrongMemory(f"a message has {len(message)} bytes, must be at most {SIZE - _WORD}")
         n = self.published + 1
         at = _FIRST + (n % SLOTS) * SIZE
-        self.buffer[at : at + _LENGTH.size + len(message)] = _LENGTH.pack(len(message)) + message
-        _LENGTH.pack_into(self.buffer, _COUNTER, n)
+        self._words[at // _WORD] = len(message)
+        self.buffer[at + _WORD : at + _WORD + len(message)] = message
+        self._words[_COUNTER] = n
 
     def read(self) -> bytes | None:
         """Return the latest message if it is new and whole; None to go on with the one before."""
@@ -110,8 +114,8 @@ class Channel:
         if n == self._seen:
             return None
         at = _FIRST + (n % SLOTS) * SIZE
-        (length,) = _LENGTH.unpack_from(self.buffer, at)
-        message = bytes(self.buffer[at + _LENGTH.size : at + _LENGTH.size + min(length, SIZE)])
+        length = self._words[at // _WORD]
+        message = bytes(self.buffer[at + _WORD : at + _WORD + min(length, SIZE)])
         if self.published - n >= SLOTS - 1:
             return None
         self._seen = n
@@ -119,9 +123,15 @@ class Channel:
 
     def close(self) -> None:
         """Let go of the segment; who made it removes it."""
+        self._words.release()
         self._memory.close()
         if self._creates:
             self._memory.unlink()
+
+    def __del__(self) -> None:
+        """Let go of the words, without which Python cannot let go of the segment."""
+        if hasattr(self, "_words"):
+            self._words.release()
 
     def __enter__(self) -> Self:
         return self
