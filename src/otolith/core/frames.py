@@ -31,7 +31,8 @@ class Dof:
 
     name: str  # name on the command line: the names of its axes, joined by "-"
     along: str  # name of the cued quantity in scenarios: longitudinal, lateral, vertical or yaw
-    axes: tuple[int, ...]  # indices in a six-vector: translation and rotation, or the single axis
+    # Indices in a six-vector: translation and rotation, or the single axis; 6 more for an axis of the base
+    axes: tuple[int, ...]
     sign: float = 1.0  # tilt = sign · angle, chosen so that f = a + g sin(tilt)
 
     @property
@@ -40,9 +41,14 @@ class Dof:
         return len(self.axes) == 2
 
     @property
+    def is_base(self) -> bool:
+        """True for an axis of the base that carries the platform, see `otolith.platforms.carriers`."""
+        return self.axes[0] >= len(AXES)
+
+    @property
     def feels_rate(self) -> bool:
         """True when an angular rate is cued, False when a specific force is."""
-        return self.axes[0] >= 3
+        return self.axes[0] % len(AXES) >= 3
 
     @property
     def felt(self) -> int:
@@ -70,6 +76,13 @@ SWAY_ROLL: Final = Dof("sway-roll", "lateral", axes=(1, 3), sign=+1.0)
 HEAVE: Final = Dof("heave", "vertical", axes=(2,))
 YAW: Final = Dof("yaw", "yaw", axes=(5,))
 DOFS: Final = {dof.name: dof for dof in (SURGE_PITCH, SWAY_ROLL, HEAVE, YAW)}
+# Axes of the base by the axis of the platform that they carry; cued by themselves only where the platform is
+# not cued with them
+BASES: Final = {
+    0: Dof("base-surge", "longitudinal", axes=(6,)),
+    1: Dof("base-sway", "lateral", axes=(7,)),
+    5: Dof("base-yaw", "yaw", axes=(11,)),
+}
 PAIRS: Final = tuple(dof.name for dof in DOFS.values() if dof.is_pair)
 
 
@@ -90,6 +103,11 @@ def dofs_named(names: Iterable[str], known: Sequence[str] = tuple(DOFS)) -> tupl
 def pairs_of(dofs: Iterable[Dof]) -> tuple[Dof, ...]:
     """Return the axis pairs among the given degrees of freedom."""
     return tuple(dof for dof in dofs if dof.is_pair)
+
+
+def bases_of(dofs: Iterable[Dof]) -> tuple[Dof, ...]:
+    """Return the axes of a base that would carry the given degrees of freedom."""
+    return tuple(BASES[dof.axes[0]] for dof in dofs if dof.axes[0] in BASES)
 
 
 def specific_force(acceleration_driver: Vec, attitude: Vec) -> Vec:

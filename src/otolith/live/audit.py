@@ -16,7 +16,7 @@ from otolith.core.frames import AXES
 from otolith.live.messages import State
 from otolith.live.world import Row
 from otolith.platforms import Platform
-from otolith.platforms.platform import Rotation, Translation
+from otolith.platforms.axes import Rotation, Translation
 
 ROUNDING: Final = 1e-3  # share of a limit that differences of set-points may show beyond it
 SAME: Final = 1e-9  # [m, rad] poses that do not differ

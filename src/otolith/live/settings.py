@@ -13,6 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import AXES
 from otolith.platforms import Platform
+from otolith.platforms.axes import Rotation, Translation
 from otolith.platforms.bounds import (
     Acceleration,
     Radius,
@@ -25,7 +26,6 @@ from otolith.platforms.bounds import (
     Within,
     refuse,
 )
-from otolith.platforms.platform import Rotation, Translation
 from otolith.platforms.validation_messages import sentence, toml_fields
 
 _UNITS: Final = {"m": "m", "mps": "m/s", "mps2": "m/s²", "deg": "deg", "degps": "deg/s", "degps2": "deg/s²"}

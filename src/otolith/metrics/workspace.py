@@ -10,7 +10,7 @@ from otolith.core.arrays import Vec
 from otolith.loop import Run
 from otolith.metrics.axes import moving_axes
 from otolith.platforms import Platform
-from otolith.platforms.platform import Translation
+from otolith.platforms.axes import Translation
 
 NEAR = 0.9  # share of the reach from which the limit is near
 

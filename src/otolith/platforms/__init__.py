@@ -10,10 +10,12 @@ from otolith.core.lazy import on_first_use
 from otolith.platforms.library import catalog, load
 
 if TYPE_CHECKING:
-    from otolith.platforms.platform import AxisLimits, Braking, Platform, parse_platform
+    from otolith.platforms.axes import AxisLimits
+    from otolith.platforms.platform import Braking, Platform, parse_platform
 else:
     __getattr__ = on_first_use(
-        __name__, dict.fromkeys(("AxisLimits", "Braking", "Platform", "parse_platform"), "platform")
+        __name__,
+        {"AxisLimits": "axes", **dict.fromkeys(("Braking", "Platform", "parse_platform"), "platform")},
     )
 
 __all__ = ["AxisLimits", "Braking", "Platform", "catalog", "load", "parse_platform"]

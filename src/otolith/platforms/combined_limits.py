@@ -24,8 +24,9 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.rotation import place_of, rotation_of
+from otolith.platforms.axes import Rotation, Translation
 from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
-from otolith.platforms.platform import Platform, Rotation, Translation
+from otolith.platforms.platform import Platform
 from otolith.platforms.reach import change_rates
 
 # Largest number of divisions of a cell; a cell not proved by then counts as out of reach

@@ -17,9 +17,10 @@ import scipy  # scipy imports its modules on first use, so unused ones cost no t
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES
+from otolith.platforms.axes import Rotation
 from otolith.platforms.geometry import Circles
 from otolith.platforms.hexapod import Hexapod
-from otolith.platforms.platform import Platform, Rotation
+from otolith.platforms.platform import Platform
 from otolith.platforms.reach import SINGULAR, axis_speeds, leg_end, reach_ends
 
 WELL: Final = 5.0  # upper bound of a fitted machine's condition number in the neutral pose

@@ -5,27 +5,22 @@ The file is TOML; degrees appear only in names with `deg`. Everything that leave
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 
 from otolith.core.errors import InputError
-from otolith.core.frames import AXES, Dof
-from otolith.platforms.bounds import (
-    Acceleration,
-    BrakingTime,
-    Delay,
-    Gain,
-    Radius,
-    Speed,
-    Threshold,
-    Tilt,
-    TiltAcceleration,
-    TiltRate,
-    Travel,
-    refuse,
-)
+from otolith.core.frames import AXES, Dof, bases_of
+from otolith.platforms.axes import AxisLimits, Rotation, Table, Translation
+from otolith.platforms.bounds import BrakingTime, Delay, Gain, Radius, Threshold, refuse
+from otolith.platforms.carriers import Base
 from otolith.platforms.geometry import HexapodTable
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.validation_messages import sentence, toml_fields
@@ -33,36 +28,14 @@ from otolith.platforms.validation_messages import sentence, toml_fields
 INVARIANCE = 2.0  # smallest c_v²/c_u, see `Braking`
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Translation(_Table):
-    """Limits of surge, sway or heave about the neutral pose."""
-
-    position_m: Travel  # (low, high) [m]; one number x means ±x
-    velocity_mps: Speed  # ± [m/s]
-    acceleration_mps2: Acceleration  # ± [m/s²]
-    # ± [m/s²] on the command; None for the limit of the acceleration
-    command_mps2: Acceleration | None = None
-
-
-class Rotation(_Table):
-    """Limits of roll, pitch or yaw about the neutral pose, in the axes of `otolith.core.frames`."""
-
-    angle_deg: Tilt  # (low, high) [deg]; one number x means ±x
-    rate_degps: TiltRate | None = None  # ± [deg/s] limit of the machine
-    acceleration_degps2: TiltAcceleration | None = None  # ± [deg/s²] limit of the machine
-
-
-class TiltCoordination(_Table):
+class TiltCoordination(Table):
     """Tilt rates below which tilting is not perceived as rotation; defaults from Table B.5's discussion."""
 
     pitch_degps: Threshold = 3.0  # [deg/s]
     roll_degps: Threshold = 2.6  # [deg/s]
 
 
-class Braking(_Table):
+class Braking(Table):
     """The braking law s + c_v v T + c_u a T²/2 within ±s_max (eq. C.2), for both travel and tilt.
 
     With e = s_max − s the active law is (c_u T²/2) e″ + c_v T e′ + e = 0. It comes to rest without crossing
@@ -89,32 +62,20 @@ class Braking(_Table):
         return self
 
 
-class Workspace(_Table):
+class Workspace(Table):
     """Limits that several axes share."""
 
     circle_m: Radius | None = None  # surge² + sway² ≤ circle² [m]
 
 
-class Actuators(_Table):
+class Actuators(Table):
     """Lag and dead time of the platform's axes, for the plant `actuator`."""
 
     lag_s: Delay = 0.01  # [s] T of eq. 4.9
     dead_time_s: Delay = 0.01  # [s] before a command takes effect
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AxisLimits:
-    """Limits of one axis of a degree of freedom, in the sign of its model; SI units and radians."""
-
-    position: tuple[float, float]  # (low, high) [m or rad]
-    velocity: (
-        float  # ± [m/s or rad/s]; for a tilt the smaller of the machine's limit and the perception threshold
-    )
-    acceleration: float  # ± [m/s² or rad/s²]; infinite if the file gives none
-    command: float  # ± [m/s² or rad/s²] on the commanded acceleration
-
-
-class Platform(_Table):
+class Platform(Table):
     """A motion platform. Axes that the machine does not have are left out of its file.
 
     Examples
@@ -139,12 +100,19 @@ class Platform(_Table):
     workspace: Workspace = Workspace()
     actuators: Actuators = Actuators()
     hexapod: HexapodTable | None = None
+    base: Base | None = None
 
     @model_validator(mode="after")
     def _must_move(self) -> Self:
         if not self.axes:
             raise refuse(f"at least one of {', '.join(AXES)}", field="the set of axes", value="empty")
         return self
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_absent(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out a base that a platform does not have, so that digests of platforms stay as they were."""
+        values: dict[str, Any] = plain(self)
+        return {name: value for name, value in values.items() if name != "base" or value is not None}
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -182,9 +150,11 @@ class Platform(_Table):
         InputError : the platform lacks one of the axes, or its file gives no rate or acceleration of a
             rotation that is cued on its own.
         """
+        if dof.is_base:
+            return (self._moved_base().limits(dof),)
         tables = [self._table(dof, index) for index in dof.axes]
         return tuple(
-            _along(table) if isinstance(table, Translation) else self._about(dof, sign, table)
+            table.limits if isinstance(table, Translation) else self._about(dof, sign, table)
             for sign, table in zip(dof.signs, tables, strict=True)
         )
 
@@ -195,6 +165,10 @@ class Platform(_Table):
         except InputError:
             return False
         return True
+
+    def bases(self, dofs: Iterable[Dof]) -> tuple[Dof, ...]:
+        """Return the axes of the base that carry degrees of freedom; none without a base."""
+        return () if self.base is None else tuple(dof for dof in bases_of(dofs) if dof in self.base.dofs)
 
     def boxed(self) -> "Platform":
         """Return the platform with a square inside its circle as limits of surge and sway.
@@ -214,6 +188,11 @@ class Platform(_Table):
                 sides[axis] = table.model_copy(update={"position_m": ends})
         return self.model_copy(update=sides)
 
+    def _moved_base(self) -> Base:
+        if self.base is None:
+            raise InputError(f"[base] of platform {self.name}", "missing", "in its file for it to be moved")
+        return self.base
+
     def _table(self, dof: Dof, index: int) -> Translation | Rotation:
         axis = AXES[index]
         table: Translation | Rotation | None = getattr(self, axis)
@@ -228,30 +207,10 @@ class Platform(_Table):
 
     def _about(self, dof: Dof, sign: float, table: Rotation) -> AxisLimits:
         """Return the limits of a rotation; a tilt also stays below the threshold of perception."""
-        low, high = sorted(math.radians(sign * angle) for angle in table.angle_deg)
         rates = [] if table.rate_degps is None else [table.rate_degps]
         if dof.is_pair:
             rates.append(getattr(self.tilt_coordination, f"{AXES[dof.rotation]}_degps"))
-        acceleration = _radians_or_unlimited(table.acceleration_degps2)
-        return AxisLimits(
-            position=(low, high),
-            velocity=math.radians(min(rates)),
-            acceleration=acceleration,
-            command=acceleration,
-        )
-
-
-def _along(table: Translation) -> AxisLimits:
-    return AxisLimits(
-        position=table.position_m,
-        velocity=table.velocity_mps,
-        acceleration=table.acceleration_mps2,
-        command=table.acceleration_mps2 if table.command_mps2 is None else table.command_mps2,
-    )
-
-
-def _radians_or_unlimited(degrees: float | None) -> float:
-    return math.inf if degrees is None else math.radians(degrees)
+        return table.limits(sign, rates)
 
 
 def parse_platform(text: str, source: str) -> Platform:

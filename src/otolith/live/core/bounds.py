@@ -8,7 +8,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import AXES, DOFS, Dof
 from otolith.platforms import Platform
-from otolith.platforms.platform import Rotation, Translation
+from otolith.platforms.axes import Rotation, Translation
 from otolith.safety.law import Reach
 
 SPEED: Final = np.array([0.2] * 3 + [0.1] * 3)  # [m/s, rad/s] of moves from and to rest …
