@@ -10,8 +10,7 @@ from otolith.commander.feed import WORDS, Feed
 from otolith.commander.orders import Note
 from otolith.commander.watched import EVENTS, Pages
 from otolith.core.frames import GRAVITY
-from otolith.live.messages import Plan, Report, State, Word
-from otolith.live.packed import pack_asked, unpack_asked
+from otolith.live.messages import Plan, Report, State, Vitals, Word
 from otolith.platforms import load
 
 NAMES = [column.name for column in columns()]
@@ -38,13 +37,17 @@ def plan(ms: int, outcome: str = "decided", stages: int = 1) -> Plan:
     )
 
 
+def asks(ms: int, force: np.ndarray) -> Vitals:
+    return Vitals(time_ns=ms * MS, asked=force, missed=0, clock_ns=None)
+
+
 def value(row: np.ndarray, name: str) -> float:
     return float(row[NAMES.index(name)])
 
 
 def test_a_row_is_what_the_output_reports_and_the_decision_asks_for() -> None:
     feed = Feed(DAVSI, 1000 * MS)
-    feed.ask(1499 * MS, np.array([1.0, 2.0, 3.0]))
+    feed.vitals(asks(1499, np.array([1.0, 2.0, 3.0])))
     feed.plan(plan(1499))
     feed.report(report(1500))
     (row,) = feed.rows()
@@ -63,7 +66,7 @@ def test_a_row_is_what_the_output_reports_and_the_decision_asks_for() -> None:
 
 def test_missing_reports_are_a_gap_and_an_old_decision_asks_for_nothing() -> None:
     feed = Feed(DAVSI, 0)
-    feed.ask(0, np.ones(3))
+    feed.vitals(asks(0, np.ones(3)))
     for ms in (1, 3, 200):
         feed.report(report(ms))
     rows = feed.rows()
@@ -76,6 +79,7 @@ def test_missing_reports_are_a_gap_and_an_old_decision_asks_for_nothing() -> Non
 def test_the_state_says_which_words_are_possible_and_never_shows_an_old_one_as_running() -> None:
     feed = Feed(DAVSI, 0)
     assert feed.state(MS)["running"] is False
+    feed.vitals(asks(1, np.zeros(3)))
     feed.plan(plan(1, "gate: leg 3"))
     feed.plan(plan(2, stages=0, outcome=""))
     feed.report(report(2, State.READY))
@@ -112,10 +116,3 @@ def test_sentences_are_numbered_and_the_oldest_go() -> None:
     assert len(events) == EVENTS
     assert [one["number"] for one in events] == list(range(7, EVENTS + 7))
     assert (events[-1]["level"], events[0]["level"], events[0]["generation"]) == ("fault", "info", 3)
-
-
-def test_what_is_asked_for_comes_back_bit_for_bit() -> None:
-    force = np.array([0.1, np.nan, -1e300])
-    time_ns, back = unpack_asked(pack_asked(2**40, force))
-    assert time_ns == 2**40
-    np.testing.assert_array_equal(back, force)

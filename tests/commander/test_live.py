@@ -17,6 +17,7 @@ from otolith.commander.watched import watched
 from otolith.live.messages import State
 from otolith.live.shell.supervise import Live, only_session
 from tests.commander.client import Page
+from tests.commander.conftest import until
 from tests.live.shell.rig import Rig
 
 Watched = tuple[Live, Rig, Page, list[str]]
@@ -29,7 +30,7 @@ def session(tmp_path: Path) -> Iterator[Watched]:
     over = threading.Event()
     with Rig() as rig, only_session(("127.0.0.1", rig.device)) as lock, listening("127.0.0.1", 0) as line:
         also: list[Callable[[str], None]] = [told.append]
-        live = Live(rig.session(), lambda text: _tell(also, text), lock=lock)
+        live = Live(rig.session(), lambda text: _tell(also, text), lock=lock, log=tmp_path / "logs")
         secrets = Secrets(token=new_token())
         setup = Setup(
             prefix=f"otolith-test-{os.getpid()}",
@@ -115,7 +116,14 @@ def test_another_page_only_looks_on_but_stops(session: Watched) -> None:
         looking.until("state", state="ready")
         assert other.say("engage") == 403
         assert page.say("engage") == 204
-        looking.until("state", state="engaged")
+        lamps = looking.until("state", state="engaged")["lamps"]
+        assert lamps["log"] == ""
+        assert 0 <= lamps["missed_lately"] <= lamps["missed"]
+        assert 0.0 <= lamps["clock"] < 1.0
+        assert lamps["telemetry_age_s"] < 1.0
+        os.kill(child("recorder"), signal.SIGKILL)
+        told = until(lambda: looking.until("state")["lamps"]["log"])
+        assert "its recorder has said nothing" in told
         assert other.say("stop") == 204
         stream.until("event", text="returning: stop")
     assert live.report is not None

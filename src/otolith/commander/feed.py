@@ -5,6 +5,7 @@ and writes the Commander's rows. It writes nothing that they read, and nobody wa
 through it: the supervisor reads them itself (`otolith.commander.watched`).
 """
 
+import contextlib
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -13,14 +14,16 @@ import numpy as np
 
 from otolith.commander.columns import COUNT, described, hexapod_of
 from otolith.commander.keeper import Setup, begin_child
+from otolith.commander.lamps import Lamps
 from otolith.commander.orders import Note
 from otolith.commander.rows import Rows
 from otolith.core.arrays import Mat, Singles, Vec
 from otolith.core.frames import specific_force
-from otolith.live.messages import Plan, Report, State, Word
-from otolith.live.packed import unpack_asked, unpack_plan, unpack_report
+from otolith.live.messages import Plan, Report, State, Vitals, Word
+from otolith.live.packed import unpack_plan, unpack_report, unpack_vitals
 from otolith.live.session import Session
 from otolith.live.shell.memory import Channel
+from otolith.live.shell.recorder import STREAMS, ring_of
 from otolith.platforms import Platform
 
 LOOK: Final = 0.002  # [s]
@@ -29,7 +32,6 @@ TOLD: Final = 0.1  # [s] between two notes of the state
 HOLE: Final = 0.05  # [s] without a report that is a gap
 SILENT: Final = 0.5  # [s] without a report after which nothing runs
 ENDED: Final = 0.1  # [s] after which a decision's force is no more what is asked for
-DECIDED: Final = ("", "decided")  # outcomes of a plan that the algorithm itself decided
 # The words that a state accepts, beside stop.
 WORDS: Final[Mapping[State, tuple[Word, ...]]] = {
     State.IDLE: (Word.ARM,),
@@ -52,29 +54,32 @@ class Feed:
     generation : of its rows; a feed that follows a dead one has another.
     """
 
-    def __init__(self, platform: Platform, began_ns: int, generation: int = 1) -> None:
+    def __init__(
+        self, platform: Platform, began_ns: int, generation: int = 1, lamps: Lamps | None = None
+    ) -> None:
         self._generation = generation
+        self._lamps = Lamps() if lamps is None else lamps
         self._legs = None if platform.hexapod is None else platform.six_legs()
         self._began = began_ns
         self._rows: list[Vec] = []
-        self._asked_ns, self._asked = 0, np.full(3, np.nan)
+        self._vitals: Vitals | None = None
         self._plan: Plan | None = None
         self._report: Report | None = None
         self._shown: State | None = None
-        self.refused = 0  # plans that the algorithm did not decide itself
 
     def seconds(self, time_ns: int) -> float:
         """Return a time as the page has it [s]."""
         return 1e-9 * (time_ns - self._began)
 
-    def ask(self, time_ns: int, force: Vec) -> None:
-        """Take what the last decision should let feel."""
-        self._asked_ns, self._asked = time_ns, force
+    def vitals(self, vitals: Vitals) -> None:
+        """Take what the controller shows: what the last decision should let feel, and its counts."""
+        self._vitals = vitals
+        self._lamps.vitals(vitals)
 
     def plan(self, plan: Plan) -> None:
         """Take a plan."""
         self._plan = plan
-        self.refused += len(plan.stages) > 0 and plan.outcome not in DECIDED
+        self._lamps.plan(plan)
 
     def report(self, report: Report) -> None:
         """Take a report: a row, after a gap where others are missing before it."""
@@ -82,8 +87,10 @@ class Feed:
         now = self.seconds(report.time_ns)
         if before is not None and report.time_ns - before.time_ns > 1e9 * HOLE:
             self._rows.append(np.array([now, *[np.nan] * (COUNT - 1)]))
-        fresh = report.time_ns - self._asked_ns < 1e9 * ENDED
-        self._rows.append(self._row(now, report.motion, self._asked if fresh else np.full(3, np.nan)))
+        vitals = self._vitals
+        fresh = vitals is not None and report.time_ns - vitals.time_ns < 1e9 * ENDED
+        asked = vitals.asked if vitals is not None and fresh else np.full(3, np.nan)
+        self._rows.append(self._row(now, report.motion, asked))
 
     def _row(self, now: float, motion: Mat, asked: Vec) -> Vec:
         pose, twist, acceleration = motion
@@ -117,9 +124,6 @@ class Feed:
         report, plan = self._report, self._plan
         state = State.IDLE if report is None else report.state
         silent = report is None or now_ns - report.time_ns > 1e9 * SILENT
-        heard = (
-            None if plan is None or not plan.telemetry_ns else round(1e-9 * (now_ns - plan.telemetry_ns), 3)
-        )
         return {
             "state": str(state),
             "text": (plan.reason if plan is not None else "") or str(state),
@@ -129,13 +133,7 @@ class Feed:
             "generation": self._generation,
             "speed": 1.0,
             "words": [str(word) for word in (Word.STOP, *WORDS.get(state, ()))],
-            "lamps": {
-                "telemetry_age_s": heard,
-                "missed": None,
-                "gate_refused": self.refused,
-                "log": None,  # its news are events
-                "clock": None,
-            },
+            "lamps": self._lamps.shown(now_ns),
             "events": [{**event, "generation": self._generation} for event in events],
         }
 
@@ -143,34 +141,47 @@ class Feed:
 def run_feed(setup: Setup, session: Session, names: Mapping[str, str], began_ns: int) -> None:
     """Be the feed, until a signal ends this process."""
     begin_child()
-    plans, reports, asked = (Channel(names[name]) for name in ("plans", "reports", "asked"))
     rows, said = Rows(setup.name("rows")), Note(Channel(setup.name("said")))
     state, about = Note(Channel(setup.name("state"))), Note(Channel(setup.name("card")))
     generation = int(state.look().get("generation", 0)) + 1
-    feed = Feed(session.platform, began_ns, generation)
     about.state(card(session, generation))
     rows.begin(generation)
-    wrote = told = 0.0
-    while True:
-        _look(feed, plans, reports, asked)
-        now = time.monotonic()
-        if now - wrote > WRITE:
-            wrote = now
-            made = feed.rows()
-            rows.write(made) if len(made) else None
-        if now - told > TOLD or feed.changed():
-            told = now
-            state.state(feed.state(time.monotonic_ns(), said.look().get("events", ())))
-        time.sleep(LOOK)
+    with contextlib.ExitStack() as stack:
+        rings = [stack.enter_context(ring_of(names, stream)) for stream in STREAMS]
+        lamps = Lamps([ring for ring in rings if ring is not None])
+        feed = Feed(session.platform, began_ns, generation, lamps)
+        looking = _Looking(feed, names)
+        wrote = told = 0.0
+        while True:
+            looking.look()
+            now = time.monotonic()
+            if now - wrote > WRITE:
+                wrote = now
+                made = feed.rows()
+                rows.write(made) if len(made) else None
+            if now - told > TOLD or feed.changed():
+                told = now
+                state.state(feed.state(time.monotonic_ns(), said.look().get("events", ())))
+            time.sleep(LOOK)
 
 
-def _look(feed: Feed, plans: Channel, reports: Channel, asked: Channel) -> None:
-    if (message := asked.read()) is not None:
-        feed.ask(*unpack_asked(message))
-    if (message := plans.read()) is not None:
-        feed.plan(unpack_plan(message))
-    if (message := reports.read()) is not None:
-        feed.report(unpack_report(message))
+class _Looking:
+    """Passes on to a feed what the session's processes publish."""
+
+    def __init__(self, feed: Feed, names: Mapping[str, str]) -> None:
+        self._feed = feed
+        self._vitals, self._plans, self._reports = (
+            Channel(names[name]) for name in ("vitals", "plans", "reports")
+        )
+
+    def look(self) -> None:
+        """Pass on what is new."""
+        if (message := self._vitals.read()) is not None:
+            self._feed.vitals(unpack_vitals(message))
+        if (message := self._plans.read()) is not None:
+            self._feed.plan(unpack_plan(message))
+        if (message := self._reports.read()) is not None:
+            self._feed.report(unpack_report(message))
 
 
 def card(session: Session, generation: int) -> dict[str, Any]:

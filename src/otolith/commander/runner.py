@@ -78,7 +78,7 @@ class Worker:
                     "telemetry_age_s": None,
                     "missed": self._pace.missed,
                     "gate_refused": self._fallbacks,
-                    "log": "",
+                    "log": None,  # a simulation keeps none
                     "clock": round(self._pace.behind, 3),
                 },
                 "reached": self._inbox.reached,

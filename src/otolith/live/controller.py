@@ -22,7 +22,7 @@ from otolith.live.core.ladder import FAILURES, LATE, LATE_MOST, InARow, Reaction
 from otolith.live.core.reference import BLEND_BACK, FADE_IN, Cued, Fader, Observer, reference
 from otolith.live.core.rollout import Rollout, ahead
 from otolith.live.core.session import CUED
-from otolith.live.messages import Plan, Report, Rung, Telemetry
+from otolith.live.messages import Plan, Report, Rung, Telemetry, Vitals
 from otolith.live.wire.formats import OtherPacket
 
 ALL: Final = Cued()
@@ -126,6 +126,10 @@ class Controller:
         )
         self._plan = plan
         return plan
+
+    def vitals(self, now_ns: int, missed: int) -> Vitals:
+        """Return what is shown to whoever looks on; `missed` periods were too long since the beginning."""
+        return Vitals(time_ns=now_ns, asked=self.asked, missed=missed, clock_ns=self.health.clock_ns)
 
     def _receive(self, arrival_ns: int, packet: bytes) -> None:
         try:

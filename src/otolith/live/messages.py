@@ -157,6 +157,19 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Vitals:
+    """What the controller shows to whoever looks on; nothing is decided by it."""
+
+    time_ns: int
+    asked: Vec  # (3,) [m/s²] force that the last decision should let feel; NaN without one
+    missed: int  # periods in which a decision was not ready, since the session began
+    clock_ns: int | None  # [ns] our clock less the sender's as the newest packet came; None without a clock
+
+    def __post_init__(self) -> None:
+        freeze(self, asked=(3,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
     """What the output tells the controller: where the set-points are, and what is done with its plans."""
 

@@ -8,11 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Vec
-from otolith.live.messages import Plan, Report, Rung, State, Word
+from otolith.live.messages import Plan, Report, Rung, State, Vitals, Word
 
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
-_ASKED: Final = struct.Struct("<q3d")
+_VITALS: Final = struct.Struct("<q3dq?q")
 _REPORT: Final = struct.Struct("<qqq")
 _NOWHERE: Final = np.full(6, np.nan)
 
@@ -88,12 +87,15 @@ def unpack_words(message: bytes) -> tuple[Word, ...]:
     return tuple(Word(word) for word in message.decode().split())
 
 
-def pack_asked(time_ns: int, force: Vec) -> bytes:
-    """Return the force (3,) [m/s²] that a decision at a time should let feel, as bytes."""
-    return _ASKED.pack(time_ns, *force)
+def pack_vitals(vitals: Vitals) -> bytes:
+    """Return what the controller shows as bytes."""
+    clock = vitals.clock_ns
+    return _VITALS.pack(vitals.time_ns, *vitals.asked, vitals.missed, clock is not None, clock or 0)
 
 
-def unpack_asked(message: bytes) -> tuple[int, Vec]:
-    """Return what `pack_asked` packed."""
-    time_ns, *force = _ASKED.unpack(message)
-    return time_ns, np.array(force)
+def unpack_vitals(message: bytes) -> Vitals:
+    """Return what `pack_vitals` packed."""
+    time_ns, x, y, z, missed, has_clock, clock = _VITALS.unpack(message)
+    return Vitals(
+        time_ns=time_ns, asked=np.array([x, y, z]), missed=missed, clock_ns=clock if has_clock else None
+    )

@@ -65,19 +65,20 @@ class Fake:
         self.acknowledged = 0
         self.sockets: set[WebSocket] = set()
         self.changes: list[dict[str, Any]] = []
+        self.lamps: dict[str, Any] = {}  # that differ
 
     def schema(self) -> dict[str, Any]:
         return {"kind": "schema", "generation": self.generation, "t0": 0.0, "columns": COLUMNS, "rate": 200}
 
     def status(self) -> dict[str, Any]:
-        lamps = {"telemetry_age_s": None, "missed": 0, "gate_refused": 0, "log": "writing", "clock": "ok"}
+        lamps = {"telemetry_age_s": None, "missed": 0, "gate_refused": 0, "log": None, "clock": 0.0}
         return {
             "kind": "state",
             "state": self.state,
             "text": "",
             "time": self.time,
             "running": self.running,
-            "lamps": lamps,
+            "lamps": lamps | self.lamps,
             "control": True,
             "generation": self.generation,
             "words": ["return", "stop"] if self.running else ["arm", "stop"],
@@ -246,11 +247,14 @@ async def fault(body: dict[str, Any]) -> dict[str, Any]:
     """Do what a test asks for, and return what was seen."""
     if body.get("reset"):
         fake.silent, fake.deaf, fake.mode = False, False, body.get("mode", "offline")
-        fake.words, fake.changes, fake.acknowledged = [], [], 0
+        fake.words, fake.changes, fake.acknowledged, fake.lamps = [], [], 0, {}
         await fake.set("idle", running=False)
     fake.silent, fake.deaf = body.get("silent", fake.silent), body.get("deaf", fake.deaf)
+    fake.lamps = body.get("lamps", fake.lamps)
     if "time" in body:
         fake.time = body["time"]
+    if body.get("begin"):
+        await run()
     if body.get("close"):
         for socket in list(fake.sockets):
             await socket.close()

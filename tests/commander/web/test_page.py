@@ -71,6 +71,27 @@ def test_old_samples_are_never_shown_as_if_they_were_new(watched: Watched, fake:
     expect(page.locator("#veil")).to_be_hidden()
 
 
+def test_lamps_say_in_words_and_shapes_what_a_session_counts(watched: Watched, fake: Server) -> None:
+    fake.fault(reset=True, mode="live")
+    page = watched.page
+    page.goto(watched.url, wait_until="domcontentloaded")
+    fake.fault(begin=True)
+    told = {"telemetry_age_s": 0.012, "clock": 0.2, "gate_refused": 4, "refused_lately": 0, "missed": 20}
+    fake.fault(lamps={**told, "missed_lately": 11, "log": "the log: cannot be written: No space left"})
+
+    def lamp(name: str) -> str:
+        return page.locator("#lamps li", has_text=name).locator("span").inner_text()
+
+    soon(lambda: lamp("misses") == "■ 20", "misses")
+    assert [lamp(name) for name in ("input", "clock", "gate")] == ["● 12 ms", "▲ 200 ms", "● 4 refused"]
+    assert [lamp(name) for name in ("log", "control")] == ["■ trouble", "● here"]
+    assert "No space left" in str(page.locator("#lamps li", has_text="log").get_attribute("title"))
+    nothing = dict.fromkeys((*told, "missed_lately", "log"))
+    fake.fault(lamps=nothing)
+    soon(lambda: lamp("misses") == "○ –", "a lamp stays lit without a value")
+    assert [lamp(name) for name in ("input", "clock", "gate", "log")] == ["○ –", "○ –", "○ –", "○ none"]
+
+
 def test_the_page_comes_back_by_itself_and_keeps_what_it_has(watched: Watched, fake: Server) -> None:
     page = begin(watched, fake, at=3.0)
     fake.fault(close=True)

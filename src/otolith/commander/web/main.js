@@ -88,7 +88,7 @@ class Page {
   }
 
   follow(told) {
-    const state = {...told, busy: told.busy ?? told.running, control: told.control || told.controlled === false};
+    const state = {...told, busy: told.busy ?? told.running, control: told.control || told.controlled === false, here: told.control};
     this.state = state;
     this.settings.running = state.busy;
     if (state.busy) this.watched = state.generation;
@@ -177,7 +177,7 @@ class Page {
     if (veil.textContent !== text) veil.textContent = text;
     veil.hidden = !text;
     document.body.classList.toggle("stale", Boolean(text));
-    if (this.state.state) showLamps(lampsOf(this.state, age), Boolean(text));
+    if (this.state.state) showLamps(lampsOf({...this.state, control: this.state.here}, age, this.given.mode), Boolean(text));
     if (this.late && now - this.written > NUMBERS) [this.late, this.dirty] = [false, true];
   }
 }

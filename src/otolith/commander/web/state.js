@@ -1,6 +1,6 @@
 // The top bar: what the system does, how healthy it is, and STOP. Below the plots: what happened, and when.
 import {post, Refused} from "/web/api.js";
-import {byId, element, shown} from "/web/look.js";
+import {byId, element} from "/web/look.js";
 
 const SHAPES = {run: "▶", idle: "○", ready: "●", wait: "◆", halt: "■", fault: "✖"};
 const LOOKS = {  // of the states of a run, and of a live session; any other looks idle
@@ -11,19 +11,23 @@ const LOOKS = {  // of the states of a run, and of a live session; any other loo
 const KEPT = 200;  // events
 const HELD = 500;  // [ms] for which the space bar is held to stop
 
-/** Return the lamps of a state message as [name, value, level]; the level is ok, warn, fault or off. */
-export function lampsOf({lamps, running, control}, age) {
-  const {telemetry_age_s: telemetry, missed, gate_refused: refused, log} = lamps;
-  const level = (value, warn, fault) => (!Number.isFinite(value) ? "off" : value > fault ? "fault" : value > warn ? "warn" : "ok");
-  const milliseconds = (value) => (Number.isFinite(value) ? `${Math.round(1000 * value)} ms` : "–");
-  return [
-    ["data", running ? milliseconds(age) : "no run", running ? level(age, 0.2, 0.5) : "off"],
-    ["input", telemetry === null || telemetry === undefined ? "file" : milliseconds(telemetry), telemetry === null || telemetry === undefined ? "off" : level(telemetry, 0.1, 0.5)],
-    ["gate", refused ? `${refused} refused` : "clear", level(refused ?? NaN, 0, 100)],
-    ["misses", shown(missed, 0), level(missed ?? NaN, 0, 10)],
-    ["log", log || "–", log === "lost" || /fail|lost/.test(log ?? "") ? "fault" : log && log !== "off" ? "ok" : "off"],
-    ["control", control ? "here" : "elsewhere", control ? "ok" : "warn"],
+/** Return the lamps of a state message as [name, value, level, what it means]; the level is ok, warn, fault or off. */
+export function lampsOf({lamps, running, control, controlled}, age, mode = "offline") {
+  const {telemetry_age_s: telemetry, missed, gate_refused: refused, clock, log} = lamps;
+  const {missed_lately: lately = missed, refused_lately: refusedLately = refused} = lamps;
+  const level = (value, warn, fault) => (!Number.isFinite(value ?? NaN) ? "off" : value > fault ? "fault" : value > warn ? "warn" : "ok");
+  const milliseconds = (value) => (Number.isFinite(value ?? NaN) ? `${Math.round(1000 * value)} ms` : "–");
+  const input = mode === "offline" ? "file" : milliseconds(telemetry), logged = log ? "trouble" : "written";
+  const all = [
+    ["data", running ? milliseconds(age) : "no run", running ? level(age, 0.2, 0.5) : "off", "age of the newest sample on this page"],
+    ["input", input, level(telemetry, 0.1, 0.5), "age of the telemetry that the latest plan answers"],
+    ["clock", milliseconds(clock), level(clock, 0.05, 0.5), mode === "offline" ? "how far the run is behind real time" : "how late the newest packet came, by the sender's clock, against the quickest"],
+    ["gate", refused === null ? "–" : refused ? `${refused} refused` : "clear", level(refusedLately, 0, 100), "decisions that were refused or failed since the beginning; the colour is of the last 10 s"],
+    ["misses", missed ?? "–", level(lately, 0, 10), "decisions that came too late since the beginning; the colour is of the last 10 s"],
+    ["log", logged, log ? "fault" : "ok", log || "the log of the session is written"],
+    ["control", control ? "here" : controlled ? "elsewhere" : "nobody", control ? "ok" : controlled ? "warn" : "off", "which page may say words other than STOP"],
   ];
+  return all.map((one) => (one[0] === "log" && (log ?? null) === null ? ["log", "none", "off", "nothing is logged"] : one));
 }
 
 const LIGHTS = {ok: "●", warn: "▲", fault: "■", off: "○"};
@@ -34,8 +38,9 @@ export function showLamps(lamps, dark = false) {
   if (list.children.length !== lamps.length) {
     list.replaceChildren(...lamps.map(([name]) => element("li", {}, element("small", {}, name), element("span"))));
   }
-  lamps.forEach(([, value, level], k) => {
+  lamps.forEach(([, value, level, about], k) => {
     const item = list.children[k], text = dark ? "○ –" : `${LIGHTS[level]} ${value}`;
+    if (item.title !== about) item.title = about;
     item.dataset.level = dark ? "off" : level;
     if (item.lastChild.textContent !== text) item.lastChild.textContent = text;
   });

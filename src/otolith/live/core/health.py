@@ -95,6 +95,14 @@ class Health:
     _proven: bool = False  # good for long enough, when last looked at
     _recent: deque[tuple[int, bool]] = field(default_factory=deque)  # arrivals of one second; dropped or not
 
+    @property
+    def clock_ns(self) -> int | None:
+        """Return our clock less the sender's when its newest sample came [ns]; None if it tells no time."""
+        last = self._last
+        if last is None or last.telemetry.sender_ns is None:
+            return None
+        return last.time_ns - last.telemetry.sender_ns
+
     def unreadable(self) -> None:
         """Take note of a packet that no parser understands; it counts as missing."""
         self.counts[Count.UNREADABLE] += 1

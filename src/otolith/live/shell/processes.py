@@ -22,7 +22,7 @@ from otolith.live.devices.driver import Driver, Request
 from otolith.live.log import ControllerLog, OutputLog
 from otolith.live.messages import Feedback, Report, Rung, SetPoint, State, Word
 from otolith.live.output import Output, OutputInbox
-from otolith.live.packed import pack_asked, pack_plan, pack_report, unpack_plan, unpack_report, unpack_words
+from otolith.live.packed import pack_plan, pack_report, pack_vitals, unpack_plan, unpack_report, unpack_words
 from otolith.live.session import Session
 from otolith.live.shell.clock import Ticks
 from otolith.live.shell.datagrams import LARGEST, opened, passed_on
@@ -40,7 +40,7 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
     begin_child()
     asked = asked_to_end()
     controller = session.controller()
-    plans, reports, asked_for = (Channel(names[name]) for name in ("plans", "reports", "asked"))
+    plans, reports, vitals = (Channel(names[name]) for name in ("plans", "reports", "vitals"))
     said.put(("controller", *take_rights(CONTROLLER)))
     with (
         opened(session.listen[1], host=session.listen[0]) as listening,
@@ -67,7 +67,7 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
             inbox = ControllerInbox(packets=packets, report=report, missed=missed)
             plan = controller.tick(now, inbox)
             plans.write(pack_plan(plan))
-            asked_for.write(pack_asked(now, controller.asked))
+            vitals.write(pack_vitals(controller.vitals(now, timing.missed)))
             end = time.monotonic_ns()
             if log is not None:
                 log.note(now, inbox, plan)

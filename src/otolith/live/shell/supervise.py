@@ -30,7 +30,7 @@ from otolith.live.shell.watch import OutputWatch
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler
 ENDS: Final = 60.0  # [s] that returning and parking may take
 LEAVES: Final = 5.0  # [s] that a controller may take to end
-NAMES: Final = ("plans", "reports", "words", "asked")
+NAMES: Final = ("plans", "reports", "words", "vitals")
 
 
 class Handle:
@@ -152,10 +152,9 @@ class Live:
             "controller": (self._run_controller, self._lock),
             "output": (run_output, self._lock),
         }
-        names = self._names
+        names = self.names
         if self.log is not None:
             starts = {"recorder": (run_recorder, self.log.number), **starts}
-            names = {**names, **self.log.names}
             self._tell(f"the log is {self.log.path}")
         for name, (run, number) in starts.items():
             begun[name] = self._context.Event()
@@ -191,7 +190,7 @@ class Live:
     @property
     def names(self) -> dict[str, str]:
         """Return the names of the shared memory, for a child that looks on."""
-        return dict(self._names)
+        return self._names | ({} if self.log is None else self.log.names)
 
     def sign(self) -> None:
         """Pass on a sign of life of whoever speaks the words."""
