@@ -27,6 +27,9 @@ DOING = (
     ("PUT", "/api/presets/x"),
     ("DELETE", "/api/presets/x"),
     ("POST", "/api/upload?name=x.csv"),
+    ("PUT", "/api/platforms/x.toml"),
+    ("POST", "/api/platforms/x.toml/check"),
+    ("DELETE", "/api/platforms/x.toml"),
 )
 
 

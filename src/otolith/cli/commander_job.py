@@ -18,8 +18,8 @@ from otolith.cli.output import file_name, screen
 from otolith.cli.results import write_results
 from otolith.cli.run import write_contest
 from otolith.commander.columns import hexapod_of
-from otolith.commander.schema import Form
-from otolith.commander.session import RESULTS, UPLOADS
+from otolith.commander.schema import Form, is_file
+from otolith.commander.session import PLATFORMS, RESULTS, UPLOADS
 from otolith.core.errors import InputError
 from otolith.core.frames import DOFS
 from otolith.cueing.design import reweigh
@@ -35,7 +35,6 @@ COURSE: Final = 1_000  # points of a map
 _PLAIN: Final = (
     "scale",
     "lowpass",
-    "platform",
     "dofs",
     "liveliness",
     "horizon",
@@ -56,6 +55,7 @@ class Choices:
 
     def __init__(self, values: Mapping[str, Any], folder: Path) -> None:
         weights = [(name, values[f"weight_{name}"]) for name in WEIGHTS]
+        platform = values["platform"]
         log = folder / UPLOADS / values["log"] if values["log"] else None
         self.names = [name for name in (values["cueing"], values["second"]) if name]
         if len(set(self.names)) < len(self.names):
@@ -66,6 +66,7 @@ class Choices:
         self.options = RunOptions(
             scenario=None if log else values["scenario"],
             log=log,
+            platform=str(_here(folder / PLATFORMS / platform)) if is_file(platform) else platform,
             weight=[f"{name}={weight:g}" for name, weight in weights if weight is not None] or None,
             given=_given(values),
             **same,
@@ -96,10 +97,13 @@ class Choices:
 
 
 def _shown(item: Any) -> str:
-    """Return a value as it is typed; a path from here where it lies below this folder."""
-    if isinstance(item, Path) and item.is_relative_to(Path.cwd()):
-        item = item.relative_to(Path.cwd())
-    return str(item)
+    """Return a value as it is typed."""
+    return str(_here(item) if isinstance(item, Path) else item)
+
+
+def _here(path: Path) -> Path:
+    """Return a path from here where it lies below this folder."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 
 def _given(values: Mapping[str, Any]) -> frozenset[str]:

@@ -8,9 +8,10 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 
 from otolith import __version__, registry
-from otolith.commander.schema import CUEING, Form, changed, checked, schema
+from otolith.commander.rig_routes import count, own_platforms, rig_routes
+from otolith.commander.schema import CUEING, TOML, Form, changed, checked, schema
 from otolith.commander.security import CLIENT, Refused
-from otolith.commander.session import PRESETS, RESULTS, UPLOADS, Session, new_client
+from otolith.commander.session import PLATFORMS, PRESETS, RESULTS, UPLOADS, Session, new_client
 from otolith.core.disk import write_text
 from otolith.platforms.library import descriptions
 from otolith.scenarios.catalog import SCENARIOS
@@ -32,6 +33,7 @@ def routes(session: Session) -> APIRouter:
     _watching(router, session)
     _doing(router, session)
     _files(router, session)
+    rig_routes(router, session)
     return router
 
 
@@ -49,7 +51,7 @@ def _watching(router: APIRouter, session: Session) -> None:
             "version": __version__,
             "mode": session.mode,
             "words": session.words,
-            "schema": schema(),
+            "schema": schema(session.names(PLATFORMS, TOML)),
             "choices": _choices(session),
             "presets": _presets(session),
             "values": Form().model_dump(),
@@ -71,12 +73,12 @@ def _watching(router: APIRouter, session: Session) -> None:
 def _doing(router: APIRouter, session: Session) -> None:
     @router.post("/api/check")
     def check(request: Request, values: dict[str, Any]) -> dict[str, Any]:
-        _count(request, session)
+        count(request, session)
         return session.desk_of_runs().check(checked(values).model_dump())
 
     @router.post("/api/run", status_code=202)
     def run(request: Request, values: dict[str, Any]) -> dict[str, Any]:
-        _count(request, session)
+        count(request, session)
         session.control(request.scope["otolith"]["client"])
         desk, state = session.desk_of_runs(), session.state.look()
         if not state:
@@ -94,7 +96,7 @@ def _doing(router: APIRouter, session: Session) -> None:
 
     @router.post("/api/parameters")
     def parameters(request: Request, values: dict[str, Any]) -> dict[str, Any]:
-        _count(request, session)
+        count(request, session)
         session.desk_of_runs()
         session.control(request.scope["otolith"]["client"])
         applied = changed(values)
@@ -105,13 +107,13 @@ def _doing(router: APIRouter, session: Session) -> None:
 def _files(router: APIRouter, session: Session) -> None:
     @router.put("/api/presets/{name}", status_code=204)
     def save(request: Request, name: str, values: dict[str, Any]) -> None:
-        _count(request, session)
+        count(request, session)
         kept = json.dumps(checked(values).model_dump(), indent=2)
         write_text(session.place(PRESETS, name, ".json"), kept + "\n")
 
     @router.delete("/api/presets/{name}", status_code=204)
     def delete(request: Request, name: str) -> None:
-        _count(request, session)
+        count(request, session)
         place = session.place(PRESETS, name, ".json")
         if not place.is_file():
             raise Refused(404, "there is no such preset")
@@ -119,7 +121,7 @@ def _files(router: APIRouter, session: Session) -> None:
 
     @router.post("/api/upload")
     async def upload(request: Request, name: str) -> dict[str, Any]:
-        _count(request, session)
+        count(request, session)
         place = session.place(UPLOADS, name)
         if place.suffix.lower() not in DRIVES:
             raise Refused(422, f"a drive must be a text whose name ends in {', '.join(DRIVES)}")
@@ -148,12 +150,6 @@ def _files(router: APIRouter, session: Session) -> None:
         return FileResponse(folder / name, headers=headers)
 
 
-def _count(request: Request, session: Session) -> None:
-    """Refuse a client that asks too often."""
-    if not session.rate.allows(request.scope["otolith"]["client"]):
-        raise Refused(429, "too many requests within a second")
-
-
 def _results(session: Session) -> Path:
     """Return the folder of the results of the run that is shown."""
     return session.folder / RESULTS / str(session.card.look().get("folder", "none"))
@@ -177,11 +173,15 @@ def _choices(session: Session) -> dict[str, Any]:
 
     return {
         "scenarios": entries(SCENARIOS, SCENARIOS),
-        "platforms": [{"name": name, "text": text} for name, text in descriptions().items()],
+        "platforms": [*_shipped(), *own_platforms(session)],
         "cueing": entries(registry.CUEING.own, CUEING),
         "plants": entries(registry.PLANTS.own, registry.PLANTS.own),
         "logs": session.uploads(),
     }
+
+
+def _shipped() -> list[dict[str, str]]:
+    return [{"name": name, "text": text} for name, text in descriptions().items()]
 
 
 def _presets(session: Session) -> list[dict[str, Any]]:

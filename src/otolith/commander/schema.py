@@ -4,7 +4,8 @@ The page builds its form from the JSON schema of `Form`. Whatever comes back, be
 checked by the same model, and refused with the sentence that the form shows.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -17,6 +18,7 @@ from otolith.platforms.bounds import refuse
 from otolith.platforms.library import catalog
 from otolith.scenarios.scenario import MAX_SCALE
 
+TOML: Final = ".toml"
 FILE: Final = r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}"  # name of a file or of a preset
 DOFS: Final = (
     "surge-pitch",
@@ -101,8 +103,8 @@ class Form(BaseModel):
         PLATFORM,
         "davsi",
         "Platform",
-        "(a shipped platform) = (its reach, speeds and thresholds are the limits)",
-        among=catalog(),
+        "(a shipped platform, or a file of your own) = (its reach, speeds and thresholds are the limits)",
+        max_length=70,
     )
     dofs: str = _setting(
         PLATFORM,
@@ -242,11 +244,18 @@ class Form(BaseModel):
     def _is_offered(self) -> Self:
         for name, field in type(self).model_fields.items():
             among, value = _extra(field).get("enum"), getattr(self, name)
+            if name == "platform" and not is_file(value):
+                among = catalog()
             if among is not None and value not in among:
                 raise refuse(
                     one_of([word or "empty" for word in among], value), field=name, value=repr(value)
                 )
         return self
+
+
+def is_file(platform: str) -> bool:
+    """Return whether a platform is named as a file of the Commander's folder, and not as a shipped one."""
+    return platform.endswith(TOML) and re.fullmatch(FILE, platform) is not None
 
 
 LIVE: Final = tuple(name for name, field in Form.model_fields.items() if _extra(field)["x-live"])
@@ -267,15 +276,22 @@ def bound_of(name: str) -> str:
 
 
 _TEXTS: Final = {
+    "platform": f"one of {', '.join(catalog())}, or a file of your own",
     "scenario": "a text of at most 200 characters",
     "log": "the name of a file: letters, digits, dots, dashes and underscores, at most 64, or empty",
     "blocks": "numbers of steps with commas, as in 1,1,2,7,12, or empty",
 }
 
 
-def schema() -> dict[str, Any]:
-    """Return the JSON schema for the page; x-bound is the bound in words."""
+def schema(platforms: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the JSON schema for the page; x-bound is the bound in words.
+
+    Parameters
+    ----------
+    platforms : files of the user's own.
+    """
     made = Form.model_json_schema()
+    made["properties"]["platform"]["enum"] = [*catalog(), *platforms]
     for name, described in made["properties"].items():
         described["x-bound"] = bound_of(name)
     return made

@@ -13,7 +13,8 @@ from otolith.commander.rows import Rows
 from otolith.commander.schema import FILE
 from otolith.commander.security import Rate, Refused, Secrets
 
-UPLOADS, PRESETS, RESULTS = "drives", "presets", "results"  # folders within the Commander's own
+# Folders within the Commander's own.
+UPLOADS, PRESETS, RESULTS, PLATFORMS = "drives", "presets", "results", "platforms"
 STOP: Final = "stop"
 LEFT: Final = 5.0  # [s] without a websocket after which a client has left
 OFFLINE: Final = ("stop", "pause", "resume")  # words
@@ -149,7 +150,12 @@ class Session:
 
     def uploads(self) -> list[str]:
         """Return the names of the drives in the Commander's folder."""
-        return sorted(path.name for path in (self.folder / UPLOADS).iterdir() if path.is_file())
+        return self.names(UPLOADS)
+
+    def names(self, folder: str, ending: str = "") -> list[str]:
+        """Return the names of the files in one of the Commander's folders."""
+        found = (path for path in (self.folder / folder).iterdir() if path.is_file())
+        return sorted(path.name for path in found if path.suffix == ending or not ending)
 
 
 def new_client() -> str:

@@ -7,6 +7,7 @@ import {LapMap} from "/web/map.js";
 import {Platform} from "/web/platform.js";
 import {Plots} from "/web/plots.js";
 import {Result} from "/web/result.js";
+import {Rig} from "/web/rig.js";
 import {Settings} from "/web/settings.js";
 import {Setup} from "/web/setup.js";
 import {SoFar} from "/web/sofar.js";
@@ -31,6 +32,7 @@ class Page {
     this.map = new LapMap(byId("map"));
     this.result = new Result(byId("result"), {tell: tellEvent});
     this.sofar = new SoFar(byId("sofar"));
+    if (given.mode === "live") byId("tab-rig").remove();
     this.choose = bindTabs(document.querySelector("[role=tablist]"));
     this.form();
     if (given.mode === "live") byId("hint").textContent = "Plots open when the session sends samples.";
@@ -50,6 +52,7 @@ class Page {
     const shared = {fields: this.settings.fields, settings: this.settings, tell: tellEvent};
     this.setup = new Setup(byId("setup"), {...shared, choices, mode});
     this.tune = new Tune(byId("tune"), {...shared, properties, presets});
+    if (mode !== "live") this.rig = new Rig(byId("rig"), {...shared, setup: this.setup, open: (name) => this.choose(name)});
     this.settings.base(values);
     this.settings.set(values);
   }
@@ -96,6 +99,7 @@ class Page {
     showState(state.state, state.text);
     this.setup.follow(state);
     this.tune.follow(state);
+    this.rig?.follow(state);
     this.tools.follow(state, this.given.mode);
     if (!state.running && Number.isFinite(state.time)) this.clock(state.time);
   }

@@ -25,10 +25,25 @@ export class Setup {
     else root.append(...steps, last, element("details", {}, element("summary", {}, "The same as a command"), this.command), this.buttons());
   }
 
+  /** Offer a platform file of the user's own, or a changed one; `text` describes it. */
+  platform(name, text) {
+    const {input} = this.fields.platform;
+    if (![...input.options].some(({value}) => value === name)) input.append(element("option", {value: name}, name));
+    this.platforms.set(name, text);
+  }
+
+  /** Offer a platform file no more; the first one takes its place. */
+  async without(name) {
+    const {input} = this.fields.platform, chosen = input.value === name;
+    [...input.options].find(({value}) => value === name)?.remove();
+    if (chosen) await this.settings.set({platform: input.options[0].value});
+  }
+
   step(title, names, texts) {
     const parts = names.map((name) => {
       const field = this.fields[name], about = element("p", {className: "about", id: `about-${name}`});
       const entries = new Map((texts[name] ?? []).map((entry) => [entry.name, entry.text]));
+      if (name === "platform") this.platforms = entries;
       const tell = () => { about.textContent = entries.get(field.input.value) ?? ""; };
       field.input.addEventListener("change", tell);
       field.told = tell;
