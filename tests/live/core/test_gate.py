@@ -10,7 +10,7 @@ from otolith.core.arrays import Mat, frozen_array
 from otolith.live.audit import leg_lengths
 from otolith.live.compilations import compiled
 from otolith.live.core.bounds import dofs_of
-from otolith.live.core.gate import MARGIN, Gate, Refusal
+from otolith.live.core.gate import MARGIN, Gate, Refusal, _way, _way_to_rest
 from otolith.live.core.rollout import Rollout
 from otolith.platforms import Platform, load
 
@@ -141,6 +141,29 @@ def test_a_plan_is_judged_as_its_own_roll_out(gate: Gate) -> None:
         found.add(passes)
     assert found == {True, False}
     assert MARGIN < 0.05
+
+
+def test_a_plan_is_judged_by_bounds_as_it_is_sample_by_sample() -> None:
+    """Plans that pass, and plans that break a limit of an axis or of a leg somewhere on their way."""
+    gate = Gate(load("davsi"), lag=0.01, period=0.01)
+    rng, found, times = np.random.default_rng(6), set(), 0.01 * np.arange(90)[:, None]
+    for k in range(400):
+        size = gate.reach.command * rng.random(6) * rng.choice([0.1, 0.4, 1.0])
+        stages = size * np.sin(rng.uniform(1.0, 9.0, 6) * times + rng.uniform(0.0, 2.0 * np.pi, 6))
+        if k % 50 == 0:
+            stages[rng.integers(90), rng.integers(6)] = rng.choice([np.nan, np.inf])
+        motion = np.zeros((3, 6))
+        refusal, at = 0, 0
+        for stage in stages:
+            refusal, at = _way(motion, stage, 0.01, gate.bounds, gate.reach)
+            if refusal:
+                break
+        if not refusal:
+            refusal, at = _way_to_rest(motion, gate.bounds, gate.reach)
+        verdict = gate.plan(np.zeros((3, 6)), stages, 0.01)
+        assert (verdict.refusal, verdict.index) == (refusal, at)
+        found.add(verdict.refusal)
+    assert found > {Refusal.NOTHING, Refusal.NOT_FINITE, Refusal.LEG_LENGTH, Refusal.TWIST}, found
 
 
 def test_nothing_is_compiled_for_commands_that_cannot_be_written_to(gate: Gate) -> None:

@@ -13,8 +13,8 @@ q = p + T v and w = v + T a without overshoot, all four are checked, and q and w
 proof of `otolith.safety.law.safe`. A leg may be beyond a limit by
 what it changes in 2.5 ms; `MARGIN` keeps this room on the way to rest.
 
-On the way to rest, axes are judged by what the samples span, and legs by bounds over that span
-(`otolith.live.core.legs`); where these prove nothing, legs are judged at every sample.
+On the way to rest, and during some periods of a plan at a time, axes are judged by what the samples span, and
+legs by bounds over that span (`otolith.live.core.legs`); where these prove nothing, every sample is judged.
 
 Notation: T lag of eq. 4.9; a motion moves by `otolith.safety.law.move`, which is exact, so the jerk of
 a commanded acceleration that jumps from one end of its limit U to the other is at most 2 U / T.
@@ -44,6 +44,7 @@ SLACK: Final = 1e-6  # share of a limit; a smaller excess is rounding
 MARGIN: Final = 0.01  # share of a leg's limit that the way to rest keeps free
 RESTS: Final = 1e-6  # [SI] commands below this end the way to rest
 LONGEST: Final = 1000  # largest number of periods of a way to rest
+TOGETHER: Final = 16  # periods of a plan that are judged by one span
 
 _FREE, _FINITE, _POSE, _CIRCLE, _TWIST, _ACCELERATION, _JERK, _LENGTH, _SPEED, _STRENGTH, _ENDLESS = range(11)
 
@@ -199,6 +200,18 @@ def _end(motion: Mat, b: Bounds) -> None:
 
 
 @kernel
+def _legs_within(span: Mat, b: Bounds) -> bool:
+    """Return whether all legs keep their limits wherever in a span; False proves nothing."""
+    if len(b.joints) == 0:
+        return True
+    centre, spread = np.empty(6), np.empty((3, 6))
+    for k in range(6):
+        centre[k], spread[0, k] = 0.5 * (span[1, k] + span[0, k]), 0.5 * (span[1, k] - span[0, k])
+        spread[1, k], spread[2, k] = span[2, k], span[3, k]
+    return legs_hold(centre, spread, b, MARGIN, np.empty((3, 3)), np.empty((3, 3)))
+
+
+@kernel
 def _way_of_axes(motion: Mat, b: Bounds, reach: Reach, span: Mat) -> tuple[int, int]:
     """Check the axes at every sample of the way to rest from `motion`, which advances along it.
 
@@ -248,15 +261,24 @@ def _way_to_rest(motion: Mat, b: Bounds, reach: Reach) -> tuple[int, int]:
         return _ENDLESS, 0
     span = np.empty((5, 6))
     code, i = _way_of_axes(motion.copy(), b, reach, span)
-    if code != _FREE or len(b.joints) == 0:
+    if code != _FREE or _legs_within(span, b):
         return code, i
-    centre, spread = np.empty(6), np.empty((3, 6))
-    for k in range(6):
-        centre[k], spread[0, k] = 0.5 * (span[1, k] + span[0, k]), 0.5 * (span[1, k] - span[0, k])
-        spread[1, k], spread[2, k] = span[2, k], span[3, k]
-    if legs_hold(centre, spread, b, MARGIN, np.empty((3, 3)), np.empty((3, 3))):
-        return _FREE, 0
     return _way_of_legs(motion.copy(), b, reach)
+
+
+@kernel
+def _holds(motion: Mat, stages: Mat, period: float, b: Bounds, reach: Reach) -> bool:
+    """Advance `motion` by stages of a plan; return whether their span proves them right."""
+    n = max(1, round(period / SAMPLE))
+    dt = period / n
+    rho = decay(reach.lag, dt)
+    span = np.empty((5, 6))
+    _narrow(span)
+    for k in range(len(stages)):
+        for _ in range(n):
+            move_by(motion, stages[k], reach.lag, dt, rho)
+            _widen(span, motion, b.lag)
+    return _finite(motion) < 0 and _within(span, b)[0] == _FREE and _legs_within(span, b)
 
 
 @kernel
@@ -272,10 +294,15 @@ def judge(motion: Mat, before: Mat, dt: float, b: Bounds, reach: Reach) -> tuple
 def judge_plan(motion: Mat, stages: Mat, period: float, b: Bounds, reach: Reach) -> tuple[int, int]:
     """Return what a plan's commands (K, 6), and then the law's until rest, break on the way from `motion`."""
     ahead = motion.copy()
-    for k in range(len(stages)):
-        code, i = _way(ahead, stages[k], period, b, reach)
-        if code != _FREE:
-            return code, i
+    for first in range(0, len(stages), TOGETHER):
+        some = stages[first : first + TOGETHER]
+        begin = ahead.copy()
+        if not _holds(ahead, some, period, b, reach):
+            ahead[:] = begin
+            for k in range(len(some)):
+                code, i = _way(ahead, some[k], period, b, reach)
+                if code != _FREE:
+                    return code, i
     return _way_to_rest(ahead, b, reach)
 
 

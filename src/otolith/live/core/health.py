@@ -94,6 +94,7 @@ class Health:
     _mismatch: float = 0.0  # [m/s]
     _proven: bool = False  # good for long enough, when last looked at
     _recent: deque[tuple[int, bool]] = field(default_factory=deque)  # arrivals of one second; dropped or not
+    _dropped: int = 0  # of those
 
     @property
     def clock_ns(self) -> int | None:
@@ -249,14 +250,14 @@ class Health:
 
     def _note(self, now_ns: int, *, dropped: bool) -> None:
         self._recent.append((now_ns, dropped))
+        self._dropped += dropped
         while self._recent and now_ns - self._recent[0][0] > 1000 * MS:
-            self._recent.popleft()
+            self._dropped -= self._recent.popleft()[1]
 
     def _warning(self) -> str:
-        dropped = sum(one for _, one in self._recent)
-        if dropped <= SHARE * len(self._recent):
+        if self._dropped <= SHARE * len(self._recent):
             return ""
-        return f"{dropped} of {len(self._recent)} packets in one second came twice or out of order"
+        return f"{self._dropped} of {len(self._recent)} packets in one second came twice or out of order"
 
 
 def _finite(telemetry: Telemetry, wanted: Vec) -> bool:
