@@ -143,15 +143,19 @@ def test_a_plan_is_judged_as_its_own_roll_out(gate: Gate) -> None:
     assert MARGIN < 0.05
 
 
-def test_a_plan_is_judged_by_bounds_as_it_is_sample_by_sample() -> None:
+@pytest.mark.parametrize(
+    ("name", "breaks"),
+    [("davsi", Refusal.LEG_LENGTH), ("davsi-4dof", Refusal.TWIST), ("thesis", Refusal.POSE)],
+)
+def test_a_plan_is_judged_by_bounds_as_it_is_sample_by_sample(name: str, breaks: Refusal) -> None:
     """Plans that pass, and plans that break a limit of an axis or of a leg somewhere on their way."""
-    gate = Gate(load("davsi"), lag=0.01, period=0.01)
+    gate = Gate(load(name), lag=0.01, period=0.01)
     rng, found, times = np.random.default_rng(6), set(), 0.01 * np.arange(90)[:, None]
-    for k in range(400):
-        size = gate.reach.command * rng.random(6) * rng.choice([0.1, 0.4, 1.0])
+    for k in range(300):
+        size = np.minimum(gate.reach.command, 9.0) * rng.random(6) * rng.choice([0.02, 0.1, 0.4, 1.0])
         stages = size * np.sin(rng.uniform(1.0, 9.0, 6) * times + rng.uniform(0.0, 2.0 * np.pi, 6))
         if k % 50 == 0:
-            stages[rng.integers(90), rng.integers(6)] = rng.choice([np.nan, np.inf])
+            stages[rng.integers(9), rng.integers(6)] = rng.choice([np.nan, np.inf])
         motion = np.zeros((3, 6))
         refusal, at = 0, 0
         for stage in stages:
@@ -163,7 +167,7 @@ def test_a_plan_is_judged_by_bounds_as_it_is_sample_by_sample() -> None:
         verdict = gate.plan(np.zeros((3, 6)), stages, 0.01)
         assert (verdict.refusal, verdict.index) == (refusal, at)
         found.add(verdict.refusal)
-    assert found > {Refusal.NOTHING, Refusal.NOT_FINITE, Refusal.LEG_LENGTH, Refusal.TWIST}, found
+    assert found >= {Refusal.NOTHING, Refusal.NOT_FINITE, breaks}, found
 
 
 def test_nothing_is_compiled_for_commands_that_cannot_be_written_to(gate: Gate) -> None:
