@@ -265,10 +265,17 @@ def _finite(telemetry: Telemetry, wanted: Vec) -> bool:
     return all(bool(np.all(np.isfinite(number))) for number in numbers if number is not None)
 
 
+# What a sample says beside its sequence and time; what changes most often stands first.
+_PAYLOAD: Final = sorted(
+    {entry.name for entry in fields(Telemetry)} - {"sequence", "sender_ns"},
+    key=lambda name: (name not in {"acceleration", "angular_rate", "velocity"}, name),
+)
+
+
 def _equal(one: Telemetry, other: Telemetry) -> bool:
     """Return whether two samples differ in nothing but their sequence and time."""
-    names = (entry.name for entry in fields(Telemetry) if entry.name not in {"sequence", "sender_ns"})
-    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+    pairs = ((getattr(one, name), getattr(other, name)) for name in _PAYLOAD)
+    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b for a, b in pairs)
 
 
 def _knows_speed(telemetry: Telemetry) -> bool:
