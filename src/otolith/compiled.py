@@ -22,11 +22,13 @@ NOTHING: Final = 0  # the request of a kernel that has done its work
 PREDICT: Final = Role(INTEGER, (VECTOR, MATRIX, MATRIX))
 
 # decide(data, motion (3, 6), now (6,), preview (K, 3), age, again, command (6,), result (5,)): as
-# `otolith.interfaces.Cueing.step`; `again` is 1 when the request has been met
+# `otolith.interfaces.Cueing.step`; `again` is 1 when the request has been met. On a base that moves, motion
+# is (6, 6) and command (12,): those of the platform, then those of the base
 DECIDE: Final = Role(INTEGER, (MATRIX, VECTOR, MATRIX, NUMBER, INTEGER, VECTOR, VECTOR))
 
 # follow(data, command (6,), motion (n, 3, 6), force (n, 3)): as n calls of `otolith.interfaces.Plant.step`
-# with one new command and the time step for which the method was made; a force that is not sensed is NaN
+# with one new command and the time step for which the method was made; a force that is not sensed is NaN. On
+# a base that moves, command is (12,) and motion (n, 6, 6), as for `DECIDE`
 FOLLOW: Final = Role(INTEGER, (VECTOR, CUBE, MATRIX))
 
 STATUS, SOLVER, CHANGES, RESIDUAL, MISSED = range(5)  # what `result` holds, numbers of an `Outcome`

@@ -7,7 +7,7 @@ ordered surge, sway, heave [m], roll, pitch, yaw [rad]; see `otolith.core.frames
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol, Self
+from typing import Final, Protocol, Self
 
 import numpy as np
 
@@ -16,12 +16,16 @@ from otolith.core.arrays import Mat, Vec, freeze, frozen_array
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlatformState:
-    """State of the platform: its pose in world relative to the neutral pose, and the pose's derivatives."""
+    """State of the platform: its pose relative to the neutral pose, and the pose's derivatives.
+
+    It is given in world; on a base that moves (`otolith.platforms.carriers`), in the frame of the base.
+    """
 
     pose: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m ×3, rad ×3]
     twist: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s ×3, rad/s ×3]
     acceleration: Vec = field(default_factory=lambda: np.zeros(6))  # (6,) [m/s² ×3, rad/s² ×3]
     specific_force: Vec | None = None  # (3,) [m/s²] at the driver's head, where the plant senses it
+    base: "PlatformState | None" = None  # of the base that carries the platform, if there is one, in world
 
     def __post_init__(self) -> None:
         freeze(self, pose=(6,), twist=(6,), acceleration=(6,))
@@ -32,14 +36,28 @@ class PlatformState:
     def of_motion(cls, motion: Mat, force: Vec | None = None) -> Self:
         """Make a state from rows pose, twist and acceleration (3, 6) that a plant has computed.
 
-        They are copied once and not checked again, since plants make thousands of states per second.
+        Rows (6, 6) are those of the platform, then those of its base. They are copied once and not checked
+        again, since plants make thousands of states per second.
         """
         state, rows = object.__new__(cls), motion.copy()
         rows.setflags(write=False)
         felt = None if force is None else frozen_array(force)
-        for name, value in zip(cls.__slots__, (*rows, felt), strict=True):
+        base = cls.of_motion(rows[3:]) if len(rows) > 3 else None
+        for name, value in zip(cls.__slots__, (*rows[:3], felt, base), strict=True):
             object.__setattr__(state, name, value)
         return state
+
+    def write(self, motion: Mat) -> None:
+        """Write pose, twist and acceleration into rows (3, 6), and those of the base into the next three.
+
+        Rows of a base that this state does not have become zero.
+        """
+        motion[0], motion[1], motion[2] = self.pose, self.twist, self.acceleration
+        if len(motion) > 3:
+            (self.base or _AT_REST).write(motion[3:])
+
+
+_AT_REST: Final = PlatformState()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +104,14 @@ class Command:
     twist: Vec  # (6,) predicted at the period's end
     plan: Vec  # (K, 6) commanded accelerations of the following periods; they end at rest
     outcome: Outcome
+    base: "Command | None" = None  # of the base that carries the platform; None where it is left at rest
+
+    def accelerations(self, carriers: int) -> Vec:
+        """Return the accelerations (6·carriers,): those of the platform, then those of its base if 2."""
+        if carriers == 1:
+            return self.acceleration
+        base = np.zeros(6) if self.base is None else self.base.acceleration
+        return np.concatenate([self.acceleration, base])
 
 
 class Predictor(Protocol):

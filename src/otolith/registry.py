@@ -118,6 +118,11 @@ CUEING: Final = Table(
             "implicit MPC that foresees: 1.5 s in blocks, learning prediction; the default",
             reads=_PREDICTIVE,
         ),
+        "joint": Entry(
+            "otolith.cueing.carriers:joint",
+            "predictive, moving the platform and the base that carries it in one QP",
+            reads=_PREDICTIVE,
+        ),
         "explicit": Entry(
             "otolith.cueing.design:explicit",
             "the explicit law alone, 10 Hz (section 5.2.1)",
@@ -197,6 +202,7 @@ CUEING: Final = Table(
 )
 
 _OUTSIDE: Final = Entry("otolith.cueing.outside:make_outside", "makes and watches algorithms of others")
+_ON_BASE: Final = Entry("otolith.plant.carried:OnBase", "a plant carried by a base")
 _AHEAD: Final = Entry("otolith.cueing.ahead:Ahead", "decides for the moment at which a command takes effect")
 
 COMPARED: Final = ("predictive", "implicit", "linear-mpc")  # what `compare` compares unless others are named
@@ -346,15 +352,24 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
         cueing: Cueing = _OUTSIDE.load()(entry.load(), design, name=name)
     else:
         cueing = entry.load()(design)
+    if dead_time is not None and getattr(cueing, "carriers", 1) > 1:
+        bound = "without a dead time or servos (ideal): the base's commands are not looked ahead"
+        raise InputError(f"the plant for {name}", f"late by {dead_time:g} s", bound)
     if dead_time is not None and entry.limited:
         cueing = _AHEAD.load()(cueing, lag=design.mpc.lag_on(design.platform), dead_time=dead_time)
     return cueing
 
 
 def make_plant(name: str, platform: "Platform") -> "Plant":
-    """Make the plant `name` for a platform; raises as `lookup` and the plant itself do."""
+    """Make the plant `name` for a platform, and the base below it, if there is one.
+
+    It raises as `lookup` and the plant itself do.
+    """
     plant: Plant = lookup(PLANTS, "--plant", name).load()(platform)
-    return plant
+    if platform.base is None:
+        return plant
+    carried: Plant = _ON_BASE.load()(plant, platform)
+    return carried
 
 
 def lookup(table: Mapping[str, Entry], kind: str, name: str, *, otherwise: str = "") -> Entry:

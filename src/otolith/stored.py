@@ -18,7 +18,7 @@ from otolith.core.frames import DOFS
 from otolith.core.hdf5 import GrowingFile, attributes_of, open_sealed, read_sealed
 from otolith.loop import Run
 from otolith.loop.keep import kept
-from otolith.loop.run import PART
+from otolith.loop.run import OF_BASE, PART
 from otolith.platforms import Platform
 from otolith.safety.supervisor import Intervention, Reason
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import h5py  # imported on use, so that commands without such files start faster
 
 RUN_KIND, RUN_VERSION = "otolith-run", 4
-# Shapes of a run's series: n plant samples, m decisions.
+# Shapes of a run's series: n plant samples, m decisions; those of a base are in a file only if there is one.
 SERIES: Final[dict[str, tuple[Any, ...]]] = {
     "time": ("n",),
     "reference_force": ("n", 3),
@@ -35,8 +35,10 @@ SERIES: Final[dict[str, tuple[Any, ...]]] = {
     "pose": ("n", 6),
     "twist": ("n", 6),
     "acceleration": ("n", 6),
+    "base": ("n", 18),
     "command_time": ("m",),
     "command": ("m", 6),
+    "base_command": ("m", 6),
     "status": ("m",),
     "solver": ("m",),
     "changes": ("m",),
@@ -73,7 +75,9 @@ def read_run(path: Path) -> Run:
     with damage_reported(f"{path} is no sound {RUN_KIND} file"):
         plain, arrays = _plain(content.attributes), content.arrays
         _check_series(arrays, period=plain["period"], plant_period=plain["plant_period"])
-        series: dict[str, Any] = {name: frozen_array(arrays[name], dtype=None) for name in SERIES}
+        series: dict[str, Any] = {
+            name: frozen_array(arrays[name], dtype=None) for name in SERIES if name in arrays
+        }
         return Run(**plain, **series | {name: _words(series[name]) for name in _WORDS})
 
 
@@ -123,7 +127,8 @@ class RunFile:
 
     def add(self, part: Run) -> None:
         """Append a part."""
-        arrays = {name: np.asarray(getattr(part, name)) for name in SERIES if name not in _WORDS}
+        series = {name: getattr(part, name) for name in SERIES if name not in _WORDS}
+        arrays = {name: np.asarray(values) for name, values in series.items() if values is not None}
         self._file.append(arrays | {name: np.array(getattr(part, name), dtype="S16") for name in _WORDS})
         self._attributes = _attributes(part)
 
@@ -175,6 +180,8 @@ class StoredRun(Run):
 
     def _read(self, name: str) -> Any:
         """Read a series from the file."""
+        if name in OF_BASE and name not in self._file:
+            return None
         every = round(self.period / self.plant_period) if SERIES[name][0] == "n" else 1
         rows = self._file[name][self._first * every : self._last * every]
         return _words(rows) if name in _WORDS else rows
@@ -236,7 +243,12 @@ def _check_series(arrays: Mapping[str, Any], *, period: float, plant_period: flo
         raise ValueError(
             f"{n} samples every {plant_period:g} s do not belong to {m} decisions every {period:g} s"
         )
+    absent = [name for name in OF_BASE if name not in arrays]
+    if absent and len(absent) < len(OF_BASE):
+        raise ValueError(f"it has no {absent[0]}")
     for name, letters in SERIES.items():
+        if name in absent:
+            continue
         shape = tuple({"n": n, "m": m}.get(letter, letter) for letter in letters)
         found, kind = arrays[name], _KINDS.get(name, "f")
         if found.shape != shape or found.dtype.kind != kind:

@@ -103,15 +103,14 @@ class Design:
 
 def predictive(design: Design) -> Cueing:
     """Make the implicit MPC with a long horizon, a learning prediction, and as little washout as possible."""
-    groups = [group for group in (design.pairs, *_alone(design)) if group]
-    return _together(
+    return together(
         [
             Mpc(
                 design.platform,
                 dofs,
                 predictive_settings(design.mpc, design.platform, dofs, design.liveliness),
             )
-            for dofs in groups
+            for dofs in groups_of(design)
         ]
     )
 
@@ -249,9 +248,14 @@ def _apart(
     made = [
         Mpc(platform, dofs, settings, **(first or {} if dofs[0].is_pair else {})) for dofs in groups if dofs
     ]
-    return _together(made)
+    return together(made)
 
 
-def _together(parts: Sequence[Cueing]) -> Cueing:
+def groups_of(design: Design) -> list[tuple[Dof, ...]]:
+    """Return the degrees of freedom that one MPC cues, for each MPC."""
+    return [group for group in (design.pairs, *_alone(design)) if group]
+
+
+def together(parts: Sequence[Cueing]) -> Cueing:
     """Combine algorithms that share no axis into one."""
     return parts[0] if len(parts) == 1 else Several(parts)

@@ -28,7 +28,7 @@ _WORST_FIRST: Final = (Status.INVALID, Status.REFUSED, Status.FALLBACK, Status.D
 
 class _Parts(NamedTuple):
     methods: Ints  # (P, 2) code and data of every part
-    command: Mat  # (P, 6)
+    command: Mat  # (P, 6), with a base (P, 12)
     result: Mat  # (P, 5)
     at: Ints  # (1,) the part that decides
 
@@ -53,13 +53,13 @@ def _decide(
 
 @kernel
 def _add(commands: Mat, outcomes: Mat, command: Vec, result: Vec) -> None:
-    """Write the sum of commands (P, 6), and one outcome for them as `worst_of` does."""
+    """Write the sum of commands (P, 6 or 12), and one outcome for them as `worst_of` does."""
     worst = 0
     command[:], result[:] = 0.0, 0.0
     for k in range(len(commands)):
         if outcomes[k, STATUS] > outcomes[worst, STATUS]:
             worst = k
-        for axis in range(6):
+        for axis in range(len(command)):
             command[axis] += commands[k, axis]
         result[CHANGES] += outcomes[k, CHANGES]
         result[RESIDUAL] = max(result[RESIDUAL], outcomes[k, RESIDUAL])
@@ -85,6 +85,11 @@ class Several:
         return self.parts[0].period
 
     @property
+    def carriers(self) -> int:
+        """Return 2 if one of them also moves the base that carries the platform, else 1."""
+        return max(getattr(part, "carriers", 1) for part in self.parts)
+
+    @property
     def soft(self) -> frozenset[str]:
         """Return the limits that any of them may pass with a penalty."""
         return frozenset().union(*(getattr(part, "soft", ()) for part in self.parts))
@@ -107,7 +112,9 @@ class Several:
         P = len(bound)
         self._at = np.zeros(1, dtype=np.int64)
         methods = np.array([one.method for one in self._bound])
-        return DECIDE.bind(_decide, _Parts(methods, np.zeros((P, 6)), np.zeros((P, 5)), self._at))
+        return DECIDE.bind(
+            _decide, _Parts(methods, np.zeros((P, 6 * self.carriers)), np.zeros((P, 5)), self._at)
+        )
 
     def answer(self, request: int, reference: Reference) -> None:
         """Meet the request of the part that is deciding."""
@@ -116,12 +123,14 @@ class Several:
 
 def added(commands: Sequence[Command]) -> Command:
     """Combine commands for different axes into one."""
+    bases = [command.base for command in commands if command.base is not None]
     return Command(
         acceleration=np.sum([command.acceleration for command in commands], axis=0),
         pose=np.sum([command.pose for command in commands], axis=0),
         twist=np.sum([command.twist for command in commands], axis=0),
         plan=_added_plans([command.plan for command in commands]),
         outcome=worst_of([command.outcome for command in commands]),
+        base=added(bases) if bases else None,
     )
 
 

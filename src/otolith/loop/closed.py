@@ -30,8 +30,8 @@ class Loop(NamedTuple):
     known: int  # K, number of coming periods whose forces the algorithm receives
     now: Mat  # (m, 6) specific force and angular rate wanted at the decisions
     forces: Mat  # (m + K, 3) specific force wanted, for the preview
-    state: Mat  # (3, 6) motion of the platform
-    command: Mat  # (m, 6)
+    state: Mat  # (3, 6) motion of the platform; with a base (6, 6), here and in `motion`
+    command: Mat  # (m, 6); with a base (m, 12)
     result: Mat  # (m, 5) as `otolith.compiled.outcome_of` reads it
     seconds: Vec  # (m,) [s] of every decision
     motion: Mat  # (n, 3, 6) pose, twist, acceleration
@@ -69,7 +69,7 @@ def close(loop: Any, first: int, last: int, again: int) -> tuple[int, int]:
         again = 0
         moved = loop.motion[i * loop.every : (i + 1) * loop.every]
         follow(loop.follow, (loop.command[i], moved, loop.force[i * loop.every : (i + 1) * loop.every]))
-        for row in range(3):
+        for row in range(loop.state.shape[0]):
             for axis in range(6):
                 loop.state[row, axis] = moved[loop.every - 1, row, axis]
     return last, NOTHING

@@ -46,7 +46,7 @@ def joined(parts: Sequence[Run]) -> Run:
     series: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts])
         for name in (*SAMPLED, *DECIDED)
-        if name not in _WORDS
+        if name not in _WORDS and getattr(parts[0], name) is not None
     }
     series |= {name: tuple(itertools.chain(*(getattr(part, name) for part in parts))) for name in _WORDS}
     return replace(parts[-1], **series)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from otolith.core.arrays import Bools, Ints, Vec
+from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.rotation import rate_along
 from otolith.interfaces import Status
 from otolith.platforms import Platform
@@ -26,10 +26,13 @@ SAMPLED: Final = (
     "pose",
     "twist",
     "acceleration",
+    "base",
 )  # series at the plant's rate
+OF_BASE: Final = ("base", "base_command")  # of these, None where the platform stands on the ground
 DECIDED: Final = (
     "command_time",
     "command",
+    "base_command",
     "status",
     "solver",
     "changes",
@@ -42,6 +45,12 @@ DECIDED: Final = (
 def periods_of_part(period: float, plant_period: float) -> int:
     """Return the number of the controller's periods in a part of a run, at least one."""
     return max(1, PART // round(period / plant_period))
+
+
+def rows_of(run: "Run", name: str, first: int, last: int) -> Any:
+    """Return rows of one of a run's series; None of a base that it does not have."""
+    series = getattr(run, name)
+    return None if series is None else series[first:last]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +78,7 @@ class Run:
     reference_force: Vec  # (n, 3) [m/s²] to be felt, driver's frame
     reference_rate: Vec  # (n, 3) [rad/s] to be felt, driver's frame; NaN where a file did not keep it
     felt_force: Vec  # (n, 3) [m/s²] felt, driver's frame
-    pose: Vec  # (n, 6) [m ×3, rad ×3]
+    pose: Vec  # (n, 6) [m ×3, rad ×3]; about the neutral pose on the base, if there is one
     twist: Vec  # (n, 6) [m/s ×3, rad/s ×3]
     acceleration: Vec  # (n, 6) [m/s² ×3, rad/s² ×3]
 
@@ -82,6 +91,8 @@ class Run:
     guess_missed: Bools  # (m,)
     step_time: Vec  # (m,) [s] thread CPU time of each decision
 
+    base: Mat | None = None  # (n, 18) pose, twist and acceleration of the base that carries the platform
+    base_command: Mat | None = None  # (m, 6) accelerations commanded to it
     interventions: tuple[Intervention, ...] = ()  # of a plant's supervisor, in order of time
 
     @property
@@ -105,8 +116,8 @@ class Run:
         The series are views of this run's, or are read from its file.
         """
         every = round(self.period / self.plant_period)
-        samples = {name: getattr(self, name)[first * every : last * every] for name in SAMPLED}
-        return replace(self, **samples, **{name: getattr(self, name)[first:last] for name in DECIDED})
+        samples = {name: rows_of(self, name, first * every, last * every) for name in SAMPLED}
+        return replace(self, **samples, **{name: rows_of(self, name, first, last) for name in DECIDED})
 
     def parts(self) -> Iterator["Run"]:
         """Yield consecutive parts of about `PART` plant samples, which together are the whole run.
@@ -134,8 +145,12 @@ class Run:
     @property
     def felt_rate(self) -> Vec:
         """Return the felt angular rate (n, 3) [rad/s] in the driver's frame, equal all over the platform."""
-        rate = np.empty((len(self.pose), 3))
-        rate_along(self.pose, self.twist, rate)
+        pose, twist, base = self.pose, self.twist, self.base
+        if base is not None:  # it turns about the vertical only, as the outermost angle of a pose does
+            twist = twist.copy()
+            twist[:, 5] += base[:, 11]
+        rate = np.empty((len(pose), 3))
+        rate_along(pose, twist, rate)
         return rate
 
     def _repr_html_(self) -> str:

@@ -75,16 +75,22 @@ class _Wanted:
 
 
 class _Record:
-    """Series of a part with m decisions and n plant samples, filled while it runs."""
+    """Series of a part with m decisions and n plant samples, filled while it runs.
 
-    def __init__(self, m: int, n: int) -> None:
-        self.command, self.result, self.step_time = np.empty((m, 6)), np.zeros((m, 5)), np.zeros(m)
+    Parameters
+    ----------
+    carriers : 2 if the platform is carried by a base that moves, else 1.
+    """
+
+    def __init__(self, m: int, n: int, carriers: int = 1) -> None:
+        self.command, self.result = np.zeros((m, 6 * carriers)), np.zeros((m, 5))
+        self.step_time = np.zeros(m)
         self.solver: list[str] = []  # of a loop in Python, whose algorithm may name any
-        self.motion, self.force = np.empty((n, 3, 6)), np.full((n, 3), np.nan)
+        self.motion, self.force = np.empty((n, 3 * carriers, 6)), np.full((n, 3), np.nan)
 
     def note(self, k: int, state: PlatformState) -> None:
         """Record plant sample k."""
-        self.motion[k, 0], self.motion[k, 1], self.motion[k, 2] = state.pose, state.twist, state.acceleration
+        state.write(self.motion[k])
         if state.specific_force is not None:
             self.force[k] = state.specific_force
 
@@ -95,6 +101,8 @@ class _Record:
         """
         result, samples = self.result[first:last], slice(first * every, last * every)
         pose, twist, acceleration = (np.ascontiguousarray(self.motion[samples, row]) for row in range(3))
+        command, base = self.command[first:last], self.motion[samples, 3:]
+        carried = base.shape[1] > 0
         force = self.force[samples].copy()
         sensed = bool(np.isfinite(force).any())
         status, solver = (result[:, part].astype(np.int64).tolist() for part in (STATUS, SOLVER))
@@ -103,7 +111,9 @@ class _Record:
             "pose": pose,
             "twist": twist,
             "acceleration": acceleration,
-            "command": self.command[first:last].copy(),
+            "command": command[:, :6].copy(),
+            "base": base.reshape(len(base), -1) if carried else None,
+            "base_command": command[:, 6:].copy() if carried else None,
             "step_time": self.step_time[first:last].copy(),
             "status": tuple(STATUSES[code].value for code in status),
             "solver": tuple(self.solver[first:last] or (str(SOLVERS[code]) for code in solver)),
@@ -131,7 +141,8 @@ class ClosedLoop:
 
     Raises
     ------
-    InputError : the controller's period is not a multiple of the plant's.
+    InputError : the controller's period is not a multiple of the plant's, or the algorithm moves a base that
+        the plant does not have.
     """
 
     def __init__(
@@ -161,7 +172,8 @@ class ClosedLoop:
         self.decisions = round(scenario.duration / cueing.period)
         self._memory = InMemory()
         self._keep = self._memory if keep is None else keep
-        self._motion, self._gain, self._preview = np.zeros((3, 6)), 1.0, preview
+        self.carriers = _carriers(cueing, plant)
+        self._motion, self._gain, self._preview = np.zeros((3 * self.carriers, 6)), 1.0, preview
         cueing.reset(PlatformState())
         plant.reset(PlatformState())
         true = scenario.foreseen is None or not preview  # the preview is no forecast, but what comes
@@ -176,7 +188,7 @@ class ClosedLoop:
         self._wanted = _Wanted(self.scenario, self._first, m, self.period, self._preview)
         if self._gain != 1.0:
             self._wanted.rescale(0, self._gain)
-        self._record = _Record(m, m * self.every)
+        self._record = _Record(m, m * self.every, self.carriers)
         decide, follow = self._decide, self._follow
         self._compiled = None if decide is None or follow is None else self._hold(decide, follow)
 
@@ -246,7 +258,7 @@ class ClosedLoop:
         reference, started = self._wanted.at(i), self._clock()
         command = self.cueing.step(state, reference)
         record.step_time[i] = self._clock() - started
-        record.command[i] = command.acceleration
+        record.command[i] = command.accelerations(self.carriers)
         outcome = command.outcome
         record.solver.append(outcome.solver)
         status = STATUSES.index(outcome.status)
@@ -259,7 +271,7 @@ class ClosedLoop:
         first, after = i * self.every, (i + 1) * self.every
         if self._follow is not None:
             moved, force = record.motion[first:after], record.force[first:after]
-            follow_once(self._follow.method, command.acceleration, moved, force)
+            follow_once(self._follow.method, command.accelerations(self.carriers), moved, force)
             return PlatformState.of_motion(moved[-1], force[-1] if np.isfinite(force[-1]).any() else None)
         for k in range(first, after):
             state = self.plant.step(command, self._dt)
@@ -324,6 +336,19 @@ class ClosedLoop:
             **self._record.series(begin, end, self.every),
             interventions=tuple(getattr(self.plant, "interventions", ())),
         )
+
+
+def _carriers(cueing: Cueing, plant: Plant) -> int:
+    """Return 2 if the plant is carried by a base that moves, else 1.
+
+    Raises
+    ------
+    InputError : the algorithm moves a base that the plant does not have.
+    """
+    moved, there = (getattr(one, "carriers", 1) for one in (cueing, plant))
+    if moved > there:
+        raise InputError("the plant", "without a base", "on one, since the algorithm moves it")
+    return int(there)
 
 
 def simulate(

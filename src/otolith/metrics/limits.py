@@ -81,10 +81,12 @@ def excesses(run: Run) -> list[Excess]:
     An MPC imposes limits at its nodes only. Between them the motion may exceed a limit by what one period
     allows, which `between_nodes` shows.
     """
-    limited = [one for name in run.dofs for one in _of_dof(run, DOFS[name])] + _of_circle(run)
+    dofs = [DOFS[name] for name in run.dofs]
+    of_base = () if run.base is None else run.platform.bases(dofs)
+    limited = [one for dof in (*dofs, *of_base) for one in _of_dof(run, dof)] + _of_circle(run)
     worst: list[tuple[float, float, int]] = [(0.0, 0.0, 0)] * len(limited)
     for part in run.parts():
-        series = {name: getattr(part, name) for name in _SERIES}  # read once for all axes
+        series = _series(part)
         for k, one in enumerate(limited):
             beyond = _beyond(one.of(series), *one.limit)
             # commands exist at the nodes only
@@ -96,6 +98,16 @@ def excesses(run: Run) -> list[Excess]:
                 violations + int(np.count_nonzero(at_nodes > TOLERANCE)),
             )
     return [_excess(run, one, *judged) for one, judged in zip(limited, worst, strict=True)]
+
+
+def _series(part: Run) -> dict[str, Mat]:
+    """Return the limited series of a run, read once for all axes; those of a base are six more columns."""
+    own = {name: getattr(part, name) for name in _SERIES}
+    base, commands = part.base, part.base_command
+    if base is None or commands is None:
+        return own
+    below = dict(zip(_SERIES, (base[:, :6], base[:, 6:12], base[:, 12:], commands), strict=True))
+    return {name: np.hstack([own[name], below[name]]) for name in _SERIES}
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +135,7 @@ def _of_circle(run: Run) -> list[_Limited]:
 
 
 def _of_dof(run: Run, dof: Dof) -> list[_Limited]:
-    """Return every limit of the axes of a degree of freedom, in the platform's own sign."""
+    """Return every limit of the axes of a degree of freedom, in the platform's own sign; or of the base's."""
     found = []
     for i, sign, limits in zip(dof.axes, dof.signs, run.platform.limits(dof), strict=True):
         bounds = {
@@ -142,9 +154,10 @@ def _of_dof(run: Run, dof: Dof) -> list[_Limited]:
 
 def _words(series: str, axis: int) -> tuple[str, str]:
     """Return the name of a series of the run along an axis, and its unit."""
+    of_base, axis = divmod(axis, len(AXES))
     turns = axis >= len(AXES) // 2
     *names, per = _SERIES[series]
-    return f"{AXES[axis]} {names[turns]}", ("deg" if turns else "m") + per
+    return f"{'base ' * of_base}{AXES[axis]} {names[turns]}", ("deg" if turns else "m") + per
 
 
 def _either_way(bound: float) -> tuple[float, float]:

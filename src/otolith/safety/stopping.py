@@ -136,11 +136,12 @@ class Stopping:
 
 
 def reach_of(platform: Platform, dofs: Sequence[Dof]) -> Reach:
-    """Return the limits of all cued axes in the platform's own signs."""
+    """Return the limits of all cued axes in the platform's own signs; `dofs` are of one carrier."""
     low, high = np.full(6, -UNLIMITED), np.full(6, UNLIMITED)
     speed, command = np.full(6, UNLIMITED), np.zeros(6)
     for dof in dofs:
-        for i, sign, limits in zip(dof.axes, dof.signs, platform.limits(dof), strict=True):
+        for axis, sign, limits in zip(dof.axes, dof.signs, platform.limits(dof), strict=True):
+            i = axis % 6
             low[i], high[i] = sorted(sign * bound for bound in limits.position)
             speed[i] = limits.velocity
             command[i] = min(limits.command, limits.acceleration, UNLIMITED)

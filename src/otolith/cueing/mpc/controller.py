@@ -75,16 +75,17 @@ class Mpc:
             self._guess = NoGuess()
         self._chooser = Chooser(self.problem.structure, settings.blocks)
         self._predictor: Predictor = (settings.prediction or Hold()).begin()
-        self._stopping = Stopping(
-            platform,
-            dofs,
-            circle=None if self.problem.circle is None else self.problem.circle.radius,
-            lag=settings.lag_on(platform),
-            period=settings.period,
-        )
+        circle = None if self.problem.circle is None else self.problem.circle.radius
+        lag, period = settings.lag_on(platform), settings.period
+        own, based = ([dof for dof in dofs if dof.is_base is base] for base in (False, True))
+        self.carriers = 2 if based else 1  # platform and base that it moves
+        self._stopping = Stopping(platform, own, circle=circle, lag=lag, period=period)
+        lag = settings.lag_of(platform, based[0]) if based else lag
+        self._base = Stopping(platform, based, lag=lag, period=period)
         self.program = self._assemble()
         self._method: Bound = DECIDE.bind(decide, self.program)
-        self._motion, self._command, self._result = np.zeros((3, 6)), np.zeros(6), np.zeros(5)
+        K = self.carriers
+        self._motion, self._command, self._result = np.zeros((3 * K, 6)), np.zeros(6 * K), np.zeros(5)
         self._compile()
 
     def _assemble(self) -> Program:
@@ -103,6 +104,8 @@ class Mpc:
             period=settings.period,
             lengths=np.array(settings.lengths),
             belief=self._stopping.belief,
+            base=self._base.belief,
+            based=self.carriers > 1,
             checked=problem.can_stop,
             guessing=self._guess.active,
             hinting=self._hint is not None,
@@ -142,6 +145,7 @@ class Mpc:
         """Forget the plan, the working set, the guess, the hint and what the drivers felt."""
         self.program.plan[:] = 0.0
         self._stopping.reset(state)
+        self._base.reset(state.base or PlatformState())
         self._predictor.reset()
         self.problem.reset()
         self.engine.reset()
@@ -152,7 +156,7 @@ class Mpc:
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide by one certified QP. Without such a decision, brake, and name the reason in the outcome."""
         motion, result = self._motion, self._result
-        motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
+        state.write(motion)
         wanted, preview, again = now(reference), previewed(reference), 0
         while request := decide(
             self._method.held, motion, wanted, preview, reference.age, again, self._command, result
@@ -163,8 +167,14 @@ class Mpc:
 
     def _planned(self, result: Vec) -> Command:
         """Return the command of the last decision, with the plan that follows it and ends at rest."""
-        stopping = self._stopping
-        count = planned(self._method.held, result, stopping.room(len(self.program.plan)))
+        command = self._command_of(self._stopping, False, result)
+        if self.carriers == 1:
+            return command
+        return replace(command, base=self._command_of(self._base, True, result))
+
+    def _command_of(self, stopping: Stopping, of_base: bool, result: Vec) -> Command:
+        """Return the command of the platform, or of its base."""
+        count = planned(self._method.held, of_base, result, stopping.room(len(self.program.plan)))
         return stopping.command(stopping.belief.believed, count, outcome_of(result))
 
     def compiled(self) -> Bound:

@@ -65,6 +65,8 @@ class Program(NamedTuple):
     period: float  # [s]
     lengths: Ints  # (M,) steps of every block
     belief: Belief
+    base: Belief  # of the base, if the platform has one that moves
+    based: bool  # whether there is such a base
     checked: bool  # whether the first command must leave the platform able to stop
     guessing: bool  # whether there is a guess
     hinting: bool  # whether there is a hint
@@ -173,6 +175,23 @@ def _solve_all(p: Any, request: int, result: Vec) -> int:
 
 
 @jit_inlined
+def _stops(p: Any, command: Vec) -> bool:
+    """Return whether the platform, and its base, can still stop after a command."""
+    if not allowed(p.belief.believed, command, p.belief.reach):
+        return False
+    return not p.based or allowed(p.base.believed, command[6:], p.base.reach)
+
+
+@jit_inlined
+def _rest(p: Any, command: Vec) -> None:
+    """Brake, platform and base alike, and forget the plan."""
+    p.plan[:] = 0.0
+    rest(p.belief, command)
+    if p.based:
+        rest(p.base, command[6:])
+
+
+@jit_inlined
 def _conclude(p: Any, command: Vec, result: Vec) -> None:
     """Follow the plan if it is certified and the platform can stop after its first command; else brake."""
     result[CHANGES], result[MISSED] = p.at[_CHANGES], p.at[GUESS_MISSED]
@@ -182,32 +201,36 @@ def _conclude(p: Any, command: Vec, result: Vec) -> None:
         axes = p.given.axes
         for i in range(len(axes.axis)):
             command[axes.axis[i]] = axes.sign[i] * p.about[0, i]
-        if p.checked and not allowed(p.belief.believed, command, p.belief.reach):
+        if p.checked and not _stops(p, command):
             result[STATUS] = REFUSED
     if result[STATUS] == DECIDED:
         _copy(p.about, p.plan)
         follow(p.belief, command)
+        if p.based:
+            follow(p.base, command[6:])
     else:
-        p.plan[:] = 0.0
-        rest(p.belief, command)
+        _rest(p, command)
 
 
 @kernel
-def planned(p: Any, result: Vec, room: Mat) -> int:
+def planned(p: Any, of_base: bool, result: Vec, room: Mat) -> int:
     """Write the last decision's plan and the commands that come to rest after it; return their number.
 
     Parameters
     ----------
+    of_base : whether those of the base are wanted, instead of the platform's.
     room : (K, 6) as of `otolith.safety.stopping.Stopping.room`.
     """
     axes, given = p.given.axes, 0
+    belief, first = (p.base, 6) if of_base else (p.belief, 0)
     if result[STATUS] == DECIDED:
         given = p.plan.shape[0]
         for k in range(given):
             room[k, :] = 0.0
             for i in range(len(axes.axis)):
-                room[k, axes.axis[i]] = axes.sign[i] * p.plan[k, i]
-    return to_rest(p.belief.before, p.belief.reach, given, room)
+                if first <= axes.axis[i] < first + 6:
+                    room[k, axes.axis[i] - first] = axes.sign[i] * p.plan[k, i]
+    return to_rest(belief.before, belief.reach, given, room)
 
 
 @jit_inlined
@@ -215,7 +238,9 @@ def _observe(p: Any, motion: Mat) -> bool:
     """Adopt the state and let the drivers feel it; return False if it or what is wanted is not plausible."""
     if not (observe(p.belief, motion) and _plausible(p.wanted)):
         return False
-    read(p.given.axes, motion[0], motion[1], motion[2], p.x)
+    if p.based and not observe(p.base, motion[3:]):
+        return False
+    read(p.given.axes, motion, p.x)
     if len(p.given.organs.here) > 0:
         kernels.sense(p.given, p.x, p.wanted)
     _copy(p.plan, p.about)
@@ -226,7 +251,7 @@ def _observe(p: Any, motion: Mat) -> bool:
 def decide(
     p: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, result: Vec
 ) -> int:
-    """Decide one command (6,), or return a request; see `otolith.compiled.DECIDE`."""
+    """Decide one command (6,) or, with a base, (12,), or return a request; see `otolith.compiled.DECIDE`."""
     request = p.at[_REQUEST] if again == 1 else NOTHING
     if request == NOTHING:
         p.at[:] = 0
@@ -238,8 +263,7 @@ def decide(
     if request <= AHEAD:
         if not _observe(p, motion):
             result[STATUS], result[RESIDUAL] = INVALID, np.inf
-            p.plan[:] = 0.0
-            rest(p.belief, command)
+            _rest(p, command)
             return NOTHING
         if p.guessing:
             p.at[_REQUEST] = GUESS

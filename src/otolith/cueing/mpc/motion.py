@@ -66,7 +66,7 @@ def states(dof: Dof) -> tuple[str, ...]:
 class Axes(NamedTuple):
     """All axes of several degrees of freedom, one entry per command (nu,); x is (nx,)."""
 
-    axis: Ints  # index among the platform's six axes
+    axis: Ints  # index among the platform's six axes; 6 more for those of its base
     sign: Vec  # sign of the model's motion relative to the platform's
     place: Ints  # index in x, like the next two
     speed: Ints
@@ -90,8 +90,13 @@ def first_states(dofs: Sequence[Dof]) -> Ints:
     return np.cumsum([0, *(len(states(dof)) for dof in dofs)])
 
 
-def dynamics(axes: Axes, lag: float) -> tuple[Mat, Mat]:
-    """Return continuous (A (nx, nx), B (nx, nu)) of axes that follow their commands with `lag` [s]."""
+def dynamics(axes: Axes, lag: float | Vec) -> tuple[Mat, Mat]:
+    """Return continuous (A (nx, nx), B (nx, nu)) of axes that follow their commands.
+
+    Parameters
+    ----------
+    lag : [s] of all axes, or of each (nu,).
+    """
     nu = len(axes.axis)
     A, B = np.zeros((3 * nu, 3 * nu)), np.zeros((3 * nu, nu))
     A[axes.place, axes.speed] = A[axes.speed, axes.acceleration] = 1.0
@@ -141,19 +146,22 @@ def predict(axes: Axes, hold: Mat, x0: Vec, plan: Mat, X: Mat) -> None:
 
 
 @kernel
-def read(axes: Axes, pose: Vec, twist: Vec, acceleration: Vec, x: Vec) -> None:
-    """Write the model's x (nx,) of a platform's motion, (6,) each."""
+def read(axes: Axes, motion: Mat, x: Vec) -> None:
+    """Write the model's x (nx,) of a platform's motion (3, 6), or of that on a base (6, 6)."""
     for i in range(len(axes.axis)):
-        axis, sign = axes.axis[i], axes.sign[i]
-        x[axes.place[i]] = sign * pose[axis]
-        x[axes.speed[i]] = sign * twist[axis]
-        x[axes.acceleration[i]] = sign * acceleration[axis]
+        axis, sign, row = axes.axis[i], axes.sign[i], 0
+        if axis >= 6:
+            axis, row = axis - 6, 3
+        x[axes.place[i]] = sign * motion[row, axis]
+        x[axes.speed[i]] = sign * motion[row + 1, axis]
+        x[axes.acceleration[i]] = sign * motion[row + 2, axis]
 
 
 def model_state(axes: Axes, state: PlatformState) -> Vec:
     """Return the model's x (nx,) for a platform's state."""
-    x = np.empty(3 * len(axes.axis))
-    read(axes, state.pose, state.twist, state.acceleration, x)
+    x, motion = np.empty(3 * len(axes.axis)), np.empty((6, 6))
+    state.write(motion)
+    read(axes, motion, x)
     return x
 
 

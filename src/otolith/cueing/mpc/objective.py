@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.frames import GRAVITY, Dof
+from otolith.core.frames import GRAVITY, Dof, bases_of
 from otolith.core.lti import StateSpace, first_order_hold, zero_order_hold
 from otolith.cueing.mpc.motion import ACCELERATION, TILT, TILT_RATE, chains, states
 from otolith.perception import Vestibular
@@ -52,8 +52,21 @@ class Channel:
 
 
 def channels(dofs: Sequence[Dof], objective: Objective) -> list[Channel]:
-    """Return the channels of degrees of freedom, in their order."""
-    return [channel for p, dof in enumerate(dofs) for channel in _of_dof(p, dof, objective)]
+    """Return the channels of degrees of freedom, in their order.
+
+    An axis of a base has none of its own if what it carries is among them: both serve one channel.
+    """
+    return [
+        channel
+        for p, dof in enumerate(dofs)
+        if not (dof.is_base and carried_by(dof, dofs) >= 0)
+        for channel in _of_dof(p, dof, objective)
+    ]
+
+
+def carried_by(base: Dof, dofs: Sequence[Dof]) -> int:
+    """Return the index of the degree of freedom that an axis of a base carries, or −1."""
+    return next((p for p, dof in enumerate(dofs) if bases_of([dof]) == (base,)), -1)
 
 
 def _of_dof(p: int, dof: Dof, objective: Objective) -> list[Channel]:

@@ -42,7 +42,7 @@ def predictive_settings(
 
     Parameters
     ----------
-    dofs : axis pairs, or a single axis.
+    dofs : axis pairs, or a single axis, and the axes of a base that carry them; or axes of a base alone.
     liveliness : 0 to 1; a larger value uses more travel and lets the platform return later.
 
     Raises
@@ -71,12 +71,27 @@ def reach(platform: Platform, dof: Dof) -> float:
 def _washout(
     platform: Platform, dofs: Sequence[Dof], chosen: MpcSettings, price: float
 ) -> tuple[WashoutWeight, ...]:
-    """Return weights on position and speed; `price` multiplies those on position, its root those on speed."""
+    """Return weights on position and speed; `price` multiplies those on position, its root those on speed.
+
+    Each axis of a base has weights of its own, by its own reach.
+    """
+    own = [dof for dof in dofs if not dof.is_base]
+    weights = _weights(platform, own, chosen, price) if own else ()
+    for dof in (dof for dof in dofs if dof.is_base):
+        weights += _weights(platform, [dof], chosen, price)
+    return weights
+
+
+def _weights(
+    platform: Platform, dofs: Sequence[Dof], chosen: MpcSettings, price: float
+) -> tuple[WashoutWeight, ...]:
+    """Return weights of degrees of freedom that share them, or of one axis of a base."""
+    base = dofs[0].name if dofs[0].is_base else ""
     S = min(reach(platform, dof) for dof in dofs)
     if not pairs_of(dofs) and dofs[0].feels_rate:
-        return constant({"position": chosen.objective.rate * price * (HOMING_RATE / S) ** 2})
+        return constant({"position": chosen.objective.rate * price * (HOMING_RATE / S) ** 2}, base=base)
     if pairs_of(dofs) and len(dofs) > 1 and platform.circle is not None:
         S = min(S, platform.circle)
     square = HOMING / S * price**0.5  # ω²
     weights = {"position": square**2, "velocity": DAMPING * square}
-    return constant(weights | ({"tilt_rate": TILT_RATE} if pairs_of(dofs) else {}))
+    return constant(weights | ({"tilt_rate": TILT_RATE} if pairs_of(dofs) else {}), base=base)

@@ -33,6 +33,7 @@ from otolith.cueing.mpc.motion import (
     POSITION,
     TILT,
     VELOCITY,
+    chains,
     dynamics,
     first_states,
     held,
@@ -40,7 +41,7 @@ from otolith.cueing.mpc.motion import (
     stacked,
     states,
 )
-from otolith.cueing.mpc.objective import Channel, Organ, channels
+from otolith.cueing.mpc.objective import Channel, Organ, carried_by, channels
 from otolith.cueing.mpc.rows import Limits, Row, circle_weights, command_bounds, rows_of
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
@@ -95,7 +96,8 @@ class Problem:
             ]
         )
         self._weights = self._weights_of(settings.washout)
-        lag = settings.lag_on(platform)
+        self._control_weight = _control_weight(platform, self.dofs, settings)
+        lag = np.array([settings.lag_of(platform, dof) for dof in self.dofs for _ in dof.axes])
         self._organs = _organs(self.channels, settings.period)
         self._rows_felt = self._felt_rows()
         self.structure = self._stage_problem(lag)
@@ -187,7 +189,7 @@ class Problem:
             (first, dof, weight)
             for first, dof in zip(self._first, self.dofs, strict=False)
             for weight in washout
-            if {weight.on, weight.of} <= set(states(dof))
+            if weight.weighs(dof)
         ]
 
     def _rows_of(self, dof: Dof, limits: Limits, braking: Braking, sets: Sequence[AxisSet]) -> list[Row]:
@@ -199,7 +201,7 @@ class Problem:
             rows = [row for row in rows if row.name != "position"]
         return rows
 
-    def _stage_problem(self, lag: float) -> StageProblem:
+    def _stage_problem(self, lag: Vec) -> StageProblem:
         """Return the structure for which the engines are built."""
         nx, A, B = self._first[-1], *self._dynamics(lag)
         C = np.zeros((sum(map(len, self._rows)), len(A)))
@@ -215,11 +217,11 @@ class Problem:
             output=self._output_structure(),
             varying=circle,
             weighted=tuple(first + states(dof).index(weight.on) for first, dof, weight in self._weights),
-            control_weight=np.full(B.shape[1], self.settings.control_weight),
+            control_weight=self._control_weight,
             penalty=self._penalty(len(circle)),
         )
 
-    def _dynamics(self, lag: float) -> tuple[Mat, Mat]:
+    def _dynamics(self, lag: Vec) -> tuple[Mat, Mat]:
         """Return the discrete (A, B) of z = (x, o); what is felt through the channels drives the organs."""
         of_x, of_u = dynamics(self.axes, lag)
         organs = [channel.organ for channel in self.channels if channel.organ is not None]
@@ -236,7 +238,16 @@ class Problem:
         rows = np.zeros((len(self.channels), self._first[-1]))
         for row, channel in zip(rows, self.channels, strict=True):
             row[self._first[channel.of] : self._first[channel.of + 1]] = channel.row
+        for first, dof in zip(self._first, self.dofs, strict=False):
+            self._add_base(rows, first, dof)
         return rows
+
+    def _add_base(self, rows: Mat, first: int, dof: Dof) -> None:
+        """Add what an axis of a base makes felt together with what it carries: one more column of B."""
+        for row, channel in zip(rows, self.channels, strict=True):
+            if dof.is_base and channel.of == carried_by(dof, self.dofs) and channel.is_rate == dof.feels_rate:
+                (chain,) = chains(dof)
+                row[first + (chain.speed if dof.feels_rate else chain.acceleration)] = channel.sign
 
     def _outputs(self) -> Mat:
         """Return the weighted rows (C, nz) of what is felt or sensed, for small tilts."""
@@ -302,13 +313,13 @@ class Problem:
         lower[others], upper[others] = -np.inf, np.inf
         return np.hstack([lower, -commands]), np.hstack([upper, commands])
 
-    def _kernel_data(self, lag: float) -> kernels.Given:
+    def _kernel_data(self, lag: Vec) -> kernels.Given:
         """Return everything that the kernels read."""
-        nu, N, settings = len(self.axes.axis), self.settings.horizon, self.settings
+        N, settings = self.settings.horizon, self.settings
         circle = self.circle or Circle(0.0, np.zeros(3), np.zeros((2, 3), dtype=np.int64))
         return kernels.Given(
             axes=self.axes,
-            hold=np.tile(held(lag, settings.period), (nu, 1)),
+            hold=np.array([held(float(one), settings.period) for one in lag]),
             felt=self._felt(),
             organs=self._organs,
             ends=self._ends,
@@ -316,7 +327,7 @@ class Problem:
                 [first + states(dof).index(weight.of) for first, dof, weight in self._weights], dtype=np.int64
             ),
             washout=_washout(self._weights),
-            control_weight=np.full(nu, settings.control_weight),
+            control_weight=self._control_weight,
             circle=circle.weights,
             in_circle=circle.states,
             X=np.empty((N, self._first[-1])),
@@ -350,7 +361,16 @@ def _sets(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet,
     """Return the sets of the axes of a degree of freedom; empty if no row comes from them."""
     if not (settings.terminal or settings.braking.leads_on(dof)):
         return ()
-    return axis_sets(platform, dof, settings.braking, lag=settings.lag_on(platform), period=settings.period)
+    lag = settings.lag_of(platform, dof)
+    return axis_sets(platform, dof, settings.braking, lag=lag, period=settings.period)
+
+
+def _control_weight(platform: Platform, dofs: Sequence[Dof], settings: MpcSettings) -> Vec:
+    """Return R (nu,); a base's commands have a weight of their own, which decides where both could move."""
+    of_base = 1.0 if platform.base is None else platform.base.weight
+    return settings.control_weight * np.array(
+        [of_base if dof.is_base else 1.0 for dof in dofs for _ in dof.axes]
+    )
 
 
 def _circle(

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.errors import InputError, one_of
+from otolith.core.frames import Dof
 from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
@@ -106,3 +107,7 @@ class MpcSettings:
     def lag_on(self, platform: Platform) -> float:
         """Return the lag T [s] of the model on a platform, which is at least `LEAST_LAG`."""
         return max(platform.actuators.lag_s, LEAST_LAG) if self.lag is None else self.lag
+
+    def lag_of(self, platform: Platform, dof: Dof) -> float:
+        """Return the lag T [s] of a degree of freedom; a base has one of its own."""
+        return platform.base.lag_s if dof.is_base and platform.base is not None else self.lag_on(platform)

@@ -12,7 +12,8 @@ from typing import Final
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError, one_of
-from otolith.cueing.mpc.motion import STATES
+from otolith.core.frames import Dof
+from otolith.cueing.mpc.motion import STATES, states
 
 _WEIGHTED: Final = STATES[:4]
 
@@ -25,6 +26,11 @@ class WashoutWeight:
     of: str
     coefficients: tuple[float, float, float, float]  # w₁ … w₄, for r⁰, r¹, r², r⁴
     scale: float  # w₅, magnitude of `of` at which r = 1, SI units
+    base: str = ""  # name of the only axis of a base that it weighs; else all but those of a base
+
+    def weighs(self, dof: Dof) -> bool:
+        """Return whether the weight is for a degree of freedom, which has both states."""
+        return self.base == (dof.name if dof.is_base else "") and {self.on, self.of} <= set(states(dof))
 
     def at(self, x: Vec) -> float:
         """Return the weight at state x (6,)."""
@@ -39,8 +45,12 @@ _W5_POSITION: Final = 0.5  # [m]
 _W5_TILT_RATE: Final = 3.0 * pi / 180.0  # [rad/s]
 
 
-def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
+def constant(weights: Mapping[str, float], *, base: str = "") -> tuple[WashoutWeight, ...]:
     """Return constant weights by state name, e.g. {"tilt_rate": 0.001, "position": 0.9} (Table 5.3).
+
+    Parameters
+    ----------
+    base : as of `WashoutWeight`.
 
     Raises
     ------
@@ -52,7 +62,7 @@ def constant(weights: Mapping[str, float]) -> tuple[WashoutWeight, ...]:
         if not 0.0 <= weight < float("inf"):
             raise InputError(f"weight {state}", weight, "a finite number of at least 0")
     return tuple(
-        WashoutWeight(on=state, of=state, coefficients=(weight, 0.0, 0.0, 0.0), scale=1.0)
+        WashoutWeight(on=state, of=state, coefficients=(weight, 0.0, 0.0, 0.0), scale=1.0, base=base)
         for state, weight in weights.items()
     )
 
