@@ -118,11 +118,6 @@ CUEING: Final = Table(
             "implicit MPC that foresees: 1.5 s in blocks, learning prediction; the default",
             reads=_PREDICTIVE,
         ),
-        "joint": Entry(
-            "otolith.cueing.carriers:joint",
-            "predictive, moving the platform and the base that carries it in one QP",
-            reads=_PREDICTIVE,
-        ),
         "explicit": Entry(
             "otolith.cueing.design:explicit",
             "the explicit law alone, 10 Hz (section 5.2.1)",
@@ -173,6 +168,11 @@ CUEING: Final = Table(
             "otolith.cueing.design:linear_mpc",
             "linear MPC with perception, decoupled (Beghi; Garrett & Best)",
             reads=_LINEAR,
+        ),
+        "joint": Entry(
+            "otolith.cueing.carriers:joint",
+            "predictive, moving the platform and the base that carries it in one QP",
+            reads=_PREDICTIVE,
         ),
         "classical": Entry(
             "otolith.cueing.washout.classical:classical",
