@@ -24,6 +24,7 @@ from otolith.cueing.washout.tuning import Tuning, tunings
 from otolith.experiment import StoredFile, hint_for
 from otolith.interfaces import PlatformState, Reference
 from otolith.live.controller import Controller, Wanted, plain
+from otolith.live.core.bounds import bounds_of, widened
 from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
@@ -97,9 +98,9 @@ class Session:
         return Generic(on_silence=stated.on_silence or "falls")  # the strictest: it is braked first
 
     def _template(self, stated: TemplateTable) -> Template:
-        """Return the driver of a template; its legs are the platform's."""
+        """Return the driver of a template; its legs are the platform's, and it reaches wherever they do."""
         legs = self.platform.six_legs().lengths if self.platform.hexapod is not None else None
-        return Template(
+        driver = Template(
             name="template",
             frame=stated.frame,
             axes=tuple(Axis(follows=one.follows, low=one.low, high=one.high) for one in stated.axes),
@@ -111,6 +112,9 @@ class Session:
             on_silence=self.settings.device.on_silence or "falls",
             legs=legs,
         )
+        bounds = widened(bounds_of(self.platform, self.platform.actuators.lag_s), np.array(self.park))
+        driver.check_reach(bounds.low, bounds.high, bounds.stroke)
+        return driver
 
     @property
     def device(self) -> tuple[str, int]:

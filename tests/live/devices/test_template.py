@@ -112,7 +112,40 @@ def test_legs_of_a_real_platform():
     assert np.allclose(low + (high - low) * codes / 65535, legs.lengths(pose), atol=(high - low) / 65535)
 
 
-@pytest.mark.parametrize("value", [0.1000001, -0.11, float("nan"), float("inf")])
+@pytest.mark.parametrize("end", [-1.0, 1.0])
+def test_rounding_at_an_end_of_the_range_is_no_excess(end: float):
+    pose = np.array([0.0, 0.0, end * 0.1 * (1.0 + 1e-7), 0.0, 0.0, 0.0])
+    driver = plain("big", 16)
+    assert driver.codes(pose) == driver.codes(np.round(pose, 5))
+
+
+@pytest.mark.parametrize(
+    ("follows", "low", "high", "passes"),
+    [
+        ("surge", -0.2, 0.2, True),
+        ("surge", 0.2, -0.2, True),  # mirrored
+        ("surge", -0.2, 0.19, False),
+        ("pitch", -0.3, 0.3, False),
+        ("leg1", 1.0, 1.5, True),
+        ("leg1", 1.1, 1.5, False),
+    ],
+)
+def test_a_device_that_cannot_go_where_the_platform_may_be_sent_is_refused(
+    follows: str, low: float, high: float, passes: bool
+):
+    reach = np.array([0.2, 0.2, 0.1, 0.3, 0.35, 0.4])
+    axes = (Axis(follows=follows, low=low, high=high),)
+    driver = Template(
+        name="rig", frame="<Axis1a>", axes=axes, bits=8, on_silence="holds", legs=lambda pose: pose
+    )
+    if passes:
+        driver.check_reach(-reach, reach, (1.0, 1.5))
+    else:
+        with pytest.raises(InputError, match=f"range of <Axis1a> of rig, which follows {follows}, is "):
+            driver.check_reach(-reach, reach, (1.0, 1.5))
+
+
+@pytest.mark.parametrize("value", [0.1001, -0.11, float("nan"), float("inf")])
 def test_what_is_outside_the_range_is_refused_and_never_clamped(value: float):
     pose = np.array([0.0, 0.0, value, 0.0, 0.0, 0.0])
     with pytest.raises(InputError, match=r"heave for the template is .* m, must be within -0.1 to 0.1 m"):

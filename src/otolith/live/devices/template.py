@@ -20,6 +20,7 @@ from otolith.live.wire.formats import WireError
 
 FORMS: Final = ("big", "little", "decimal", "hex")
 MOST_BITS: Final = 32
+ROUNDING: Final = 1e-6  # share of a range; what is outside by less is at its end
 _TOKEN: Final = re.compile(r"<Axis(\d+)a>|<(\d{1,3})>|(.)", re.DOTALL)
 _LEG: Final = re.compile(r"leg(\d+)")
 
@@ -55,11 +56,12 @@ class Axis:
         InputError : the value is outside the range. It is never clamped: what clamps hides where it stands.
         """
         share = (value - self.low) / (self.high - self.low)
-        if not 0.0 <= share <= 1.0:
+        if not -ROUNDING <= share <= 1.0 + ROUNDING:
             low, high = sorted((self.low, self.high))
             bound = f"within {low:g} to {high:g} {self.unit}"
             raise InputError(f"{self.follows} for the template", f"{value:.6g} {self.unit}", bound)
-        return round(share * ((1 << bits) - 1))
+        most = (1 << bits) - 1
+        return min(most, max(0, round(share * most)))
 
     def value(self, code: int, bits: int) -> float:
         """Return the value [m or rad] of a code: the inverse of `code`."""
@@ -113,6 +115,32 @@ class Template:
         if needs_legs and self.legs is None:
             raise InputError(f"axis of {self.name}", needs_legs[0], "on a platform with legs")
         object.__setattr__(self, "parts", parts)
+
+    def check_reach(self, low: Vec, high: Vec, stroke: tuple[float, float]) -> None:
+        """Refuse a device that cannot go wherever the platform may be sent.
+
+        Parameters
+        ----------
+        low, high : (6,) [m, rad] ends of the poses that are sent. stroke : [m] ends of the legs.
+
+        Raises
+        ------
+        InputError : an axis spans less.
+        """
+        for number, axis in enumerate(self.axes, start=1):
+            if axis.follows in AXES:
+                needs = low[AXES.index(axis.follows)], high[AXES.index(axis.follows)]
+            else:
+                needs = stroke
+            spans = sorted((axis.low, axis.high))
+            room = ROUNDING * (spans[1] - spans[0])
+            if not (spans[0] - room <= needs[0] and needs[1] <= spans[1] + room):
+                raise InputError(
+                    f"range of <Axis{number}a> of {self.name}, which follows {axis.follows},",
+                    f"{spans[0]:g} to {spans[1]:g} {axis.unit}",
+                    f"at least {needs[0]:.4g} to {needs[1]:.4g} {axis.unit}, where the platform may be sent;"
+                    " narrow the limits of the session, or state the device's whole range",
+                )
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; see `driver.Driver`."""

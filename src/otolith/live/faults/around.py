@@ -39,6 +39,14 @@ kind = "generic"
 address = "127.0.0.1:9910"
 """
 
+DESK: Final = """
+[device.template]
+frame = "<255><Axis1a>"
+axes = [{ follows = "surge", low = -0.1, high = 0.1 }]
+bits = 16
+park_heave_m = -0.1
+"""
+
 
 class _Twin:
     """A case in which the loop must go on as without the fault, bit for bit, and a lamp says what is wrong.
@@ -141,7 +149,7 @@ def _said(action: Callable[[], object]) -> str:
 
 def _settings(_: Path, *, lines: str = "", instead: tuple[str, str] = ("", "")) -> str:
     """Read a session file with further lines, or with others in place of some."""
-    text = SESSION.replace(*instead) if instead[0] else SESSION + lines
+    text = (SESSION.replace(*instead) if instead[0] else SESSION) + lines
 
     def read() -> None:
         settings = settings_from_toml(text, "session.toml")
@@ -226,6 +234,12 @@ _FILES: Final = tuple(
             "a limit wider than the platform's",
             partial(_settings, lines="[limits.surge]\nvelocity_mps = 0.5"),
             ("limits.surge.velocity_mps in session.toml is 0.5 m/s", "at most 0.267 m/s, as the platform's"),
+        ),
+        (
+            "19d",
+            "a platform wider than the device's range",
+            partial(_settings, lines=DESK, instead=('kind = "generic"', 'kind = "template"')),
+            ("range of <Axis1a> of template, which follows surge, is -0.1 to 0.1 m", "at least -0.1"),
         ),
         (
             "19e",
