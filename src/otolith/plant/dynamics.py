@@ -1,7 +1,9 @@
 """Dynamics of a hexapod, compiled: one rigid body on six legs whose mass moves along them.
 
 Notation: ν = (v, ω) velocity of the motion reference point in world; c centre of mass from that point, in
-world; I inertia about it; m mass, μ mass of a leg; J, J̇ of `otolith.platforms.kinematics`; F leg forces.
+world; I inertia about it; m mass, μ mass of a leg; J of `otolith.platforms.kinematics`; F leg forces. All are
+along the coordinates of the legs: of a crank, F is its torque over its radius and μ its inertia over its
+square.
 
     (M + μ JᵀJ) ν̇ = Jᵀ (F − μ J̇ ν) + w − h,   M = [[m 1, −m [c]×], [m [c]×, I]]
     w = (−m g ẑ, −m g c × ẑ),   h = (m ω × (ω × c), ω × I ω)
@@ -25,14 +27,13 @@ from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
 from otolith.core.rotation import rotation_of, turn
 from otolith.platforms.hexapod import Hexapod
-from otolith.platforms.kinematics import inverse, jacobian_rate, solve
+from otolith.platforms.kinematics import Actuators, inverse, rates, solve
 
 
 class Machine(NamedTuple):
     """The numbers of an `otolith.platforms.hexapod.Hexapod` that the kernels need."""
 
-    joints: Mat  # (6, 3) [m]
-    anchors: Mat  # (6, 3) [m]
+    actuators: Actuators
     centre: Vec  # (3,) [m]
     inertia: Vec  # (3,) [kg m²] along the platform's axes
     mass: float  # m [kg]
@@ -59,7 +60,7 @@ def carry(place: Vec, of: Machine, forces: Vec) -> bool:
     """Write the leg forces (6,) [N] that carry the platform's weight at rest; return False if none do."""
     R, J = np.empty((3, 3)), np.empty((6, 6))
     rotation_of(place, R)
-    inverse(place, of.joints, of.anchors, np.empty(6), J, np.empty((6, 3)))
+    inverse(place, of.actuators, np.empty(6), J, np.empty((6, 3)))
     weight, centre = of.mass * GRAVITY, of.centre
     forces[:3] = 0.0
     forces[2] = weight
@@ -144,18 +145,18 @@ def advance(
     legs : (3, 6) output: lengths, speeds and forces at the start of the period.
     targets : (3, 6) lengths, speeds and weights for the servos.
     """
-    R, J, rate = np.empty((3, 3)), np.empty((6, 6)), np.empty((6, 6))
-    arms, M = np.empty((6, 3)), np.empty((6, 6))
+    R, J, M = np.empty((3, 3)), np.empty((6, 6)), np.empty((6, 6))
+    arms, moving = np.empty((6, 3)), np.empty((2, 6))
     rotation_of(place, R)
-    inverse(place, of.joints, of.anchors, legs[0], J, arms)
-    jacobian_rate(velocity, legs[0], J, arms, legs[1], rate)
+    inverse(place, of.actuators, legs[0], J, arms)
+    rates(velocity, legs[0], J, arms, of.actuators, moving)
+    for i in range(6):
+        legs[1, i] = moving[0, i]
     servo(legs, targets, of)
     mass_matrix(R, J, of, M)
     _loads(R, velocity, of, acceleration)
     for i in range(6):
-        force = legs[2, i]
-        for j in range(6):
-            force -= of.leg_mass * rate[i, j] * velocity[j]
+        force = legs[2, i] - of.leg_mass * moving[1, i]
         for j in range(6):
             acceleration[j] += J[i, j] * force
     if not solve(M, acceleration):

@@ -50,7 +50,7 @@ def tick(of: Drive, command: Vec) -> bool:
     for axis in range(6):
         of.before[axis] = of.motion[1, axis]
     move_axes(of.motion, of.A, of.B, command)
-    leg_motion(of.motion[0], of.motion[1], of.motion[2], of.machine.joints, of.machine.anchors, of.legs)
+    leg_motion(of.motion[0], of.motion[1], of.motion[2], of.machine.actuators, of.legs)
     reason, leg = supervise(of.legs[0], of.legs[1], of.lengths, of.speeds, of.keeps, dt)
     for i in range(6):
         behind = max(behind, abs(of.legs[0, i] - of.lengths[i]))
@@ -74,10 +74,10 @@ def aim(of: Drive) -> None:
 @kernel
 def _resume(motion: Mat, place: Vec, before: Vec, lengths: Vec, speeds: Vec, of: Machine, dt: float) -> bool:
     """Write the motion (3, 6) that has these leg lengths and speeds; `place` is the guess and the result."""
-    if forward(lengths, of.joints, of.anchors, place, CLOSE, MOST) < 0:
+    if forward(lengths, of.actuators, place, CLOSE, MOST) < 0:
         return False
     J, velocity = np.empty((6, 6)), speeds.copy()
-    inverse(place, of.joints, of.anchors, np.empty(6), J, np.empty((6, 3)))
+    inverse(place, of.actuators, np.empty(6), J, np.empty((6, 3)))
     if not solve(J, velocity):
         return False
     pose_of(place, motion[0])

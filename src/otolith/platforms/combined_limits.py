@@ -10,7 +10,7 @@ the disc |p| ≤ r it lies between √(max(|c_h| − r, 0)² + c_z²) and √((|
 attained. A tilt changes R a by at most |a| times the angle. So a cell of roll × pitch whose centre has that
 much margin is proved, and any other cell is divided. Checked by test_no_pose_of_the_share_needs_more_stroke.
 That no pose is singular and no joint leans too far is proved in the same way over cells of all four axes,
-with the bounds of `otolith.platforms.reach.change_rates`.
+with the bounds of `otolith.platforms.reach.change_rates`, and so are the ranges of cranks.
 """
 
 import itertools
@@ -21,11 +21,11 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.rotation import place_of, rotation_of
 from otolith.platforms.axes import Rotation, Translation
-from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
+from otolith.platforms.hexapod import DEAD_CENTRE, SINGULAR_CONDITION, Hexapod
 from otolith.platforms.platform import Platform
 from otolith.platforms.reach import change_rates
 
@@ -97,19 +97,19 @@ def reaches_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
 def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
     """Return whether it is proved that no pose of a disc and of tilts is singular or leans a joint too far.
 
-    Parameters are those of `reaches_all`, which must hold, because the bounds assume legs within their
-    strokes.
+    Parameters are those of `reaches_all`, which must hold of linear legs, because the bounds assume that
+    they are within their strokes; cranks are proved to stay within their ranges here.
     """
-    rates = change_rates(hexapod)
     cells, half = np.zeros((1, 4)), np.array([circle, circle, tilt, tilt])
+    within = hexapod.holds if hexapod.cranks is None else hexapod.reaches
     for _ in range(HALVINGS):
         poses = np.zeros((len(cells), 6))
         poses[:, [0, 1, 3, 4]] = cells
         inside = np.hypot(cells[:, 0], cells[:, 1]) <= circle
-        if not np.all(hexapod.holds(poses[inside])):
+        if not np.all(within(poses[inside])):
             return False
-        change = rates[0] * float(np.hypot(half[0], half[1])) + rates[1] * float(half[2] + half[3])
-        doubtful = cells[np.any(_margins(hexapod, poses) < change, axis=1)]
+        proved = _proved(hexapod, poses, float(np.hypot(half[0], half[1])), float(half[2] + half[3]))
+        doubtful = cells[~proved]
         if not len(doubtful):
             return True
         if len(doubtful) > CELLS:
@@ -118,6 +118,31 @@ def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
         cells = (doubtful[:, None] + CORNERS * half).reshape(-1, 4)
         cells = cells[np.hypot(*np.maximum(np.abs(cells[:, :2]) - half[:2], 0.0).T) <= circle]
     return False
+
+
+def _proved(hexapod: Hexapod, poses: Mat, far: float, turned: float) -> Bools:
+    """Return for each pose (n, 6) whether all that are at most so far [m] and so much turned [rad] hold (n,).
+
+    Ranges of cranks are included, strokes of linear legs are not.
+    """
+    proved, arcs = np.zeros(len(poses), dtype=np.bool_), hexapod.lengths(poses)
+    found = np.isfinite(arcs).all(axis=1)
+    margins, follow = _margins(hexapod, poses[found]), 0.0
+    if hexapod.cranks is not None:
+        leverages = hexapod.leverages(poses[found]).min(axis=1)
+        middle = 0.5 * (float(leverages.min(initial=1.0)) + DEAD_CENTRE)  # as in `otolith.platforms.reach`
+        if not middle > DEAD_CENTRE:
+            return proved
+        follow = 1.0 / middle
+        margins = np.column_stack([margins, leverages - middle])
+        low, high = hexapod.stroke
+        gaps = np.minimum(arcs[found] - low, high - arcs[found]).min(axis=1)
+        arms = float(np.linalg.norm(hexapod.joints, axis=1).max())
+        margins[gaps < follow * (far + arms * turned)] = -np.inf
+    along, about, _ = change_rates(hexapod, follow=follow)
+    change = along * far + about * turned
+    proved[found] = np.all(margins >= change[: margins.shape[1]], axis=1)
+    return proved
 
 
 def _margins(hexapod: Hexapod, poses: Mat) -> Mat:
@@ -133,7 +158,9 @@ def _margins(hexapod: Hexapod, poses: Mat) -> Mat:
 
 def reach_share(hexapod: Hexapod, circle: float, tilt: float) -> float:
     """Return the largest share, at most 1, of a disc [m] and of tilts [rad] that is proved to be in reach."""
-    share = _largest(lambda s: reaches_all(hexapod, s * circle, s * tilt), 1.0, BISECTIONS)
+    share = 1.0
+    if hexapod.cranks is None:  # the closed form of strokes
+        share = _largest(lambda s: reaches_all(hexapod, s * circle, s * tilt), share, BISECTIONS)
     return _largest(lambda s: holds_all(hexapod, s * circle, s * tilt), share, FEWER)
 
 

@@ -1,15 +1,21 @@
 """How far six legs may move in any direction before a joint could lean too far or a pose become singular.
 
-Every pose of the legs has a ball in the space of leg lengths in which all poses are proved to hold: none is
-singular, and no joint exceeds its angle. A path is proved by a chain of such balls.
+Every pose of the legs has a ball in the space of leg lengths (of cranks: of arcs) in which all poses are
+proved to hold: none is singular, no joint exceeds its angle, and no crank is at its dead centre. A path is
+proved by a chain of such balls.
 
 Notation: ℓ leg lengths, x a path length through them; J the Jacobian scaled to one unit, σ its singular
-values, K `SINGULAR_CONDITION`; w = σ₆ − σ₁/K + 1/K; m the least margin of a joint's angle. Leg lengths change
+values, K `SINGULAR_CONDITION`; w = σ₆ − σ₁/K + 1/K; m the least margin of a joint's angle, or of n·t from a
+crank's dead centre. Leg lengths change
 the pose by at most dx/σ₆, and σ₆ ≥ w, because σ₁² ≥ ‖J‖²/6 ≥ 1 (every row of J contains a unit vector). Let
 c₀ and c bound how fast w and m can change with the pose (`otolith.platforms.reach.change_rates`). Then w w′ ≥
 −c₀ and m′ ≥ −c/w. Integration gives w² ≥ w₀² − 2 c₀ x and m ≥ m₀ − c (w₀ − w)/c₀, so both hold until
 
     x = (w₀² − w₁²)/(2 c₀),   w₁ = max(1/K, w₀ − c₀ m₀/c)
+
+Cranks move the lower ends of their rods, too: J is that of the rods, dx/σ₆ still bounds the pose's change
+because |n·t| ≤ 1, and the tips' own path adds b₀ and b to c₀/w and c/w. While w ≤ w₀, which is the worst
+case, these are less than b₀ w₀/w and b w₀/w, so c₀ + b₀ w₀ and c + b w₀ take the place of c₀ and c.
 
 The ball about any point of a ball has at least the radius that remains there. Checked by
 test_no_pose_in_a_ball_fails_to_hold.
@@ -23,8 +29,8 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
 from otolith.core.rotation import rotation_of
-from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
-from otolith.platforms.kinematics import forward, inverse
+from otolith.platforms.hexapod import DEAD_CENTRE, SINGULAR_CONDITION, Hexapod
+from otolith.platforms.kinematics import Actuators, forward, inverse
 from otolith.platforms.reach import change_rates
 
 FLOOR: Final = 1e-5  # [m] smallest radius of a ball; a path ends this close to a limit
@@ -37,25 +43,26 @@ NEWTON: Final = 30  # largest number of iterations; within a ball 2 or 3 suffice
 class Joints(NamedTuple):
     """The numbers of a `Hexapod` that the kernels here need."""
 
-    joints: Mat  # (6, 3) [m]
-    anchors: Mat  # (6, 3) [m]
-    axes: Mat  # (6, 3) [-] axes of the joints, in world at the base, in the platform's frame at the platform
+    actuators: Actuators
+    axes: (
+        Mat  # (2, 6, 3) [-] axes of the joints, in world at the base, in the platform's frame at the platform
+    )
     lean: Vec  # (2,) [rad] largest angles at the base and at the platform; π if there is no limit
-    rates: Vec  # (3,) [1/m] largest changes of w and of both angles along a scaled motion of the platform
+    # [1/m] (2, 4) largest changes of w, of both angles and of n·t: along a scaled motion of the platform, and
+    # along the path of a crank's tip
+    rates: Mat
     size: float  # [m] radius at which rotations are measured as paths
 
     @classmethod
     def of(cls, hexapod: Hexapod) -> Self:
         """Return the numbers of one hexapod."""
-        legs = hexapod.joints - hexapod.anchors
-        axes = np.tile([0.0, 0.0, 1.0], (6, 1)) if hexapod.upright else legs
-        along, about = change_rates(hexapod)
+        axes = np.array(hexapod.joint_axes)
+        along, about, driven = change_rates(hexapod)
         return cls(
-            joints=hexapod.joints,
-            anchors=hexapod.anchors,
-            axes=axes / np.linalg.norm(axes, axis=1, keepdims=True),
+            actuators=hexapod.actuators,
+            axes=axes / np.linalg.norm(axes, axis=2, keepdims=True),
             lean=np.array(hexapod.lean),
-            rates=np.hypot(along, about / hexapod.size),
+            rates=np.array([np.hypot(along, about / hexapod.size), driven]),
             size=hexapod.size,
         )
 
@@ -81,23 +88,44 @@ def _angle(a: Vec, b: Vec) -> float:
 
 
 @kernel
-def _lean_room(J: Mat, R: Mat, of: Joints) -> tuple[float, int]:
-    """Return the least m/c over all joints [m of scaled motion], and its leg; infinite without limits."""
-    least, leg, axis = math.inf, -1, np.empty(3)
+def _room(J: Mat, leverages: Vec, R: Mat, of: Joints, rates: Vec) -> tuple[float, int]:
+    """Return the least m/c of joints and cranks [m of scaled motion], and what has it; see `place_ball`."""
+    least, which, axis, cranks = math.inf, -1, np.empty(3), of.actuators.radius > 0.0
     for i in range(6):
         for k in range(2):
             if of.lean[k] >= math.pi:
                 continue
-            axis[:] = of.axes[i]
+            axis[:] = of.axes[k, i]
             if k == 1:
                 for row in range(3):
                     axis[row] = (
-                        R[row, 0] * of.axes[i, 0] + R[row, 1] * of.axes[i, 1] + R[row, 2] * of.axes[i, 2]
+                        R[row, 0] * of.axes[1, i, 0]
+                        + R[row, 1] * of.axes[1, i, 1]
+                        + R[row, 2] * of.axes[1, i, 2]
                     )
-            room = (of.lean[k] - _angle(axis, J[i, :3])) / of.rates[1 + k]
+            angle = _angle(axis, J[i, :3])
+            if cranks and k == 0:
+                angle = abs(0.5 * math.pi - angle)  # from the plane of the crank
+            room = (of.lean[k] - angle) / rates[1 + k]
             if room < least:
-                least, leg = room, i
-    return least, leg
+                least, which = room, i
+        if cranks:
+            room = (leverages[i] - DEAD_CENTRE) / rates[3]
+            if room < least:
+                least, which = room, 6 + i
+    return least, which
+
+
+@kernel
+def _to_rods(J: Mat, of: Actuators, leverages: Vec) -> None:
+    """Turn the Jacobian (6, 6) of cranks into that of their rods; write |n·t| (6,), 1 for linear legs."""
+    leverages[:] = 1.0
+    if of.radius == 0.0:
+        return
+    for i in range(6):
+        leverages[i] = 1.0 / math.sqrt(J[i, 0] ** 2 + J[i, 1] ** 2 + J[i, 2] ** 2)
+        for j in range(6):
+            J[i, j] *= of.push * leverages[i]
 
 
 @kernel
@@ -106,27 +134,32 @@ def place_ball(lengths: Vec, of: Joints, ball: Ball) -> int:
 
     Returns
     -------
-    What bounds the ball: the leg (0 … 5) whose joint may lean too far first, or −1 for a singular pose. The
-    radius is 0 if the pose does not hold or is not found.
+    What bounds the ball: the leg (0 … 5) whose joint may lean too far first, 6 more for a crank that may come
+    to its dead centre, or −1 for a singular pose. The radius is 0 if the pose does not hold or is not found.
     """
     ball.centre[:] = lengths
     ball.radius[0] = 0.0
-    if forward(lengths, of.joints, of.anchors, ball.place, CLOSE, NEWTON) < 0:
+    if forward(lengths, of.actuators, ball.place, CLOSE, NEWTON) < 0:
         return -1
-    J, R = np.empty((6, 6)), np.empty((3, 3))
-    inverse(ball.place, of.joints, of.anchors, np.empty(6), J, np.empty((6, 3)))
+    J, R, found, leverages = np.empty((6, 6)), np.empty((3, 3)), np.empty(6), np.empty(6)
+    inverse(ball.place, of.actuators, found, J, np.empty((6, 3)))
+    for i in range(6):
+        if not abs(found[i] - lengths[i]) <= FLOOR:  # the other branch of a crank
+            return 6 + i
     rotation_of(ball.place, R)
-    room, leg = _lean_room(J, R, of)
+    _to_rods(J, of.actuators, leverages)
     J[:, 3:] /= of.size
     sigma = np.linalg.svd(J)[1]
     floor = 1.0 / SINGULAR_CONDITION
     w = sigma[5] - sigma[0] * floor + floor
-    end = w - of.rates[0] * room
+    rates = of.rates[0] + w * of.rates[1]
+    room, which = _room(J, leverages, R, of, rates)
+    end = w - rates[0] * room
     if end < floor:
-        end, leg = floor, -1
+        end, which = floor, -1
     if end < w:
-        ball.radius[0] = (w * w - end * end) / (2.0 * of.rates[0])
-    return leg
+        ball.radius[0] = (w * w - end * end) / (2.0 * rates[0])
+    return which
 
 
 @kernel

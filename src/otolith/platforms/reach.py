@@ -7,9 +7,9 @@ pose: a leg is at the end of its stroke, a joint leans as far as it may, or the 
 Notation: l = R a − b a leg, from its anchor b to its joint, a in the neutral pose, both from the reference
 point; J the scaled Jacobian, σ its singular values, κ = σ₁/σ₆ < K the condition number and its bound. Along a
 translation |l|² is a quadratic in the distance, along a rotation by θ it is A − 2ρ cos(θ − φ), so the ends of
-the strokes have closed forms. For the other two events, the path is walked in steps that are proved too short
-to reach them: angles change by at most |dl|/|l|, and σ₆ − σ₁/K by at most (1 + 1/K) ‖dJ‖ (Weyl's inequality).
-Checked by test_no_pose_on_the_way_to_an_end_is_out_of_reach.
+the strokes have closed forms. For the other events, and for cranks, the path is walked in steps that are
+proved too short to reach them: angles change by at most |dl|/|l|, and σ₆ − σ₁/K by at most (1 + 1/K) ‖dJ‖
+(Weyl's inequality). Checked by test_no_pose_on_the_way_to_an_end_is_out_of_reach.
 """
 
 import math
@@ -22,7 +22,7 @@ import scipy  # scipy imports its modules on first use, so unused ones cost no t
 from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.frames import AXES
 from otolith.core.jit import kernel
-from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
+from otolith.platforms.hexapod import DEAD_CENTRE, SINGULAR_CONDITION, Cranks, Hexapod
 
 BEYOND: Final = 1.25  # range of a section relative to the single ranges
 CLOSE: Final = 1e-8  # [m or rad] distance to an end at which the walk stops
@@ -98,8 +98,10 @@ def reach(hexapod: Hexapod) -> dict[str, tuple[float, float]]:
 
 
 def _end(hexapod: Hexapod, axis: int, sign: float) -> End:
-    way = leg_end(hexapod.joints, hexapod.anchors, hexapod.stroke, axis, sign)
-    pose, at = np.zeros(6), 0.0
+    linear, way = hexapod.cranks is None, math.pi if axis >= 3 else math.inf
+    if linear:
+        way = leg_end(hexapod.joints, hexapod.anchors, hexapod.stroke, axis, sign)
+    pose, at, why = np.zeros(6), 0.0, ""
     for _ in range(MOST):
         pose[axis] = sign * at
         spare, why = _spare(hexapod, pose, turning=axis >= 3)
@@ -119,11 +121,16 @@ def _end(hexapod: Hexapod, axis: int, sign: float) -> End:
 def _spare(hexapod: Hexapod, pose: Vec, *, turning: bool) -> tuple[float, str]:
     """Return a distance [m or rad] along one axis on which no joint leans too far and no pose is singular.
 
-    The second result names which of the two comes next.
+    No crank leaves its range or comes to its dead centre on it, either; the strokes of linear legs are not
+    considered. The second result names which of these comes next.
     """
-    rates = change_rates(hexapod)[1 if turning else 0]
+    found, follow = list[tuple[float, str]](), 0.0
+    if hexapod.cranks is not None:
+        lever = float(np.linalg.norm(hexapod.joints, axis=1).max()) if turning else 1.0
+        found, follow = _crank_spare(hexapod, hexapod.cranks, pose, lever)
+    rates = change_rates(hexapod, follow=follow)[1 if turning else 0]
     sigma = np.linalg.svd(hexapod.scaled_jacobians(pose[None])[0], compute_uv=False)
-    found = [((sigma[-1] - sigma[0] / SINGULAR_CONDITION) / rates[0], SINGULAR)]
+    found.append(((sigma[-1] - sigma[0] / SINGULAR_CONDITION) / rates[0], SINGULAR))
     for k, joint in enumerate(("base", "platform")):
         if hexapod.lean[k] < math.pi:
             leans = hexapod.leans(pose[None])[0, k]
@@ -133,19 +140,56 @@ def _spare(hexapod: Hexapod, pose: Vec, *, turning: bool) -> tuple[float, str]:
     return max(float(spare), 0.0), why
 
 
-def change_rates(hexapod: Hexapod) -> Mat:
-    """Return the largest rates of change (2, 3) of what `_spare` judges, while legs are within their strokes.
+def _crank_spare(
+    hexapod: Hexapod, cranks: Cranks, pose: Vec, lever: float
+) -> tuple[list[tuple[float, str]], float]:
+    """Return distances to the ends of the cranks' ranges and to dead centres, and a bound on their speeds.
 
-    Rows are translation [1/m] and rotation [1/rad]; columns are σ₆ − σ₁/K, and a leg's angle at the base and
-    at the platform.
+    On these distances n·t stays above the middle between its value and `DEAD_CENTRE`, so a tip moves at most
+    as fast as the platform's joints over this middle, which is the second result.
     """
-    least, size = hexapod.stroke[0], hexapod.size
+    arcs, leverages = hexapod.lengths(pose), hexapod.leverages(pose[None])[0]
+    least = int(np.argmin(leverages))
+    middle = 0.5 * (leverages[least] + DEAD_CENTRE)
+    rate = lever * ((1.0 + 1.0 / middle) / cranks.rod + 1.0 / (middle * cranks.radius))
+    found = [((leverages[least] - middle) / rate, f"crank {least + 1} near its dead centre")]
+    for end, gaps in (("lowest", arcs - hexapod.stroke[0]), ("highest", hexapod.stroke[1] - arcs)):
+        i = int(np.argmin(gaps))
+        found.append((float(gaps[i]) * middle / lever, f"crank {i + 1} at its {end}"))
+    return found, 1.0 / middle
+
+
+def change_rates(hexapod: Hexapod, *, follow: float = 0.0) -> Mat:
+    """Return the largest rates of change (3, 4) of what decides whether a pose holds, for legs within their
+    strokes.
+
+    Rows are translation [1/m] and rotation [1/rad] of the platform, and the path [1/m] of the tips of cranks
+    (zero for linear legs). Columns are σ₆ − σ₁/K, a leg's angle at the base and at the platform, and n·t of a
+    crank.
+
+    Parameters
+    ----------
+    follow : speed of a tip over that of the platform's joint, where both are counted as the platform's
+    motion; with
+        0, the first two rows are those of resting tips.
+    """
+    cranks, size = hexapod.cranks, hexapod.size
+    least = hexapod.stroke[0] if cranks is None else cranks.rod
     arms = np.linalg.norm(hexapod.joints, axis=1)
-    moved = np.linalg.norm(np.array([np.ones(6), arms / size])) / least  # of n and r × n
-    turned = np.linalg.norm(np.array([arms / least, arms / size * (1.0 + arms / least)]))
-    lever = float(arms.max()) / least
-    weyl = 1.0 + 1.0 / SINGULAR_CONDITION
-    return np.array([[weyl * moved, 1.0 / least, 1.0 / least], [weyl * turned, lever, lever + 1.0]])
+    swing = (1.0 + follow) / least  # of a leg's direction n, over the motion of its upper end
+    moved = swing * np.linalg.norm(np.array([np.ones(6), arms / size]))  # of n and r × n
+    turned = np.linalg.norm(np.array([arms * swing, arms / size * (1.0 + arms * swing)]))
+    lever, weyl = float(arms.max()), 1.0 + 1.0 / SINGULAR_CONDITION
+    rates = np.zeros((3, 4))
+    rates[0] = weyl * moved, swing, swing, swing
+    rates[1] = weyl * turned, lever * swing, lever * swing + 1.0, lever * swing
+    if cranks is not None:
+        rates[0, 3] += follow / cranks.radius
+        rates[1, 3] += lever * follow / cranks.radius
+        path = weyl * float(np.hypot(1.0, arms / size).max())
+        rates[2] = np.array([path, 1.0, 1.0, 1.0]) / least
+        rates[2, 3] += 1.0 / cranks.radius
+    return rates
 
 
 def axis_speeds(hexapod: Hexapod) -> Vec:

@@ -39,7 +39,7 @@ SLACK: Final = 1e-6  # share of a limit; a smaller excess is rounding, not an in
 APART: Final = 0.25  # [s] longest pause within one intervention
 KEPT: Final = 1000  # largest number of interventions that are stored
 
-_FREE, _SPEED, _ACCELERATION, _STROKE, _JOINT, _SINGULAR, _INVALID = range(7)
+_FREE, _SPEED, _ACCELERATION, _STROKE, _JOINT, _SINGULAR, _DEAD, _INVALID = range(8)
 
 
 class Reason(StrEnum):
@@ -50,12 +50,13 @@ class Reason(StrEnum):
     STROKE = "stroke"
     JOINT = "joint angle"
     SINGULAR = "a singular pose"
+    DEAD_CENTRE = "the dead centre of a crank"
     INVALID = "a set-point that is no number"
 
     @property
     def limit(self) -> str:
         """Return what was kept, in words for a table."""
-        named = (Reason.SINGULAR, Reason.INVALID)
+        named = (Reason.SINGULAR, Reason.DEAD_CENTRE, Reason.INVALID)
         return str(self) if self in named else f"the {self} of a leg"
 
 
@@ -78,7 +79,7 @@ class Intervention:
         match self.reason:
             case Reason.INVALID:
                 return f"{when}: braked, for {self.reason}"
-            case Reason.SINGULAR:
+            case Reason.SINGULAR | Reason.DEAD_CENTRE:
                 return f"{when}: slowed before {self.reason}, {late}"
             case _:
                 return f"{when}: slowed for the {self.reason} of leg {self.leg}, {late}"
@@ -228,6 +229,14 @@ def _stay_held(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> 
 
 
 @kernel
+def _why(ended_by: int) -> tuple[int, int]:
+    """Return reason and leg of what `otolith.platforms.holding.place_ball` names."""
+    if ended_by < 0:
+        return _SINGULAR, -1
+    return (_JOINT, ended_by) if ended_by < 6 else (_DEAD, ended_by - 6)
+
+
+@kernel
 def _follow_ball(lengths: Vec, keeps: Keeps) -> None:
     """Move the ball along if the lengths (6,) have left its central half."""
     off = 0.0
@@ -258,10 +267,10 @@ def supervise(
     leg_of_acceleration = _shrink(aim, A * dt)
     aim += speeds
     leg_of_stroke = _stop_short(lengths, speeds, aim, keeps.stroke, A, dt)
-    changed, leg_of_joint = _stay_held(lengths, speeds, aim, keeps, dt)
+    changed, ended_by = _stay_held(lengths, speeds, aim, keeps, dt)
     if reason == _FREE:  # the last change takes precedence
         if changed:
-            reason, leg = (_JOINT if leg_of_joint >= 0 else _SINGULAR), leg_of_joint
+            reason, leg = _why(ended_by)
         elif leg_of_stroke >= 0:
             reason, leg = _STROKE, leg_of_stroke
         elif leg_of_speed >= 0:
