@@ -62,7 +62,7 @@ def tip(of: Actuators, i: int, s: float, at: Vec) -> None:
 
 
 @kernel
-def _arc(of: Actuators, i: int, x: float, y: float, z: float) -> float:
+def arc(of: Actuators, i: int, x: float, y: float, z: float) -> float:
     """Return the coordinate of crank i for a platform joint at (x, y, z) from its shaft; NaN out of reach."""
     along = x * of.zero[i, 0] + y * of.zero[i, 1] + z * of.zero[i, 2]
     across = x * of.quarter[i, 0] + y * of.quarter[i, 1] + z * of.quarter[i, 2]
@@ -108,7 +108,7 @@ def inverse(place: Vec, of: Actuators, s: Vec, J: Mat, arms: Mat) -> None:
         return
     for i in range(6):
         x, y, z = s[i] * J[i, 0], s[i] * J[i, 1], s[i] * J[i, 2]  # w
-        s[i] = _arc(of, i, x, y, z)
+        s[i] = arc(of, i, x, y, z)
         c, q = math.cos(s[i] / of.radius), math.sin(s[i] / of.radius)
         e = (
             c * of.zero[i, 0] + q * of.quarter[i, 0],

@@ -1,50 +1,65 @@
-"""How lengths, speeds and accelerations of six legs change with a motion of the platform: exact slopes.
+"""How coordinates, speeds and accelerations of six legs change with a motion of the platform: exact slopes.
 
-A controller that keeps the legs' limits linearises them about a planned motion. The slopes include what the
-speed does to the acceleration of a leg, which at 7.8 m/s² is not small.
+A controller that keeps the limits of legs, linear or on cranks, linearises them about a planned motion. The
+slopes include what the speed does to the acceleration of a leg, which at 7.8 m/s² is not small.
 
-Notation: leg i runs from its base joint b_i to the platform's joint, l = p + R a_i − b_i, with length L = |l|
-and direction n = l/L. Along a motion (q, v, a) of the pose
+Notation: leg i runs from its base joint, or its crank's tip b, to the platform's joint, l = p + R a_i − b.
+Along a motion (q, v, a) of the pose the length L = |l| of a linear leg has
 
-    L̇ = n·l̇,   L L̈ = l·l̈ + l̇·l̇ − L̇².
+    L L̇ = l·l̇,   L L̈ = l·l̈ + l̇·l̇ − L̇²;
 
-Differentiating these two, with the slopes of l, l̇ and l̈ from the rotation jet (`otolith.core.slopes`), gives
-all others. The same holds for any actuator whose coordinate is an implicit function of the joint's place,
-such as a crank: only the two equations change. Checked by finite differences and against
-`otolith.platforms.kinematics`.
+of a crank (`otolith.platforms.kinematics`: arc s, radius ρ, e along the crank, t = e′ along its tip's path)
+the tip has b′ = t and b″ = −e/ρ, so that |l| = d, the rod, gives with P = l + b
+
+    (l·t) ṡ = l·Ṗ,   (l·t) s̈ = l̇·l̇ + l·P̈ + (l·e) ṡ²/ρ.
+
+Differentiating these equations, with the slopes of P, Ṗ and P̈ from the rotation jet (`otolith.core.slopes`),
+gives all others. Checked by finite differences and against `otolith.platforms.kinematics`.
 """
+
+import math
 
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
 from otolith.core.slopes import point_jet
+from otolith.platforms.kinematics import Actuators, arc
 
-ROWS = 18  # lengths, speeds, accelerations of six legs; and columns: place, rate and acceleration of six axes
+ROWS = (
+    18  # coordinates, speeds, accelerations of six legs; and columns: place, rate, acceleration of six axes
+)
 
 
 @kernel
-def leg_slopes(motion: Mat, jet: Mat, joints: Mat, anchors: Mat, values: Vec, slopes: Mat) -> None:
-    """Write lengths, speeds and accelerations (18,) of the legs and their slopes (18, 18).
+def leg_slopes(motion: Mat, jet: Mat, of: Actuators, values: Vec, slopes: Mat) -> None:
+    """Write coordinates, speeds and accelerations (18,) of the legs and their slopes (18, 18).
 
     Parameters
     ----------
     motion : (3, 6) pose, twist and acceleration of the platform.
     jet : of this motion, from `otolith.core.slopes.rotation_jet`.
-    joints, anchors : (6, 3) [m] as of `otolith.platforms.Hexapod`.
+    of : the geometry, from `otolith.platforms.hexapod.Hexapod.actuators`.
     """
     arm = np.empty((4, 3, 3))
     leg = np.empty((3, 3))  # l, l̇, l̈
+    e, t = np.empty(3), np.empty(3)
     slopes[:, :] = 0.0
     for i in range(6):
-        point_jet(jet, joints[i], arm)
+        point_jet(jet, of.joints[i], arm)
         for m in range(3):
             for order in range(3):
                 leg[order, m] = motion[order, m] + arm[0, order, m]
-            leg[0, m] -= anchors[i, m]
-        _length(leg, i, values)
+            leg[0, m] -= of.anchors[i, m]
+        if of.radius > 0.0:
+            _arc(leg, of, i, values, e, t)
+        else:
+            _length(leg, i, values)
         for j in range(6):
-            _slopes_of(leg, arm, i, j, values, slopes)
+            if of.radius > 0.0:
+                _slopes_of_crank(leg, arm, e, t, of.radius, i, j, values, slopes)
+            else:
+                _slopes_of(leg, arm, i, j, values, slopes)
 
 
 @kernel
@@ -63,23 +78,74 @@ def _length(leg: Mat, i: int, values: Vec) -> None:
 
 
 @kernel
-def _slopes_of(leg: Mat, arm: Mat, i: int, j: int, values: Vec, slopes: Mat) -> None:
-    """Write the slopes of leg i by axis j: of its place, its rate and its acceleration.
+def _arc(leg: Mat, of: Actuators, i: int, values: Vec, e: Vec, t: Vec) -> None:
+    """Write the motion of crank i, e and t (3,), given P − o, Ṗ and P̈, which become l, l̇ and l̈."""
+    values[i] = arc(of, i, leg[0, 0], leg[0, 1], leg[0, 2])
+    c, s = math.cos(values[i] / of.radius), math.sin(values[i] / of.radius)
+    for m in range(3):
+        e[m] = c * of.zero[i, m] + s * of.quarter[i, m]
+        t[m] = c * of.quarter[i, m] - s * of.zero[i, m]
+        leg[0, m] -= of.radius * e[m]
+    push, bend = _dot(leg[0], t), _dot(leg[0], e) / of.radius
+    speed = _dot(leg[0], leg[1]) / push
+    for m in range(3):
+        leg[1, m] -= speed * t[m]
+    growth = (_dot(leg[1], leg[1]) + _dot(leg[0], leg[2]) + bend * speed * speed) / push
+    for m in range(3):
+        leg[2, m] -= growth * t[m] - speed * speed * e[m] / of.radius
+    values[6 + i], values[12 + i] = speed, growth
 
-    With D = ∂l/∂q_j: D, Ḋ and D̈ are unit vectors and zeros for a translation, and from the jet for an angle.
-    """
-    D = np.zeros((3, 3))
+
+@kernel
+def _direction(arm: Mat, j: int, D: Mat) -> None:
+    """Write D = ∂P/∂q_j, Ḋ and D̈: unit vectors and zeros for a translation, from the jet for an angle."""
+    D[:, :] = 0.0
     if j < 3:
         D[0, j] = 1.0
-    else:
-        for order in range(3):
-            for m in range(3):
-                D[order, m] = arm[j - 2, order, m]
+        return
+    for order in range(3):
+        for m in range(3):
+            D[order, m] = arm[j - 2, order, m]
+
+
+@kernel
+def _slopes_of(leg: Mat, arm: Mat, i: int, j: int, values: Vec, slopes: Mat) -> None:
+    """Write the slopes of linear leg i by axis j: of its place, its rate and its acceleration."""
+    D = np.empty((3, 3))
+    _direction(arm, j, D)
     length, speed, growth = values[i], values[6 + i], values[12 + i]
     along = _dot(leg[0], D[0]) / length  # ∂L/∂q
     turning = (_dot(leg[1], D[0]) + _dot(leg[0], D[1]) - speed * along) / length  # ∂L̇/∂q
+    by_place = _dot(D[0], leg[2]) + _dot(leg[0], D[2]) + 2.0 * _dot(leg[1], D[1])
+    by_place = (by_place - 2.0 * speed * turning - growth * along) / length
+    _enter(along, turning, by_place, i, j, slopes)
+
+
+@kernel
+def _slopes_of_crank(
+    leg: Mat, arm: Mat, e: Vec, t: Vec, radius: float, i: int, j: int, values: Vec, slopes: Mat
+) -> None:
+    """Write the slopes of crank i by axis j: of its place, its rate and its acceleration."""
+    D, by, moving = np.empty((3, 3)), np.empty(3), np.empty(3)  # … ∂l/∂q, ∂l̇/∂q
+    _direction(arm, j, D)
+    speed, growth = values[6 + i], values[12 + i]
+    push, bend = _dot(leg[0], t), _dot(leg[0], e) / radius
+    along = _dot(leg[0], D[0]) / push  # ∂s/∂q
+    for m in range(3):
+        by[m] = D[0, m] - t[m] * along
+    turning = (_dot(leg[1], by) + _dot(leg[0], D[1]) + bend * speed * along) / push  # ∂ṡ/∂q
+    for m in range(3):
+        moving[m] = D[1, m] - t[m] * turning + e[m] * speed * along / radius
+    by_place = 2.0 * _dot(leg[1], moving) + _dot(leg[2], by) + _dot(leg[0], D[2])
+    by_place = (by_place + bend * (2.0 * speed * turning + growth * along)) / push
+    by_place += speed * speed * along / radius**2
+    _enter(along, turning, by_place, i, j, slopes)
+
+
+@kernel
+def _enter(along: float, turning: float, by_place: float, i: int, j: int, slopes: Mat) -> None:
+    """Enter what all actuators share: by speed, by acceleration, and by place."""
     slopes[i, j] = slopes[6 + i, 6 + j] = slopes[12 + i, 12 + j] = along
     slopes[6 + i, j] = turning
     slopes[12 + i, 6 + j] = 2.0 * turning
-    by_place = _dot(D[0], leg[2]) + _dot(leg[0], D[2]) + 2.0 * _dot(leg[1], D[1])
-    slopes[12 + i, j] = (by_place - 2.0 * speed * turning - growth * along) / length
+    slopes[12 + i, j] = by_place
