@@ -10,6 +10,7 @@ from otolith.commander.feed import WORDS, Feed
 from otolith.commander.orders import Note
 from otolith.commander.watched import EVENTS, Pages
 from otolith.core.frames import GRAVITY
+from otolith.live.core.parameters import Parameters
 from otolith.live.messages import Plan, Report, State, Vitals, Word
 from otolith.platforms import load
 
@@ -38,7 +39,7 @@ def plan(ms: int, outcome: str = "decided", stages: int = 1) -> Plan:
 
 
 def asks(ms: int, force: np.ndarray) -> Vitals:
-    return Vitals(time_ns=ms * MS, asked=force, missed=0, clock_ns=None)
+    return Vitals(time_ns=ms * MS, asked=force, missed=0, clock_ns=None, parameters=Parameters(scale=0.25))
 
 
 def value(row: np.ndarray, name: str) -> float:
@@ -90,6 +91,13 @@ def test_the_state_says_which_words_are_possible_and_never_shows_an_old_one_as_r
     assert feed.state(600 * MS)["running"] is False
 
 
+def test_the_state_says_what_was_asked_for_of_what_may_change() -> None:
+    feed = Feed(DAVSI, 0, offered=("scale",))
+    assert feed.state(MS)["parameters"] == {}
+    feed.vitals(asks(1, np.zeros(3)))
+    assert feed.state(MS)["parameters"] == {"scale": 0.25}
+
+
 def test_the_words_are_those_that_the_states_of_a_session_accept() -> None:
     """Stop is possible in every state; rearm in a fault only; arm where docs/live.md says so."""
     arming = {state for state, words in WORDS.items() if Word.ARM in words}
@@ -108,7 +116,7 @@ def test_sentences_are_numbered_and_the_oldest_go() -> None:
         def state(self, value: Any) -> None:
             stated.append(value)
 
-    pages = Pages(Said(), None)  # type: ignore[arg-type]
+    pages = Pages(Said(), None, lambda _: "")  # type: ignore[arg-type]
     for k in range(EVENTS + 5):
         pages.tell(f"sentence {k}")
     pages.tell("fault: the output died")

@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 
 from otolith.commander.lamps import FRESH, Lamps
+from otolith.live.core.parameters import Parameters
 from otolith.live.messages import Plan, Vitals
 from otolith.live.packed import pack_vitals, unpack_vitals
 from otolith.live.recorder import SILENT_NS
 from otolith.live.ring import Ring, room
 
+PARAMETERS = Parameters(scale=0.1 + 0.2, liveliness=1e-300)
 MS, S = 1_000_000, 1_000_000_000
 COUNTS = ("missed", "gate_refused", "missed_lately", "refused_lately", "clock")
 
 
 def vitals(time_ns: int, missed: int = 0, clock_ns: int | None = 0) -> Vitals:
-    return Vitals(time_ns=time_ns, asked=np.zeros(3), missed=missed, clock_ns=clock_ns)
+    return Vitals(time_ns=time_ns, asked=np.zeros(3), missed=missed, clock_ns=clock_ns, parameters=PARAMETERS)
 
 
 def plan(time_ns: int, outcome: str = "decided") -> Plan:
@@ -33,9 +35,10 @@ def plan(time_ns: int, outcome: str = "decided") -> Plan:
 
 @pytest.mark.parametrize("clock", [None, -(2**40), 17])
 def test_what_the_controller_shows_comes_back_bit_for_bit(clock: int | None) -> None:
-    sent = Vitals(time_ns=2**40, asked=np.array([0.1, np.nan, -1e300]), missed=7, clock_ns=clock)
+    asked = np.array([0.1, np.nan, -1e300])
+    sent = Vitals(time_ns=2**40, asked=asked, missed=7, clock_ns=clock, parameters=PARAMETERS)
     back = unpack_vitals(pack_vitals(sent))
-    assert (back.time_ns, back.missed, back.clock_ns) == (2**40, 7, clock)
+    assert (back.time_ns, back.missed, back.clock_ns, back.parameters) == (2**40, 7, clock, PARAMETERS)
     np.testing.assert_array_equal(back.asked, sent.asked)
 
 

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from otolith.cli.commander import listening
+from otolith.commander.feed import parameters_of
 from otolith.commander.keeper import Setup
 from otolith.commander.security import Secrets, new_token
 from otolith.commander.watched import watched
+from otolith.live.log import Kind, Opened, meaning
 from otolith.live.messages import State
 from otolith.live.shell.supervise import Live, only_session
-from tests.commander.client import Page
+from tests.commander.client import Page, Stream
 from tests.commander.conftest import until
 from tests.live.shell.rig import Rig
 
@@ -38,13 +40,14 @@ def session(tmp_path: Path) -> Iterator[Watched]:
             listening=line,
             host="127.0.0.1",
             secrets=secrets,
+            parameters=parameters_of(rig.session()),
         )
-        with watched(setup, rig.session(), live.names) as pages:
+        with watched(setup, rig.session(), live.names, live.change) as pages:
 
             def supervise() -> None:
                 while not over.wait(0.01):
                     live.look()
-                    if words := pages.words(told.append):
+                    if words := pages.words(lambda text: _tell(also, text)):
                         live.say(*words)
 
             supervisor = threading.Thread(target=supervise)
@@ -73,7 +76,6 @@ def test_a_page_arms_engages_and_stops_and_its_processes_may_die(session: Watche
     live, rig, page, _ = session
     assert page.start["mode"] == "live"
     assert page.ask("/api/run", {}).status == 409
-    assert page.ask("/api/parameters", {"scale": 0.5}).status == 409
     with page.stream() as stream:
         assert stream.until("event", text="started")
         assert "arm" in stream.until("state", state="idle")["words"]
@@ -92,6 +94,7 @@ def test_a_page_arms_engages_and_stops_and_its_processes_may_die(session: Watche
         assert np.isfinite(rows[-1, names.index("wanted_x")])
         assert np.nanmax(np.abs(rows[:, names.index("felt_x")])) > 0.0  # NaN before it was engaged
         assert stream.frames[-1].age < 1.0
+        _changes(page, stream)
         os.kill(child("feed"), signal.SIGKILL)
         os.kill(child("server"), signal.SIGKILL)
     assert live.alive("output")
@@ -102,6 +105,29 @@ def test_a_page_arms_engages_and_stops_and_its_processes_may_die(session: Watche
         assert again.say("stop") == 204
         stream.until("event", text="returning: stop")
         stream.until("state", state="ready")
+    assert live.log is not None
+    log = Opened(live.log.path.read_bytes(), "s.otl")
+    assert [meaning(one, "s.otl").scale for one in log.records if one.kind == Kind.CHANGE] == [0.5]
+
+
+def _changes(page: Page, stream: Stream) -> None:
+    """The one in control changes what may change, and nothing else; who looks on does not."""
+    assert list(page.start["schema"]["properties"]) == ["scale"]  # classical reads no liveliness
+    assert page.start["values"] == {"scale": 1.0}
+    for values in ({"scale": 1.01}, {"liveliness": 0.1}, {"speed": 2.0}, {"scale": "a"}, {}):
+        answer = page.ask("/api/parameters", values)
+        assert (answer.status, answer.json["sentence"].count("\n")) == (422, 0)
+    body = b'{"scale": NaN}'
+    answer = page.ask("/api/parameters", body=body, Content_Type="application/json")
+    assert "a finite number" in answer.json["sentence"]
+    other = Page(page.port, _token(page))
+    assert other.ask("/api/parameters", {"scale": 0.5}).status == 403
+    assert page.ask("/api/parameters", {"scale": 0.5}, X_Otolith="wrong").status == 403
+    answer = page.ask("/api/parameters", {"scale": 0.5})
+    assert (answer.status, answer.json["applied"]) == (200, {"scale": 0.5})
+    said = stream.until("event", level="parameter")
+    assert said["text"] == "scale: 1 → 0.5, within 2.5 s"
+    stream.until("state", parameters={"scale": 0.5})
 
 
 def _token(page: Page) -> str:

@@ -1,6 +1,7 @@
 """The log: what cores are told comes back as it was, and another core says the same bit for bit."""
 
 from dataclasses import fields
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from otolith.live.controller import Controller, ControllerInbox
 from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.ladder import Reaction
+from otolith.live.core.parameters import Parameters
 from otolith.live.core.session import Event
 from otolith.live.log import (
     MOST,
@@ -81,7 +83,7 @@ def test_reactions_and_events_come_back_as_they_were(
 
 def test_every_part_of_an_inbox_is_in_the_log() -> None:
     """A core that is told anything else cannot be replayed: log it, and name it here."""
-    assert {one.name for one in fields(ControllerInbox)} == {"packets", "report", "missed"}
+    assert {one.name for one in fields(ControllerInbox)} == {"packets", "report", "missed", "change"}
     assert {one.name for one in fields(OutputInbox)} == {
         "plan",
         "beats",
@@ -100,6 +102,8 @@ def eventful(washout: Cueing, machine: Platform, log: VirtualLog) -> World:
     world.at(5.0, lambda: setattr(world.links["telemetry"], "corruption", 0.3))
     world.at(5.2, lambda: setattr(world.links["telemetry"], "reordering", 0.2))
     world.at(6.0, lambda: world.silence("telemetry", 0.15))
+    for at, scale in ((0.5, 0.9), (6.1, 0.5), (9.0, 1.0), (16.2, 0.7)):  # engaging, cued, and in a fault
+        world.at(at, partial(setattr, world, "change", Parameters(scale=scale)))
     world.at(7.0, lambda: setattr(world, "costs_ns", [15_000_000] * 4))
     world.at(7.5, lambda: world.delay("output", 0.007, 0.2))
     world.at(8.0, lambda: setattr(world.source, "flags", Flag.PAUSED))
@@ -160,7 +164,14 @@ def is_engaged(one: Record) -> bool:
 
 @pytest.mark.parametrize(
     ("kind", "seconds"),
-    [(Kind.TELEMETRY, 1.0), (Kind.REPORT, 0.0), (Kind.PLAN, 1.0), (Kind.MEASURED, 0.0), (Kind.WORDS, 0.0)],
+    [
+        (Kind.TELEMETRY, 1.0),
+        (Kind.REPORT, 0.0),
+        (Kind.PLAN, 1.0),
+        (Kind.MEASURED, 0.0),
+        (Kind.WORDS, 0.0),
+        (Kind.CHANGE, 0.5),
+    ],
 )
 def test_a_replay_that_is_told_one_thing_less_differs(
     kind: Kind, seconds: float, told: VirtualLog, machine: Platform, gate: Gate, travel: Gate

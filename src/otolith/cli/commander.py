@@ -101,6 +101,7 @@ def pages_of(live: "Live", session: "Session", port: int, tell: Callable[[str], 
     Its token is for a machine that others log in to: whoever has it may arm.
     """
     check_extra()
+    from otolith.commander.feed import parameters_of
     from otolith.commander.keeper import Setup
     from otolith.commander.security import Secrets, new_token
     from otolith.commander.watched import own_folder, watched
@@ -108,8 +109,15 @@ def pages_of(live: "Live", session: "Session", port: int, tell: Callable[[str], 
     with own_folder() as folder, listening(LOCAL, port) as socket_:
         prefix = f"otolith-{os.getpid()}-page"
         secrets = Secrets(token=new_token())
-        setup = Setup(prefix=prefix, folder=folder, listening=socket_, host=LOCAL, secrets=secrets)
-        with watched(setup, session, live.names) as pages:
+        setup = Setup(
+            prefix=prefix,
+            folder=folder,
+            listening=socket_,
+            host=LOCAL,
+            secrets=secrets,
+            parameters=parameters_of(session),
+        )
+        with watched(setup, session, live.names, live.change) as pages:
             tell(f"open {setup.address}")
             yield pages
 

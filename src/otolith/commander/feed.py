@@ -52,12 +52,19 @@ class Feed:
     ----------
     began_ns : [ns] time 0 of the page.
     generation : of its rows; a feed that follows a dead one has another.
+    offered : names of the parameters that may change while the session runs.
     """
 
     def __init__(
-        self, platform: Platform, began_ns: int, generation: int = 1, lamps: Lamps | None = None
+        self,
+        platform: Platform,
+        began_ns: int,
+        generation: int = 1,
+        *,
+        lamps: Lamps | None = None,
+        offered: Sequence[str] = (),
     ) -> None:
-        self._generation = generation
+        self._generation, self._offered = generation, offered
         self._lamps = Lamps() if lamps is None else lamps
         self._legs = None if platform.hexapod is None else platform.six_legs()
         self._began = began_ns
@@ -134,6 +141,9 @@ class Feed:
             "speed": 1.0,
             "words": [str(word) for word in (Word.STOP, *WORDS.get(state, ()))],
             "lamps": self._lamps.shown(now_ns),
+            "parameters": {name: getattr(self._vitals.parameters, name) for name in self._offered}
+            if self._vitals is not None
+            else {},
             "events": [{**event, "generation": self._generation} for event in events],
         }
 
@@ -149,7 +159,7 @@ def run_feed(setup: Setup, session: Session, names: Mapping[str, str], began_ns:
     with contextlib.ExitStack() as stack:
         rings = [stack.enter_context(ring_of(names, stream)) for stream in STREAMS]
         lamps = Lamps([ring for ring in rings if ring is not None])
-        feed = Feed(session.platform, began_ns, generation, lamps)
+        feed = Feed(session.platform, began_ns, generation, lamps=lamps, offered=session.offered)
         looking = _Looking(feed, names)
         wrote = told = 0.0
         while True:
@@ -184,13 +194,18 @@ class _Looking:
             self._feed.report(unpack_report(message))
 
 
+def parameters_of(session: Session) -> dict[str, float]:
+    """Return what pages may change while a session runs, and its values at the start."""
+    return {name: getattr(session.parameters, name) for name in session.offered}
+
+
 def card(session: Session, generation: int) -> dict[str, Any]:
     """Return what is known of a live session as a whole."""
     stated = session.settings
     return {
         "generation": generation,
         "columns": described(session.platform),
-        "values": stated.model_dump(include={"platform", "cueing", "dofs", "tuning", "liveliness", "scale"}),
+        "values": stated.model_dump(include={"platform", "cueing", "dofs", "tuning"}),
         "command": "otolith live run",
         "duration": None,
         "hexapod": hexapod_of(session.platform),

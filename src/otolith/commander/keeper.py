@@ -12,7 +12,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, Final, Self
@@ -44,6 +44,7 @@ class Setup:
     Parameters
     ----------
     make, desk : functions of the command line, which call what `otolith run` calls; None for a live session.
+    parameters : what may be changed while a live session runs, and its values at the start.
     """
 
     prefix: str  # of the names of shared memory
@@ -53,6 +54,7 @@ class Setup:
     secrets: Secrets
     make: Callable[..., Any] | None = None
     desk: Callable[[], Desk] | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     def name(self, what: str) -> str:
         """Return the name of a segment of shared memory."""
@@ -238,6 +240,7 @@ def run_server(setup: Setup) -> None:
         secrets=setup.secrets,
         hosts=setup.hosts,
         words=LIVE if setup.desk is None else OFFLINE,
+        parameters=setup.parameters,
     )
     config = uvicorn.Config(
         create_app(session),

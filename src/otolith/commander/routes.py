@@ -9,9 +9,9 @@ from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 
 from otolith import __version__, registry
 from otolith.commander.rig_routes import count, own_platforms, rig_routes
-from otolith.commander.schema import CUEING, TOML, Form, changed, checked, schema
+from otolith.commander.schema import CUEING, TOML, Form, checked, live_schema, schema
 from otolith.commander.security import CLIENT, Refused
-from otolith.commander.session import PLATFORMS, PRESETS, RESULTS, UPLOADS, Session, new_client
+from otolith.commander.session import CHANGE, PLATFORMS, PRESETS, RESULTS, UPLOADS, Session, new_client
 from otolith.core.disk import write_text
 from otolith.platforms.library import descriptions
 from otolith.scenarios.catalog import SCENARIOS
@@ -46,15 +46,16 @@ def _watching(router: APIRouter, session: Session) -> None:
     def start(request: Request, response: Response) -> dict[str, Any]:
         name = request.scope["otolith"]["client"] or new_client()
         response.set_cookie(CLIENT, name, max_age=_YEAR, httponly=True, samesite="strict")
+        watches = session.desk is None
         return {
             "csrf": session.secrets.csrf,
             "version": __version__,
             "mode": session.mode,
             "words": session.words,
-            "schema": schema(session.names(PLATFORMS, TOML)),
+            "schema": live_schema(session.parameters) if watches else schema(session.names(PLATFORMS, TOML)),
             "choices": _choices(session),
             "presets": _presets(session),
-            "values": Form().model_dump(),
+            "values": dict(session.parameters) if watches else Form().model_dump(),
         }
 
     @router.get("/api/hexapod")
@@ -97,10 +98,9 @@ def _doing(router: APIRouter, session: Session) -> None:
     @router.post("/api/parameters")
     def parameters(request: Request, values: dict[str, Any]) -> dict[str, Any]:
         count(request, session)
-        session.desk_of_runs()
         session.control(request.scope["otolith"]["client"])
-        applied = changed(values)
-        session.give("change", applied)
+        applied = session.changed(values)
+        session.give(CHANGE, applied)
         return {"at": session.state.look().get("time", 0.0), "applied": applied}
 
 

@@ -5,7 +5,7 @@ checked by the same model, and refused with the sentence that the form shows.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -294,6 +294,15 @@ def schema(platforms: Sequence[str] = ()) -> dict[str, Any]:
     made["properties"]["platform"]["enum"] = [*catalog(), *platforms]
     for name, described in made["properties"].items():
         described["x-bound"] = bound_of(name)
+    return made
+
+
+def live_schema(names: Collection[str]) -> dict[str, Any]:
+    """Return the part of the schema that a live session has; it never cues more than what was driven."""
+    made = schema()
+    made["properties"] = {name: made["properties"][name] for name in names}
+    if "scale" in names:
+        made["properties"]["scale"] |= {"maximum": 1.0, "x-bound": "greater than 0 and at most 1"}
     return made
 
 

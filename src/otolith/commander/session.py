@@ -10,12 +10,14 @@ from typing import Any, Final, Protocol
 
 from otolith.commander.orders import Note, Orders
 from otolith.commander.rows import Rows
-from otolith.commander.schema import FILE
+from otolith.commander.schema import FILE, changed
 from otolith.commander.security import Rate, Refused, Secrets
+from otolith.live.settings import changes_from
 
 # Folders within the Commander's own.
 UPLOADS, PRESETS, RESULTS, PLATFORMS = "drives", "presets", "results", "platforms"
 STOP: Final = "stop"
+CHANGE: Final = "change"  # the order for other parameters
 LEFT: Final = 5.0  # [s] without a websocket after which a client has left
 OFFLINE: Final = ("stop", "pause", "resume")  # words
 LIVE: Final = ("arm", "engage", "return", "stop", "park", "rearm")
@@ -52,6 +54,7 @@ class Session:
     secrets: Secrets
     hosts: frozenset[str]
     words: tuple[str, ...] = OFFLINE
+    parameters: Mapping[str, float] = field(default_factory=dict)  # of a live session, at its start
     rate: Rate = field(default_factory=Rate)
     controlling: str = ""  # the client in control; empty: nobody
     now: Callable[[], float] = time.monotonic
@@ -130,6 +133,15 @@ class Session:
             raise Refused(422, f"there is no word {word[:40]!r} here, must be one of {', '.join(self.words)}")
         self.control(client)
         self.give(word)
+
+    def changed(self, values: Mapping[str, Any]) -> dict[str, float]:
+        """Return parameters that are to be changed while it runs, checked.
+
+        Raises
+        ------
+        InputError : one is out of its bounds, or none of those that may change.
+        """
+        return changed(values) if self.desk is not None else changes_from(values, self.parameters)
 
     def give(self, word: str, values: Mapping[str, Any] | None = None) -> int:
         """Write an order for the worker; return its number."""

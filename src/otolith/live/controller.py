@@ -19,13 +19,13 @@ from otolith.live.core.felt_delay import FeltDelay
 from otolith.live.core.gate import Gate, Verdict
 from otolith.live.core.health import Condition, Health
 from otolith.live.core.ladder import FAILURES, LATE, LATE_MOST, InARow, Reaction, strongest
+from otolith.live.core.parameters import Parameters, Tuned
 from otolith.live.core.reference import BLEND_BACK, FADE_IN, Cued, Fader, Observer, reference
 from otolith.live.core.rollout import Rollout, ahead
 from otolith.live.core.session import CUED
 from otolith.live.messages import Plan, Report, Rung, Telemetry, Vitals
 from otolith.live.wire.formats import OtherPacket
 
-ALL: Final = Cued()
 NOTHING: Final = frozen_array(np.full(3, np.nan))  # asked for
 UNTRUSTED: Final = 1e-3  # residual of the optimality conditions from which an answer is none
 
@@ -40,6 +40,7 @@ class ControllerInbox:
     packets: tuple[tuple[int, bytes], ...] = ()  # (arrival [ns], bytes)
     report: Report | None = None  # the latest of the output
     missed: int = 0  # periods that the last tick took too long
+    change: Parameters | None = None  # what whoever controls asks for from now on
 
 
 @dataclass(slots=True)
@@ -72,7 +73,7 @@ class Controller:
     gate : of the platform, in the algorithm's own period.
     parse : makes a sample of a packet, or raises an error of `otolith.core.errors`.
     wanted : makes of a sample what should be felt (6,), in our axes: the axis map.
-    cued : how much of it is cued.
+    tuned : how much of it is cued, and what else may change while it runs.
     """
 
     def __init__(
@@ -83,11 +84,12 @@ class Controller:
         parse: Parse,
         wanted: Wanted = plain,
         health: Health | None = None,
-        cued: Cued = ALL,
+        tuned: Tuned | None = None,
     ) -> None:
         self.health = Health() if health is None else health
         self.cueing, self._gate = cueing, gate
-        self._parse, self.wanted, self._cued = parse, wanted, cued
+        self._parse, self.wanted = parse, wanted
+        self.tuned = Tuned() if tuned is None else tuned
         self._observer, self._fader = Observer(), Fader()
         self._counters = _Counters()
         self._rollout = Rollout(gate)
@@ -110,6 +112,7 @@ class Controller:
         late = self._counters.late.note(inbox.missed > 0, inbox.missed)
         dt = 0.0 if self._last_ns is None else 1e-9 * (now_ns - self._last_ns)
         self._last_ns = now_ns
+        self.tuned.step(dt, inbox.change)
         report = inbox.report
         if report is None or report.state not in CUED:
             self._observer.reset() if condition.reaction.rung >= Rung.FADE else None
@@ -129,7 +132,13 @@ class Controller:
 
     def vitals(self, now_ns: int, missed: int) -> Vitals:
         """Return what is shown to whoever looks on; `missed` periods were too long since the beginning."""
-        return Vitals(time_ns=now_ns, asked=self.asked, missed=missed, clock_ns=self.health.clock_ns)
+        return Vitals(
+            time_ns=now_ns,
+            asked=self.asked,
+            missed=missed,
+            clock_ns=self.health.clock_ns,
+            parameters=self.tuned.asked,
+        )
 
     def _receive(self, arrival_ns: int, packet: bytes) -> None:
         try:
@@ -162,7 +171,8 @@ class Controller:
             self._rise = FADE_IN if self._plan is None else BLEND_BACK
         if self._counters.late.count >= LATE:
             return self._fallback(now_ns, motion), "too late"
-        wanted = reference(self._observer, now_ns, self._cued, weight=weight, period=self.cueing.period)
+        cued = Cued(scale=self.tuned.now.scale)
+        wanted = reference(self._observer, now_ns, cued, weight=weight, period=self.cueing.period)
         self.asked = wanted.specific_force
         try:
             command = self.cueing.step(_state(motion), wanted)

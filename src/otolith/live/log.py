@@ -27,9 +27,11 @@ from otolith.live.devices.driver import Request
 from otolith.live.messages import DeviceState, Feedback, Plan, Report, Rung, State
 from otolith.live.output import OutputInbox, OutputOutbox
 from otolith.live.packed import (
+    pack_parameters,
     pack_plan,
     pack_report,
     pack_words,
+    unpack_parameters,
     unpack_plan,
     unpack_report,
     unpack_words,
@@ -58,6 +60,7 @@ class Kind(IntEnum):
     REPORT = 10  # what the controller was told by the output, if it is another than before
     DECISION = 11  # ends a tick of the controller; see `DECISIONS`
     LOST = LOST  # u64: ticks of this core that are not in the log, because there was no room
+    CHANGE = 13  # parameters that the controller was asked for
 
 
 NAMES: Final = {kind.value: f"of kind {kind.name.lower()}" for kind in Kind}
@@ -152,6 +155,8 @@ class ControllerLog(_Log):
         if inbox.report is not None and inbox.report is not self._report:
             parts.append(record(Kind.REPORT, pack_report(inbox.report)))
             self._report = inbox.report
+        if inbox.change is not None:
+            parts.append(record(Kind.CHANGE, pack_parameters(inbox.change)))
         ends = np.array((now_ns, inbox.missed, plan.sequence, zlib.crc32(pack_plan(plan))), dtype=DECISIONS)
         parts.append(record(Kind.DECISION, ends.tobytes()))
         self._sink.write(b"".join(parts + self._counters(now_ns)))
@@ -263,6 +268,7 @@ _MEANINGS: Final[Mapping[int, Callable[[bytes], Any]]] = {
     Kind.REPORT: unpack_report,
     Kind.DECISION: lambda payload: np.frombuffer(payload, dtype=DECISIONS)[0],
     Kind.LOST: lambda payload: int.from_bytes(payload, "little"),
+    Kind.CHANGE: unpack_parameters,
 }
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag, StrEnum
 
 from otolith.core.arrays import Mat, Vec, freeze, frozen_array
+from otolith.live.core.parameters import Parameters
 
 
 class Flag(IntFlag):
@@ -164,6 +165,7 @@ class Vitals:
     asked: Vec  # (3,) [m/s²] force that the last decision should let feel; NaN without one
     missed: int  # periods in which a decision was not ready, since the session began
     clock_ns: int | None  # [ns] our clock less the sender's as the newest packet came; None without a clock
+    parameters: Parameters  # that are asked for
 
     def __post_init__(self) -> None:
         freeze(self, asked=(3,))

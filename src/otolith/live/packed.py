@@ -8,10 +8,12 @@ from typing import Final
 
 import numpy as np
 
+from otolith.live.core.parameters import Parameters
 from otolith.live.messages import Plan, Report, Rung, State, Vitals, Word
 
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
 _VITALS: Final = struct.Struct("<q3dq?q")
+_PARAMETERS: Final = struct.Struct("<2d")
 _REPORT: Final = struct.Struct("<qqq")
 _NOWHERE: Final = np.full(6, np.nan)
 
@@ -90,12 +92,28 @@ def unpack_words(message: bytes) -> tuple[Word, ...]:
 def pack_vitals(vitals: Vitals) -> bytes:
     """Return what the controller shows as bytes."""
     clock = vitals.clock_ns
-    return _VITALS.pack(vitals.time_ns, *vitals.asked, vitals.missed, clock is not None, clock or 0)
+    head = _VITALS.pack(vitals.time_ns, *vitals.asked, vitals.missed, clock is not None, clock or 0)
+    return head + pack_parameters(vitals.parameters)
 
 
 def unpack_vitals(message: bytes) -> Vitals:
     """Return what `pack_vitals` packed."""
-    time_ns, x, y, z, missed, has_clock, clock = _VITALS.unpack(message)
+    time_ns, x, y, z, missed, has_clock, clock = _VITALS.unpack_from(message)
     return Vitals(
-        time_ns=time_ns, asked=np.array([x, y, z]), missed=missed, clock_ns=clock if has_clock else None
+        time_ns=time_ns,
+        asked=np.array([x, y, z]),
+        missed=missed,
+        clock_ns=clock if has_clock else None,
+        parameters=unpack_parameters(message[_VITALS.size :]),
     )
+
+
+def pack_parameters(parameters: Parameters) -> bytes:
+    """Return parameters as bytes."""
+    return _PARAMETERS.pack(parameters.scale, parameters.liveliness)
+
+
+def unpack_parameters(message: bytes) -> Parameters:
+    """Return the parameters of `pack_parameters`."""
+    scale, liveliness = _PARAMETERS.unpack(message)
+    return Parameters(scale=scale, liveliness=liveliness)

@@ -50,6 +50,8 @@ class ReplayedController:
             self._inbox = replace(self._inbox, packets=(*self._inbox.packets, value))
         elif kind == Kind.REPORT:
             self._inbox = replace(self._inbox, report=value)
+        elif kind == Kind.CHANGE:
+            self._inbox = replace(self._inbox, change=value)
 
     def tick(self, ends: Any, _: bytes) -> None:
         """Let the core decide, and compare."""

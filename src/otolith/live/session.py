@@ -18,7 +18,7 @@ import numpy as np
 from otolith import files, registry
 from otolith.core.errors import CorruptFile, InputError, damage_reported
 from otolith.core.frames import dofs_named
-from otolith.cueing.design import Design
+from otolith.cueing.design import Design, reweigh
 from otolith.cueing.hints.stored import Refused
 from otolith.cueing.washout.tuning import Tuning, tunings
 from otolith.experiment import StoredFile, hint_for
@@ -28,7 +28,7 @@ from otolith.live.core.bounds import bounds_of, widened
 from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
-from otolith.live.core.reference import Cued
+from otolith.live.core.parameters import Parameters, Tuned
 from otolith.live.devices.driver import Driver
 from otolith.live.devices.generic import Generic
 from otolith.live.devices.moog import Moog
@@ -159,18 +159,36 @@ class Session:
 
     def controller(self) -> Controller:
         """Return the controller's core, after everything it needs is compiled and has run once."""
-        cueing = registry.make_cueing(self.settings.cueing, self.design())
+        design = self.design()
+        cueing = registry.make_cueing(self.settings.cueing, design)
         for force in (0.0, 0.1, -0.1):  # compiled now
             cueing.step(PlatformState(), Reference(specific_force=np.array([force, force, 0.0])))
         cueing.reset(PlatformState())
+
+        def use(parameters: Parameters) -> None:
+            if "liveliness" in self.offered:
+                reweigh(cueing, self.settings.cueing, replace(design, liveliness=parameters.liveliness))
+
+        use(self.parameters)
         return Controller(
             cueing,
             self.gate(),
             parse=self.source.parse,
             wanted=self.wanted,
             health=self.health(),
-            cued=Cued(scale=self.settings.scale),
+            tuned=Tuned(self.parameters, use),
         )
+
+    @property
+    def parameters(self) -> Parameters:
+        """Return what may change while it runs, as it is at the start."""
+        return Parameters(scale=self.settings.scale, liveliness=self.settings.liveliness)
+
+    @property
+    def offered(self) -> tuple[str, ...]:
+        """Return the names of the parameters that its algorithm has."""
+        reads = registry.cueing_named(self.settings.cueing).reads
+        return ("scale", "liveliness") if "liveliness" in reads else ("scale",)
 
     def output(self) -> Output:
         """Return the output's core."""

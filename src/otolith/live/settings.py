@@ -4,11 +4,19 @@ The file is TOML; degrees appear only in names with `deg`. Limits may only be na
 platform's file, whose plausible bounds they share.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Annotated, Any, Final, Literal, Self
 from urllib.parse import urlsplit
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import AXES
@@ -51,9 +59,17 @@ def _share(value: object) -> float:
     return number
 
 
+def _within_one(number: float) -> float:
+    """Return a number between 0 and 1."""
+    if not 0.0 <= number <= 1.0:
+        raise refuse("between 0 and 1")
+    return number
+
+
 Address = Annotated[str, BeforeValidator(_address)]
 Share = Annotated[float, BeforeValidator(_share)]
 Number = Annotated[float, BeforeValidator(Within(0.0, 0.0, "").finite)]
+Liveliness = Annotated[float, BeforeValidator(Within(0.0, 0.0, "").finite), AfterValidator(_within_one)]
 Length = Annotated[float, BeforeValidator(Within(0.0, 0.0, "m").finite)]  # [m] of any sign
 OnSilence = Literal["holds", "parks", "falls"]
 
@@ -157,9 +173,16 @@ class Preset(_Table):
 
     cueing: str | None = None
     tuning: str | None = None
-    liveliness: Number | None = None
+    liveliness: Liveliness | None = None
     scale: Share | None = None
     limits: Limits | None = None
+
+
+class Changes(_Table):
+    """What may change while a session runs, with the bounds that it has in a file."""
+
+    scale: Share | None = None
+    liveliness: Liveliness | None = None
 
 
 class Settings(_Table):
@@ -171,7 +194,7 @@ class Settings(_Table):
     tuning: str | None = None  # of a conventional washout: a name or a file
     laws: str | None = None  # file of explicit laws
     hint: str | None = None  # file of a hint
-    liveliness: Number = 0.5  # of predictive
+    liveliness: Liveliness = 0.5  # of predictive
     scale: Share = 1.0  # of what should be felt
     page_only: bool = False  # a program alone commands: without a sign of it for 5 s, cueing ends
     input: Input
@@ -216,6 +239,30 @@ def settings_from(fields: Mapping[str, Any], source: str) -> Settings:
         return Settings.model_validate(fields)
     except ValidationError as error:
         raise sentence(error, Settings, source) from None
+
+
+def changes_from(values: Mapping[str, Any], offered: Collection[str]) -> dict[str, float]:
+    """Return the parameters that are to be changed while a session runs, checked.
+
+    Parameters
+    ----------
+    offered : names of those that this session has.
+
+    Raises
+    ------
+    InputError : there are none, or one is out of its bounds, or is not offered.
+    """
+    if not values:
+        raise InputError("the change", "empty", one_of(offered, ""))
+    for name in values:
+        if name not in offered:
+            raise InputError(name[:40], "to be changed while a session runs", one_of(offered, name))
+        if values[name] is None:
+            raise InputError(name, "empty", "a number while a session runs")
+    try:
+        return Changes.model_validate(values).model_dump(exclude_unset=True)
+    except ValidationError as error:
+        raise sentence(error, Changes, "the change") from None
 
 
 def narrowed(platform: Platform, limits: Limits, source: str) -> Platform:

@@ -23,6 +23,7 @@ from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.health import Health
 from otolith.live.core.ladder import NO_REACTION, Reaction
+from otolith.live.core.parameters import Parameters
 from otolith.live.core.session import Event
 from otolith.live.core.watchdog import LOOK_NS, OUTPUT_NS, Silence
 from otolith.live.devices.driver import Request
@@ -103,6 +104,7 @@ class World:
         self.plans: list[Plan] = []
         self.on_plan: Callable[[Plan], Plan] | None = None  # what becomes of a plan in the memory
         self.reaction: Reaction = NO_REACTION  # of the shell
+        self.change: Parameters | None = None  # that the controller is asked for at its next tick
         self.log: VirtualLog | None = None
         self.page = 0  # signs of life of a page
         self.page_only = False  # whether it alone commands
@@ -246,8 +248,11 @@ class World:
         if not self._runs("controller", self._control):
             return
         self._beats += 1
-        inbox = ControllerInbox(packets=tuple(self._packets), report=self._report, missed=self._missed)
+        inbox = ControllerInbox(
+            packets=tuple(self._packets), report=self._report, missed=self._missed, change=self.change
+        )
         self._packets.clear()
+        self.change = None
         plan = self.controller.tick(self.now_ns, inbox)
         if self.log is not None:
             self.log.controller.note(self.now_ns, inbox, plan)

@@ -21,7 +21,7 @@ import otolith
 from otolith.commander.app import page_file
 from otolith.commander.columns import described
 from otolith.commander.frames import ENVELOPE, PROTOCOL, Frame
-from otolith.commander.schema import Form, schema
+from otolith.commander.schema import Form, live_schema, schema
 from otolith.platforms import load
 
 WEB: Final = Path(otolith.__file__).parent / "commander" / "web"
@@ -33,6 +33,7 @@ PLATFORM: Final = load("davsi")
 COLUMNS: Final = described(PLATFORM)
 HEXAPOD: Final = PLATFORM.six_legs()
 VALUES: Final = Form().model_dump()
+PARAMETERS: Final = {"scale": 1.0, "liveliness": 0.5}  # of a live session
 
 
 def signals(time: np.ndarray) -> np.ndarray:
@@ -66,13 +67,17 @@ class Fake:
         self.sockets: set[WebSocket] = set()
         self.changes: list[dict[str, Any]] = []
         self.lamps: dict[str, Any] = {}  # that differ
+        self.parameters: dict[str, float] = {}  # of a live session
 
     def schema(self) -> dict[str, Any]:
-        return {"kind": "schema", "generation": self.generation, "t0": 0.0, "columns": COLUMNS, "rate": 200}
+        values = {"values": {"dofs": "surge-pitch"}} if self.mode == "live" else {}
+        said = {"kind": "schema", "generation": self.generation, "t0": 0.0, "columns": COLUMNS, "rate": 200}
+        return said | values
 
     def status(self) -> dict[str, Any]:
         lamps = {"telemetry_age_s": None, "missed": 0, "gate_refused": 0, "log": None, "clock": 0.0}
-        return {
+        live = {"parameters": self.parameters, "busy": True} if self.mode == "live" else {}
+        return live | {
             "kind": "state",
             "state": self.state,
             "text": "",
@@ -155,8 +160,8 @@ async def start() -> dict[str, Any]:
         "csrf": "token",
         "version": "0",
         "mode": fake.mode,
-        "values": VALUES,
-        "schema": schema(),
+        "values": VALUES if fake.mode == "offline" else PARAMETERS,
+        "schema": schema() if fake.mode == "offline" else live_schema(PARAMETERS),
         "presets": [{"name": "calm", "values": VALUES | {"liveliness": 0.2}}],
         "choices": {
             "scenarios": names(
@@ -213,7 +218,8 @@ async def parameters(values: dict[str, Any]) -> Any:
             {"field": "liveliness", "sentence": "liveliness is 7; must be between 0 and 1"}, 422
         )
     fake.changes.append(values)
-    await fake.event("parameter", f"liveliness {values['liveliness']}")
+    fake.parameters = fake.parameters | values
+    await fake.event("parameter", ", ".join(f"{name} {value}" for name, value in values.items()))
     return {"at": fake.time, "applied": values}
 
 
@@ -248,9 +254,11 @@ async def fault(body: dict[str, Any]) -> dict[str, Any]:
     if body.get("reset"):
         fake.silent, fake.deaf, fake.mode = False, False, body.get("mode", "offline")
         fake.words, fake.changes, fake.acknowledged, fake.lamps = [], [], 0, {}
+        fake.parameters = dict(PARAMETERS)
         await fake.set("idle", running=False)
     fake.silent, fake.deaf = body.get("silent", fake.silent), body.get("deaf", fake.deaf)
     fake.lamps = body.get("lamps", fake.lamps)
+    fake.parameters = body.get("parameters", fake.parameters)
     if "time" in body:
         fake.time = body["time"]
     if body.get("begin"):

@@ -23,6 +23,9 @@ INK = """([first, last]) => {  // blue pixels of the first plot between two time
 }"""
 
 
+ORANGE = INK.replace("data[k + 2] > data[k] + 60", "data[k] > data[k + 2] + 60")  # marks of changes
+
+
 def soon(condition: Callable[[], bool], what: str) -> None:
     """Wait up to 10 s for a condition."""
     until = time.monotonic() + 10.0
@@ -90,6 +93,30 @@ def test_lamps_say_in_words_and_shapes_what_a_session_counts(watched: Watched, f
     fake.fault(lamps=nothing)
     soon(lambda: lamp("misses") == "○ –", "a lamp stays lit without a value")
     assert [lamp(name) for name in ("input", "clock", "gate", "log")] == ["○ –", "○ –", "○ –", "○ none"]
+
+
+def test_a_live_session_has_its_own_parameters_and_a_line_where_one_changed(
+    watched: Watched, fake: Server
+) -> None:
+    fake.fault(reset=True, mode="live")
+    page = watched.page
+    page.goto(watched.url, wait_until="domcontentloaded")
+    fake.fault(begin=True)
+    fake.fault(time=3.0)
+    page.wait_for_selector(".panel")
+    page.click("#tab-tune")
+    assert page.locator("#tune .field").count() == 2
+    assert page.locator("#preset").count() == 0
+    assert page.get_attribute("#field-scale", "max") == "1"
+    page.fill("#field-scale", "0.5")
+    page.keyboard.press("Enter")
+    soon(lambda: fake.fault()["changes"] == [{"scale": 0.5}], "the change was not sent once")
+    expect(page.locator("#events .parameter")).to_contain_text("scale 0.5")
+    soon(lambda: page.evaluate(ORANGE, [3.0, 10.0]) > 20, "no line was drawn")
+    assert page.evaluate(ORANGE, [0.5, 2.9]) == 0
+    fake.fault(parameters={"scale": 0.7, "liveliness": 0.5})  # somebody else's
+    expect(page.locator("#field-scale")).to_have_value("0.7")
+    expect(page.locator("#tune .note")).to_contain_text("gradually")
 
 
 def test_the_page_comes_back_by_itself_and_keeps_what_it_has(watched: Watched, fake: Server) -> None:

@@ -47,11 +47,11 @@ class Page {
 
   form() {
     const {schema, values, choices, presets, mode} = this.given, {properties} = schema;
-    properties.log.enum = ["", ...choices.logs];
+    if (mode === "offline") properties.log.enum = ["", ...choices.logs];
     this.settings = new Settings(properties, {tell: tellEvent, live: mode === "live", onChecks: (...checked) => this.setup.showChecks(...checked)});
     const shared = {fields: this.settings.fields, settings: this.settings, tell: tellEvent};
     this.setup = new Setup(byId("setup"), {...shared, choices, mode});
-    this.tune = new Tune(byId("tune"), {...shared, properties, presets});
+    this.tune = new Tune(byId("tune"), {...shared, properties, presets, mode});
     if (mode !== "live") this.rig = new Rig(byId("rig"), {...shared, setup: this.setup, open: (name) => this.choose(name)});
     this.settings.base(values);
     this.settings.set(values);
@@ -95,6 +95,7 @@ class Page {
     this.state = state;
     this.settings.running = state.busy;
     if (state.busy) this.watched = state.generation;
+    if (state.parameters) this.settings.follow(state.parameters);
     byId("hint").hidden = this.history.length > 0 || state.busy;
     showState(state.state, state.text);
     this.setup.follow(state);

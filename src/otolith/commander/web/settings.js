@@ -22,6 +22,13 @@ export class Settings {
     }
   }
 
+  /** Show what a live session was asked for, by whichever page, where it is another than before. */
+  follow(values) {
+    const said = JSON.stringify(values);
+    if (said !== this.said) this.show(values);
+    this.said = said;
+  }
+
   /** Write values and have them checked; in a run those that may change then are sent. */
   async set(values) {
     this.show(values);

@@ -15,8 +15,10 @@ export class Setup {
     const texts = {scenario: choices.scenarios, platform: choices.platforms, cueing: choices.cueing, plant: choices.plants, second: choices.cueing};
     const steps = STEPS.map(([title, names]) => this.step(title, names.filter((name) => name in fields), texts));
     this.inputs = [];  // beside those of the fields
-    this.offer(choices.scenarios);
-    this.file();
+    if (mode !== "live") {
+      this.offer(choices.scenarios);
+      this.file();
+    }
     this.checks = element("ul", {className: "checks"});
     this.command = element("code");
     this.verdict = element("p", {className: "verdict", role: "status"});

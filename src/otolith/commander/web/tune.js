@@ -7,8 +7,8 @@ import {CHAIN} from "/web/setup.js";
 const LIVE = "While it runs";  // the group of what may be changed then
 
 export class Tune {
-  constructor(root, {fields, properties, settings, tell, presets}) {
-    Object.assign(this, {fields, properties, settings, tell});
+  constructor(root, {fields, properties, settings, tell, presets, mode}) {
+    Object.assign(this, {fields, properties, settings, tell, live: mode === "live"});
     const groups = new Map([[LIVE, []]]);
     for (const [name, property] of Object.entries(properties)) {
       if (CHAIN.includes(name)) continue;
@@ -16,7 +16,8 @@ export class Tune {
       groups.set(group, [...(groups.get(group) ?? []), fields[name].root]);
     }
     this.note = element("p", {className: "note", role: "status"});
-    root.append(this.presetBox(), this.note, ...[...groups].map(([title, parts], k) => element("details", {open: k === 0}, element("summary", {}, element("h2", {}, title)), ...parts)));
+    const box = this.presetBox();
+    root.append(...(this.live ? [] : [box]), this.note, ...[...groups].map(([title, parts], k) => element("details", {open: k === 0}, element("summary", {}, element("h2", {}, title)), ...parts)));
     this.show(presets);
   }
 
@@ -89,7 +90,8 @@ export class Tune {
   /** In a run only some settings can change; the others wait for the next. */
   follow({busy: running, control}) {
     for (const [name, field] of Object.entries(this.fields)) field.enable(!running || (control && field.live && !CHAIN.includes(name)));
-    const text = running ? (control ? "A change takes effect at the next step. Grey settings wait for the next run." : "Another window is in control.") : "";
+    const how = this.live ? "A change begins at the next decision and comes about gradually, the whole range in 5 s." : "A change takes effect at the next step. Grey settings wait for the next run.";
+    const text = running ? (control ? how : "Another window is in control.") : "";
     if (this.note.textContent !== text) this.note.textContent = text;
   }
 }

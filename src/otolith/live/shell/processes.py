@@ -22,7 +22,15 @@ from otolith.live.devices.driver import Driver, Request
 from otolith.live.log import ControllerLog, OutputLog
 from otolith.live.messages import Feedback, Report, Rung, SetPoint, State, Word
 from otolith.live.output import Output, OutputInbox
-from otolith.live.packed import pack_plan, pack_report, pack_vitals, unpack_plan, unpack_report, unpack_words
+from otolith.live.packed import (
+    pack_plan,
+    pack_report,
+    pack_vitals,
+    unpack_parameters,
+    unpack_plan,
+    unpack_report,
+    unpack_words,
+)
 from otolith.live.session import Session
 from otolith.live.shell.clock import Ticks
 from otolith.live.shell.datagrams import LARGEST, opened, passed_on
@@ -40,7 +48,9 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
     begin_child()
     asked = asked_to_end()
     controller = session.controller()
-    plans, reports, vitals = (Channel(names[name]) for name in ("plans", "reports", "vitals"))
+    plans, reports, vitals, changes = (
+        Channel(names[name]) for name in ("plans", "reports", "vitals", "changes")
+    )
     said.put(("controller", *take_rights(CONTROLLER)))
     with (
         opened(session.listen[1], host=session.listen[0]) as listening,
@@ -64,7 +74,9 @@ def run_controller(session: Session, names: dict[str, str], ready: Event, said: 
             plans.beat()
             message = reports.read()
             report = report if message is None else unpack_report(message)
-            inbox = ControllerInbox(packets=packets, report=report, missed=missed)
+            asked_for = changes.read()
+            change = None if asked_for is None else unpack_parameters(asked_for)
+            inbox = ControllerInbox(packets=packets, report=report, missed=missed, change=change)
             plan = controller.tick(now, inbox)
             plans.write(pack_plan(plan))
             vitals.write(pack_vitals(controller.vitals(now, timing.missed)))

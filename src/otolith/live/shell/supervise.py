@@ -12,15 +12,18 @@ import os
 import queue
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
 from multiprocessing import reduction
 from pathlib import Path
 from typing import Any, Final
 
 from otolith.core.errors import OtolithError
+from otolith.live.core.parameters import SLEW, Parameters
 from otolith.live.messages import Report, State, Word
-from otolith.live.packed import pack_words, unpack_report
+from otolith.live.packed import pack_parameters, pack_words, unpack_report
 from otolith.live.session import Session
+from otolith.live.settings import changes_from
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.processes import run_controller, run_output, run_recorder
 from otolith.live.shell.recorder import SessionLog
@@ -30,7 +33,7 @@ from otolith.live.shell.watch import OutputWatch
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler
 ENDS: Final = 60.0  # [s] that returning and parking may take
 LEAVES: Final = 5.0  # [s] that a controller may take to end
-NAMES: Final = ("plans", "reports", "words", "vitals")
+NAMES: Final = ("plans", "reports", "words", "vitals", "changes")
 
 
 class Handle:
@@ -132,6 +135,7 @@ class Live:
         self._reports = self._channels["reports"]
         self._said: Any = self._context.Queue()
         self._tell, self._session, self._lock = tell, session, lock
+        self._parameters = session.parameters  # that were asked for
         self._children: dict[str, Any] = {}
         self._watch: OutputWatch | None = None
         self.report: Report | None = None
@@ -186,6 +190,25 @@ class Live:
         for sentence in self._session.changed() if Word.ARM in words else ():
             self._tell(f"{sentence}; the session goes on with what it read at its start")
         self._channels["words"].write(pack_words(words))
+
+    def change(self, values: Mapping[str, Any]) -> str:
+        """Ask the controller for other parameters from its next decision on; return it in words.
+
+        Raises
+        ------
+        InputError : a value is out of its bounds, or no parameter of this session.
+        OtolithError : the controller is dead.
+        """
+        asked = changes_from(values, self._session.offered)
+        if self.fault or not self.alive("controller"):
+            raise OtolithError(f"{', '.join(asked)}: not changed, since the controller has died")
+        before = asdict(self._parameters)
+        self._parameters = Parameters(**(before | asked))
+        self._channels["changes"].write(pack_parameters(self._parameters))
+        return ", ".join(
+            f"{name}: {before[name]:g} → {value:g}, within {abs(value - before[name]) / SLEW:.1f} s"
+            for name, value in asked.items()
+        )
 
     @property
     def names(self) -> dict[str, str]:
