@@ -44,6 +44,8 @@ def design_to_record(design: Design, reads: Collection[str] | None = None) -> di
         record["mpc"] = {name: value for name, value in mpc.items() if name not in DERIVED}
     if reads is None or "liveliness" in reads:
         record["liveliness"] = design.liveliness
+    if reads is None or "second_blocks" in reads:
+        record["second_blocks"] = list(design.second_blocks)
     if reads is None or "law" in reads:
         record["explicit"] = explicit | {"state_weights": list(design.explicit.state_weights)}
     if reads is None or "guess_entry" in reads:
@@ -68,6 +70,8 @@ def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tupl
         values["explicit"] = ExplicitSettings(**explicit)
     if "liveliness" in record:
         values["liveliness"] = record["liveliness"]
+    if "second_blocks" in record:
+        values["second_blocks"] = tuple(record["second_blocks"])
     if "guess_entry" in record:
         values["entry"] = Entry(record["guess_entry"])
     if "tuning" in record:

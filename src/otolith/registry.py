@@ -98,6 +98,7 @@ _SENSED: Final = frozenset(
     {"solver", "horizon", "blocks", "prediction", "road", "washout", "weight", "braking"}
 )
 _PREDICTIVE: Final = frozenset({"solver", "prediction", "road", "liveliness", "braking", "soft"})
+_IN_TURN: Final = _PREDICTIVE | {"second_blocks"}
 _LINEAR: Final = _SENSED - {
     "washout",
     "weight",
@@ -172,6 +173,21 @@ CUEING: Final = Table(
         "joint": Entry(
             "otolith.cueing.carriers:joint",
             "predictive, moving the platform and the base that carries it in one QP",
+            reads=_PREDICTIVE,
+        ),
+        "lnl": Entry(
+            "otolith.cueing.carriers:lnl",
+            "base first, then the platform for what it leaves: two QPs (Soyer)",
+            reads=_IN_TURN,
+        ),
+        "nll": Entry(
+            "otolith.cueing.carriers:nll",
+            "platform first, then its base for what it leaves: two QPs (Soyer)",
+            reads=_IN_TURN,
+        ),
+        "split": Entry(
+            "otolith.cueing.carriers:split",
+            "one QP, and a fixed 2 Hz split between platform and base (Bruschetta)",
             reads=_PREDICTIVE,
         ),
         "classical": Entry(

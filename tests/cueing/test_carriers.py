@@ -1,22 +1,27 @@
 """Cueing with a base below the platform."""
 
+import time
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from otolith import metrics, registry
+from otolith import files, metrics, registry
 from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import BASES, SURGE_PITCH
 from otolith.core.lti import zero_order_hold
 from otolith.cueing.design import Design
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.motion import dynamics
-from otolith.interfaces import Cueing, PlatformState
+from otolith.cueing.several import Several
+from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.loop import Run, simulate
+from otolith.plant import Ideal
 from otolith.platforms import Platform, load
 from otolith.qp.blocked import condense_blocked
 from otolith.qp.dense import DenseSolver
@@ -54,16 +59,20 @@ def mpc(name: str) -> Mpc:
     return found
 
 
+FOUR = ("joint", "lnl", "nll", "split")
+
+
 def rmse(run: Run) -> float:
     return float(np.sqrt(np.mean((run.felt_force - run.reference_force)[:, 0] ** 2)))
 
 
-def test_with_one_carrier_joint_is_predictive_bit_for_bit() -> None:
+@pytest.mark.parametrize("name", FOUR)
+def test_with_one_carrier_each_is_predictive_bit_for_bit(name: str) -> None:
     wanted = scenario("combined:duration=4")
-    joint, alone = (loop(name, wanted, THESIS) for name in ("joint", "predictive"))
+    carried, alone = (loop(one, wanted, THESIS) for one in (name, "predictive"))
     for series in ("pose", "command", "felt_force", "changes", "residual"):
-        np.testing.assert_array_equal(getattr(joint, series), getattr(alone, series), err_msg=series)
-    assert joint.base is None
+        np.testing.assert_array_equal(getattr(carried, series), getattr(alone, series), err_msg=series)
+    assert carried.base is None
 
 
 def test_the_base_is_a_column_of_b_on_the_same_channel() -> None:
@@ -80,11 +89,11 @@ def test_the_base_is_a_column_of_b_on_the_same_channel() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_every_answer_is_that_of_a_dense_solver(seed: int) -> None:
-    """Random states within the limits and random forces, up to the edge; the minimum of the cost agrees."""
+    """Random states from which the platform can stop, and random forces far beyond its reach."""
     controller, rng = mpc("joint"), np.random.default_rng(seed)
     of, engine = controller.problem, controller.engine
-    scale = np.array([0.05, 0.1, 0.4, 0.15, 2.0, 0.1, 2.0, 2.0, 2.0])
-    x = rng.uniform(-0.6, 0.6, 9) * scale
+    scale = np.array([0.05, 0.1, 0.4, 0.15, 2.0, 0.1, 0.8, 1.2, 2.0])
+    x = rng.uniform(-0.4, 0.4, 9) * scale
     plan = np.zeros((of.settings.horizon, 3))
     wanted = np.repeat(rng.normal(0.0, 2.0, (5, 1)), 30, axis=0)
     of.write(engine.memory, x, plan, wanted, None)
@@ -97,10 +106,11 @@ def test_every_answer_is_that_of_a_dense_solver(seed: int) -> None:
     controller.reset(PlatformState())
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@pytest.mark.parametrize("name", FOUR)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(heights=st.lists(st.floats(-8.0, 8.0), min_size=2, max_size=12))
-def test_every_limit_of_every_carrier_holds(heights: list[float]) -> None:
-    run = loop("joint", jumps(heights))
+def test_every_limit_of_every_carrier_holds(name: str, heights: list[float]) -> None:
+    run = loop(name, jumps(heights))
     assert set(run.status) == {"decided"}
     for excess in metrics.excesses(run):
         assert excess.at_nodes < 1e-6, excess
@@ -122,3 +132,72 @@ def test_what_is_felt_is_the_sum_of_both_carriers_and_gravity() -> None:
     expected = run.acceleration[:, 0] + run.base[:, 12] - 9.81 * np.sin(run.pose[:, 4])
     np.testing.assert_allclose(run.felt_force[:, 0], expected, atol=1e-12)
     assert np.abs(run.base[:, 0]).max() > 4.0 * np.abs(run.pose[:, 0]).max()  # the larger reach does more
+
+
+@pytest.mark.parametrize("name", FOUR)
+def test_the_loop_in_python_gives_the_numbers_of_the_compiled_one(name: str) -> None:
+    plant = registry.make_plant("ideal", ULTIMATE)
+    runs = [
+        simulate(
+            algorithm(name),
+            plant,
+            jumps([1.0, -3.0, 6.0]),
+            platform=ULTIMATE,
+            dofs=("surge-pitch",),
+            clock=clock,
+        )
+        for clock in (time.thread_time, lambda: 0.0)
+    ]
+    for series in ("pose", "base", "base_command", "felt_force", "command"):
+        np.testing.assert_array_equal(getattr(runs[0], series), getattr(runs[1], series), err_msg=series)
+
+
+def test_the_second_mpc_follows_what_the_first_one_s_plan_leaves() -> None:
+    """The plan's force, by the plant: the base's accelerations under the commands of its plan."""
+    cueing = algorithm("lnl")
+    assert isinstance(cueing, Several)
+    base, own = cueing.parts
+    assert isinstance(base, Mpc)
+    assert isinstance(own, Mpc)
+    cueing.reset(PlatformState())
+    command = cueing.step(PlatformState(), Reference(specific_force=np.array([1.5, 0.0, 0.0])))
+    assert command.base is not None
+    alone = mpc("joint").problem.settings.prediction
+    assert alone is not None
+    coming = alone.begin().ahead(Reference(specific_force=np.array([1.5, 0.0, 0.0])), 0.01, 150)
+    plant, felt = Ideal(0.08), []
+    for u in np.vstack([command.base.acceleration, command.base.plan])[:150]:
+        moved = plant.step(replace(command, acceleration=u, base=None), 0.01)
+        felt.append(moved.acceleration[0])
+    expected = coming[:, 0] - np.interp(np.arange(150), np.arange(len(felt)), felt)
+    np.testing.assert_allclose(own.program.wanted[:, 0], expected, atol=1e-9)
+
+
+def test_a_shorter_second_horizon_is_taken_and_a_longer_one_refused() -> None:
+    with pytest.raises(InputError, match="horizon of the second MPC is 200 steps, must be at most"):
+        registry.make_cueing("lnl", Design(platform=ULTIMATE, second_blocks=(1, 1, 198)))
+    with pytest.raises(InputError, match="of at least 1 step each"):
+        Design(platform=ULTIMATE, second_blocks=(0, 1))
+
+
+def test_the_split_follows_its_low_pass() -> None:
+    """Against the transfer function: of a sine at the cutoff the base's share is 1/√2, and 45 deg late."""
+    run = loop("split", scenario("sine:amplitude=0.5,frequency=2,duration=6"))
+    assert run.base is not None
+    late = run.time > 3.0
+    wave = np.exp(-2j * np.pi * 2.0 * run.time[late])
+    base, both = run.base[late, 12] @ wave, (run.base[late, 12] + run.acceleration[late, 0]) @ wave
+    assert abs(base / both) == pytest.approx(np.sqrt(0.5), abs=0.02)
+    assert np.degrees(np.angle(base / both)) == pytest.approx(-45.0, abs=2.0)
+
+
+@pytest.mark.parametrize("name", FOUR)
+def test_a_run_on_a_base_is_stored_and_read_as_it_was(name: str, tmp_path: Path) -> None:
+    run = loop(name, jumps([1.0]))
+    files.write_run(run, tmp_path / "run.h5")
+    again = files.read_run(tmp_path / "run.h5")
+    np.testing.assert_array_equal(again.base, run.base)
+    np.testing.assert_array_equal(again.base_command, run.base_command)
+    assert again.platform == ULTIMATE
+    with files.open_run(tmp_path / "run.h5") as stored:
+        np.testing.assert_array_equal(stored.base, run.base)

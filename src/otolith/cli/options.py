@@ -128,6 +128,14 @@ class RunOptions:
     liveliness: Annotated[
         float, typer.Option(help="Of predictive, 0 to 1: how much travel it spends on what is felt.")
     ] = 0.5
+    second_blocks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STEPS,...",
+            help="Of lnl and nll: steps of each block of the second QP, as in 1,1,2,7,12 (default: as the "
+            "first).",
+        ),
+    ] = None
     washout: Washout = "thesis-fit"
     weight: Weights = None
     braking: Annotated[
@@ -175,6 +183,7 @@ class RunOptions:
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
             mpc=settings,
             liveliness=self.liveliness,
+            second_blocks=() if self.second_blocks is None else block_lengths(self.second_blocks),
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),

@@ -35,6 +35,7 @@ from otolith.interfaces import Cueing
 from otolith.mpqp import Law, Progress, enumerate_regions
 from otolith.perception import Vestibular
 from otolith.platforms import Platform
+from otolith.qp.blocked import Lengths
 
 LINEAR_WASHOUT: Final = {"position": 5.0, "velocity": 5.0}  # constant weights, as in Table 5.3
 
@@ -49,6 +50,8 @@ class Design:
     mpc: MpcSettings = field(default_factory=MpcSettings)
     entry: Entry = Entry.REFERENCE
     liveliness: float = 0.5  # of `predictive`, 0 to 1: how much travel it uses for cueing
+    # Steps of each block of the second MPC of `lnl` and `nll`; empty for those of the first
+    second_blocks: Lengths = ()
     washout: Tuning | None = None  # of the conventional washouts; None for the one shipped for the platform
     stored_laws: tuple[Law, ...] = ()  # from a file; if empty, laws are enumerated on first use
     hint: StoredHint | Refused | None = None  # offline knowledge, from a file
@@ -57,6 +60,8 @@ class Design:
     def __post_init__(self) -> None:
         if not 0.0 <= self.liveliness <= 1.0:
             raise InputError("liveliness", self.liveliness, "between 0 and 1")
+        if any(length < 1 for length in self.second_blocks):
+            raise InputError("blocks of the second MPC", self.second_blocks, "of at least 1 step each")
 
     @property
     def preview(self) -> int:

@@ -12,7 +12,7 @@ from typing import Final
 
 from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, Dof
-from otolith.cueing.mpc.rows import BrakingRows, Limits, slowing_rows
+from otolith.cueing.mpc.rows import BrakingRows, Limits, brakes, slowing_rows
 from otolith.platforms import Braking, Platform
 from otolith.safety.invariant.axis import LEAST_LAG, Axis, AxisSet
 from otolith.safety.invariant.contraction import certified_ahead
@@ -78,7 +78,7 @@ def sets_apart(dof: Dof, braking: Braking, axes: tuple[Axis, ...]) -> tuple[Axis
 def _ahead(dof: Dof, braking: Braking, axes: tuple[Axis, ...], i: int) -> float:
     """Return the wedge's time [s] of axis i of a degree of freedom and of all `axes` that share it."""
     period = axes[0].period
-    own = (braking.c_v * braking.position_s, braking.c_w * braking.tilt_s)[i] if dof.is_pair else 0.0
+    own = (braking.c_v * braking.position_s, braking.c_w * braking.tilt_s)[i] if brakes(dof) else 0.0
     found = certified_ahead(axes, max(_SHARE * own, period))
     if found is None:
         raise InputError(

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from otolith.compiled import DECIDE, SOLVERS, outcome_of
-from otolith.core.arrays import Ints, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import Dof
 from otolith.core.methods import NO_METHOD, Bound
 from otolith.cueing.mpc import decide as requests
@@ -180,6 +180,14 @@ class Mpc:
     def compiled(self) -> Bound:
         """Return the method of this controller."""
         return self._method
+
+    def will_be_felt(self) -> tuple[Ints, Mat]:
+        """Return what the last decision's plan makes felt at the ends of the next N periods (N, C).
+
+        The first array (C,) names the predictor's columns to which the channels belong.
+        """
+        p, felt = self.program, self.problem.given.felt
+        return felt.column, felt.sign * self.problem.felt(self.problem.predicted(p.x, p.plan))
 
     def answer(self, request: int, reference: Reference) -> None:
         """Meet a request of the kernel."""

@@ -24,7 +24,7 @@ from scipy.linalg import block_diag
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.errors import InputError
-from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.core.frames import GRAVITY, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.core.lti import StateSpace, zero_order_hold
 from otolith.cueing.mpc import kernels
 from otolith.cueing.mpc.axis_sets import axis_sets
@@ -178,6 +178,16 @@ class Problem:
         X = np.empty((len(plan), len(x)))
         predict(self.axes, self.given.hold, x, np.ascontiguousarray(plan), X)
         return X
+
+    def felt(self, X: Mat) -> Mat:
+        """Return what every channel physically feels (n, C) in motions X (n, nx), with the sines of tilts."""
+        felt: Mat = X @ self._rows_felt.T
+        for c, channel in enumerate(self.channels):
+            tilt, outer = self._tilt(channel), self._outer(channel)
+            if tilt >= 0:
+                pull = np.cos(X[:, outer]) if outer >= 0 else 1.0
+                felt[:, c] += GRAVITY * (pull * np.sin(X[:, tilt]) - X[:, tilt])
+        return felt
 
     def of_steps(self, U: Mat) -> Mat:
         """Return the inputs of every step (N, nu) from those of the blocks (M, nu)."""

@@ -77,8 +77,8 @@ def rows_of(
 ) -> list[Row]:
     """Return all rows of a degree of freedom in the implicit model.
 
-    An axis of its own has no braking law in a platform's file, so its leading motion is limited whatever
-    `kind` is.
+    The leading motion of an axis of its own is limited whatever `kind` is: it has no braking law in a
+    platform's file, except a base, which has that of the translation it carries.
 
     Parameters
     ----------
@@ -172,19 +172,26 @@ def command_bounds(dof: Dof, limits: Limits, kind: BrakingRows) -> Vec:
     return np.array([min(one.command, one.acceleration) if leads else one.command for one in ordered])
 
 
+def brakes(dof: Dof) -> bool:
+    """Return whether a braking law slows a degree of freedom: a pair, or a base along surge or sway."""
+    return dof.is_pair or (dof.is_base and not dof.feels_rate)
+
+
 def braking_rows(dof: Dof, limits: Limits, braking: Braking, kind: BrakingRows) -> list[Row]:
-    """Return rows that slow a pair down near the ends of its reach (eqs. 4.7, 4.8; with position: C.2).
+    """Return rows that slow a pair, or a base, down near the ends of its reach (eqs. 4.7, 4.8; C.2).
 
     On its surface the position row is a stable second-order law s → limit. If c_v² / c_u ≥ 2 it is damped
     strongly enough not to overshoot, so a motion that satisfies it can stop within the reach.
     """
-    if kind in (BrakingRows.NONE, BrakingRows.LEADING) or not dof.is_pair:
+    if kind in (BrakingRows.NONE, BrakingRows.LEADING) or not brakes(dof):
         return []
     own = 0.0 if kind is BrakingRows.PRINTED else 1.0
     T_s, T_tilt = braking.position_s, braking.tilt_s
     translation = _form(
         dof, position=own, velocity=braking.c_v * T_s, acceleration=0.5 * braking.c_u * T_s**2
     )
+    if not dof.is_pair:
+        return [Row("braking_position", translation, *limits[0].position)]
     rotation = _form(
         dof, tilt=own, tilt_rate=braking.c_w * T_tilt, tilt_acceleration=0.5 * braking.c_u * T_tilt**2
     )
