@@ -12,7 +12,7 @@ from otolith.live.messages import Telemetry
 from otolith.live.wire.axes import AxisMap, axes_from_toml, rows_matrix
 from otolith.live.wire.formats import WireError
 from otolith.live.wire.forza import Forza
-from otolith.live.wire.learned import learn
+from otolith.live.wire.learned import PARTS, Shown, learn, shown
 from otolith.live.wire.lfs import OutSim
 from otolith.live.wire.minute import NotLearned, minute_of
 from tests.live.wire.minute import DRIVE, DT, PHASES, Driven, G, driven, forza_packet, samples
@@ -238,3 +238,33 @@ def test_an_altered_map_is_refused(old: str, new: str, words: str):
 def test_rows_that_are_no_permutation_are_refused(rows):
     with pytest.raises(InputError, match="force of the axis map is"):
         AxisMap(source="game", force=rows)
+
+
+def _until(seconds: float, factor: float = 1.0) -> dict[str, Shown]:
+    """Return what the first seconds of the drive show; its rates are multiplied by a factor."""
+    taken = [one for one in samples(DRIVE, DRIVE.force, factor * DRIVE.rate) if one[0] <= seconds]
+    return {one.part: one for one in shown(minute_of("game", taken))}
+
+
+def test_while_it_is_driven_each_part_shows_when_it_is_enough():
+    """A part has passed when `learn` would not fail for it, and not before it was driven."""
+    times = np.arange(14.0, DRIVE.t[-1], 2.0)
+    passed = [{part for part, one in _until(t).items() if one.passed} for t in times]
+    assert passed[0] >= {"stand"}
+    assert "circle" not in passed[0]
+    assert "turn" not in passed[0]
+    assert passed[-1] == set(PARTS)
+    end = _until(DRIVE.t[-1])
+    learned = learn(minute_of("game", samples(DRIVE, DRIVE.force, DRIVE.rate)))
+    assert end["accelerate"].value == pytest.approx(learned.axes.evidence["straight"], abs=1e-4)
+    assert end["circle"].value == pytest.approx(learned.axes.evidence["circle"], abs=1e-4)
+    turned = np.degrees(np.abs(DRIVE.heading - DRIVE.heading[0]).max())
+    assert end["turn"].value == pytest.approx(turned, rel=0.02)
+    assert _until(DRIVE.t[-1], np.degrees(1.0))["turn"].value == pytest.approx(turned, rel=0.02)
+
+
+def test_what_was_not_driven_is_not_shown_as_driven():
+    calm = driven((PHASES[0], (40.0, 0.0, 0.0), PHASES[-1]))
+    parts = {one.part: one for one in shown(minute_of("game", samples(calm, calm.force, calm.rate)))}
+    assert parts["stand"].passed
+    assert not any(parts[part].passed for part in ("accelerate", "brake", "circle", "turn"))

@@ -17,7 +17,7 @@ are taken as those of right-handed axes, and as turned like the yaw rate.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -47,6 +47,8 @@ LEVEL: Final = 0.1  # share of 1 g that other channels may show at rest: 6 deg o
 MOVING: Final = 3.0  # [m/s] from which a turn is judged
 TURNING_RATE: Final = 0.05  # [rad/s] below which a window counts as straight …
 CURVED: Final = 0.3  # … or this share of the largest rate, where its unit is unknown
+SEEN: Final = 1.0  # [m/s²] change of speed over a window that is told as accelerating or braking
+TINY: Final = 1e-9
 QUARTER: Final = np.pi / 2.5  # [rad] least turn in all: 90 deg with some grace
 
 
@@ -85,6 +87,34 @@ def _in_frames(minute: Minute) -> Iterator[tuple[str, Mat]]:
             matrix(q / np.linalg.norm(q)).T @ f for q, f in zip(minute.attitude, minute.force, strict=True)
         ]
         yield "world", np.array(turned)
+
+
+class Shown(NamedTuple):
+    """What one part of the experiment has shown so far."""
+
+    part: str  # stand, accelerate, brake, circle or turn
+    value: float  # time at rest [s], a correlation, or a turn [deg]; 0 where nothing is known yet
+    needs: float  # least value
+    passed: bool
+
+
+PARTS: Final[dict[str, float]] = {
+    "stand": REST,
+    "accelerate": SURE,
+    "brake": SURE,
+    "circle": SURE,
+    "turn": float(np.degrees(QUARTER)),
+}
+NOTHING: Final = tuple(Shown(part, 0.0, needs, passed=False) for part, needs in PARTS.items())
+
+
+def shown(minute: Minute) -> tuple[Shown, ...]:
+    """Return what each part of the experiment shows, while it is still being driven.
+
+    What a part lacks is no error here: `learn` decides, by the same numbers.
+    """
+    tried = [_Experiment(minute, force, frame).shown() for frame, force in _in_frames(minute)]
+    return max(tried, key=lambda parts: sum(one.value for one in parts if one.needs == SURE))
 
 
 class _Experiment:
@@ -130,14 +160,38 @@ class _Experiment:
         )
         return Learned(axes=axes, notes=tuple(self._notes(axes, side * up)))
 
+    def shown(self) -> tuple[Shown, ...]:
+        """Return what each part shows so far."""
+        where = self._driven_straight()
+        forward, straight = self._follows_speed(where)
+        gentle, strong = (abs(straight.slope) * size for size in (STANDARD_GRAVITY, 1.0))
+        unit = "g" if abs(np.log(max(gentle, TINY))) < abs(np.log(max(strong, TINY))) else "m/s²"
+        _, yaw, circle = self._turns(forward, unit)
+        in_degrees = abs(circle.slope) < 0.1  # 1 for rad/s, 0.0175 for deg/s
+        turned = float(np.degrees(self._angle(yaw, "deg/s" if in_degrees else "rad/s")))
+        r, sure = abs(straight.correlation), straight.informative
+        values = {
+            "stand": (self._still()[1], True),
+            "accelerate": (r, sure and bool((straight.expected > SEEN).any())),
+            "brake": (r, sure and bool((straight.expected < -SEEN).any())),
+            "circle": (abs(circle.correlation), circle.informative),
+            "turn": (turned if circle.informative else 0.0, True),
+        }
+        return tuple(
+            Shown(part, value, needs, passed=seen and value >= needs)
+            for part, needs, (value, seen) in zip(PARTS, PARTS.values(), values.values(), strict=True)
+        )
+
+    def _still(self) -> tuple[slice, float]:
+        """Return the longest stretch at rest, and how long it lasts [s]."""
+        still = self._longest(self.minute.speed < STANDING)
+        if still.stop == still.start:
+            return still, 0.0
+        return still, float(self.minute.t[still.stop - 1] - self.minute.t[still.start])
+
     def _rest(self) -> tuple[float, int]:
         """Return gravity in the units of the force (0 if it is not in it), and the channel that points up."""
-        still = self._longest(self.minute.speed < STANDING)
-        length = (
-            float(self.minute.t[still.stop - 1] - self.minute.t[still.start])
-            if still.stop > still.start
-            else 0.0
-        )
+        still, length = self._still()
         if length < REST:
             raise self._failed("level rest", f"{length:.1f} s below {STANDING:g} m/s", f"at least {REST:g} s")
         inner = slice(
@@ -166,13 +220,18 @@ class _Experiment:
         return np.asarray(size < limit, dtype=np.bool_)
 
     def _straight(self, where: Bools) -> tuple[int, Relation]:
+        best, found = self._follows_speed(where)
+        self._require("straight", found)
+        return (best + 1) * (1 if found.correlation > 0.0 else -1), found
+
+    def _follows_speed(self, where: Bools) -> tuple[int, Relation]:
+        """Return the channel that follows the change of speed best, and how well."""
         change = window_changes(self.speed, self.start)
         found = [
             relation("ax", CHANGE, self.start[where], one[where], change[where], {}) for one in self.means
         ]
         best = max(range(3), key=lambda i: abs(found[i].correlation))
-        self._require("straight", found[best])
-        return (best + 1) * (1 if found[best].correlation > 0.0 else -1), found[best]
+        return best, found[best]
 
     def _unit(self, straight: Relation, gravity: float) -> str:
         slope = abs(straight.slope)
@@ -189,12 +248,7 @@ class _Experiment:
 
     def _circle(self, forward: int, unit: str) -> tuple[int, int, Relation, str]:
         """Return the signed channels of left and of yaw, their relation, and the unit of the rate."""
-        size = STANDARD_GRAVITY if unit == "g" else 1.0
-        fast = window_means(self.speed, self.start) > MOVING
-        pairs = [pair for pair in product(range(3), range(3)) if pair[0] != forward]
-        found = {pair: self._turning(*pair, size, fast) for pair in pairs}
-        left, yaw = max(found, key=lambda pair: abs(found[pair].correlation))
-        best = found[left, yaw]
+        left, yaw, best = self._turns(forward, unit)
         self._require("circle", best)
         rate_unit = self._rate_unit(abs(best.slope))
         self._turns_enough(yaw, rate_unit)
@@ -202,6 +256,15 @@ class _Experiment:
         same = 1 if best.correlation > 0.0 else -1
         positive = relation("ay", TURNING, best.start, same * best.measured, best.expected, {})
         return (left + 1) * side * same, (yaw + 1) * side, positive, rate_unit
+
+    def _turns(self, forward: int, unit: str) -> tuple[int, int, Relation]:
+        """Return the channels of force and rate that go together best in turns, and how well."""
+        size = STANDARD_GRAVITY if unit == "g" else 1.0
+        fast = window_means(self.speed, self.start) > MOVING
+        pairs = [pair for pair in product(range(3), range(3)) if pair[0] != forward]
+        found = {pair: self._turning(*pair, size, fast) for pair in pairs}
+        left, yaw = max(found, key=lambda pair: abs(found[pair].correlation))
+        return left, yaw, found[left, yaw]
 
     def _turning(self, left: int, yaw: int, size: float, fast: Bools) -> Relation:
         product_ = window_means(self._channel("ay", self.minute.speed * self.minute.rate[:, yaw]), self.start)
@@ -214,10 +277,14 @@ class _Experiment:
         raise self._failed("circle", f"a slope of {slope:.3g}", "1 for rad/s or 0.0175 for deg/s")
 
     def _turns_enough(self, yaw: int, rate_unit: str) -> None:
-        factor = np.pi / 180.0 if rate_unit == "deg/s" else 1.0
-        angle = float(np.abs(np.cumsum(self.minute.rate[:, yaw])).max()) / RATE_HZ * factor
+        angle = self._angle(yaw, rate_unit)
         if angle < QUARTER:
             raise self._failed("circle", f"a turn of {np.degrees(angle):.0f} deg in all", "at least 90 deg")
+
+    def _angle(self, yaw: int, rate_unit: str) -> float:
+        """Return how far it turned in all [rad]."""
+        factor = np.pi / 180.0 if rate_unit == "deg/s" else 1.0
+        return float(np.abs(np.cumsum(self.minute.rate[:, yaw])).max()) / RATE_HZ * factor
 
     def _side(self, yaw: int) -> int:
         """Return the sign of the rate in the longest turn, which is the circle to the left."""

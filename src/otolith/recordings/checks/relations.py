@@ -99,6 +99,8 @@ class Relation:
         return float(np.sqrt(np.mean(self._deviations(values) ** 2)))
 
     def _deviations(self, values: Vec) -> Vec:
+        if len(values) == 0:
+            return values
         mean = float(np.mean(self.expected))
         steady = abs(mean) > 2.0 * OFFSETS[self.key] and float(np.std(self.expected)) < 0.5 * abs(mean)
         return values if steady else values - np.mean(values)
