@@ -1,14 +1,29 @@
 """A rig that is set up in the page, against the real server."""
 
+import os
+import signal
 import time
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from otolith.cli.live_run import Choices
+from otolith.commander.errands import Ended
+from otolith.commander.learning import Ear, learn_axes
 from otolith.commander.machine import form
+from otolith.commander.rig import Rig, field_of, keep_rig, session_of_rig
+from otolith.core.errors import InputError
+from otolith.live.shell.datagrams import opened
+from otolith.live.wire.axes import axes_from_toml
+from otolith.live.wire.forza import Forza
 from otolith.platforms import parse_platform
 from tests.commander.client import Page
-from tests.commander.conftest import Commander
-from tests.commander.test_server import finished
+from tests.commander.conftest import Commander, until
+from tests.commander.test_server import child, finished
+from tests.live.wire.minute import DRIVE, forza_packet
 
 SMALL = {"surge_position_m_low": 0.1, "surge_position_m_high": 0.2, "surge_velocity_mps": 0.5}
 
@@ -86,3 +101,169 @@ def test_a_file_that_is_damaged_is_said_in_the_list(page: Page, commander: Comma
         assert page.ask("/api/platforms/torn.toml").status == 422
     finally:
         file.unlink()
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"device": "template", "axes": "surge -0.2 0.2; pitch 12 -12", "on_silence": "holds"},
+        {"device": "generic", "source": "beamng", "variant": "old", "pauses_silently": True},
+        {"cueing": "classical", "tuning": "davsi", "dofs": "surge-pitch", "scale": 0.5},
+    ],
+)
+def test_a_rig_is_the_session_that_its_file_makes_on_the_command_line(
+    tmp_path: Path, values: dict[str, Any]
+) -> None:
+    rig = Rig(**values)
+    made = Choices(file=keep_rig(rig, tmp_path)).session()
+    assert made.settings == session_of_rig(rig, tmp_path).settings
+    if made.settings.device.template is not None:
+        assert made.settings.device.template.axes[1].low == pytest.approx(0.20944, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"address": "nowhere"}, "address"),
+        ({"listen": "127.0.0.1:x"}, "listen"),
+        ({"source": "lfs2"}, "source"),
+        ({"device": "template", "axes": "surge left right"}, "axes"),
+        ({"device": "template", "axes": "surge 1 1; pitch 0 1"}, "axes"),
+        ({"device": "template", "frame": "<Axis3a>"}, "frame"),
+        ({"platform": "gone.toml"}, "platform"),
+        ({"platform": "thesis"}, "platform"),
+        ({"map": "gone.toml"}, "map"),
+    ],
+)
+def test_what_a_session_refuses_is_said_beside_the_field(
+    page: Page, commander: Commander, values: dict[str, Any], field: str
+) -> None:
+    answer = page.ask("/api/rig", values).json
+    assert answer["field"] == field, answer
+    assert "must be" in answer["sentence"]
+    assert not (commander.setup.folder / "rig.json").exists()
+    time.sleep(0.06)
+
+
+def test_a_rig_is_kept_and_found_again(page: Page, commander: Commander) -> None:
+    try:
+        assert page.ask("/api/rig", {"scale": 0.4}).json["sentence"] == ""
+        found = page.ask("/api/rig").json
+        assert found["values"]["scale"] == 0.4
+        assert found["ports"]["forza"] == 5300
+        assert tomllib.loads((commander.setup.folder / "rig.toml").read_text())["scale"] == 0.4
+    finally:
+        for name in ("rig.json", "rig.toml"):
+            (commander.setup.folder / name).unlink()
+
+
+def errand(page: Page, word: str, **values: Any) -> int:
+    return page.ask("/api/errand", {"word": word, **values}).status
+
+
+@pytest.fixture
+def listening(page: Page, commander: Commander) -> Iterator[Page]:
+    """A page whose rig listens for Forza on a port that is free."""
+    with opened(0) as line:
+        port = line.getsockname()[1]
+    assert page.ask("/api/rig", {"source": "forza", "listen": f"127.0.0.1:{port}"}).json["sentence"] == ""
+    assert errand(page, "learn") == 202
+    yield page
+    page.say("stop")
+    with page.stream() as stream:
+        stream.until("rig", busy="")
+    for name in ("rig.json", "rig.toml"):
+        (commander.setup.folder / name).unlink()
+
+
+def test_learning_shows_what_is_missing_and_ends_by_a_stop_of_anybody(
+    listening: Page, commander: Commander
+) -> None:
+    with listening.stream() as stream:
+        until(lambda: "nothing has arrived" in stream.until("rig")["shown"].get("missing", ""), every=0.0)
+        assert errand(listening, "learn") == 409
+        assert errand(commander.page(), "cancel") == 403  # it is not in control
+        assert commander.page().say("stop") == 204
+        assert stream.until("rig", busy="")["phase"] == "stopped"
+
+
+def test_a_rigs_process_that_is_killed_is_told_and_the_next_errand_works(
+    listening: Page, commander: Commander
+) -> None:
+    with listening.stream() as stream:
+        stream.until("rig", busy="learn")
+        os.kill(child(commander, "rig"), signal.SIGKILL)
+        died = stream.until("rig", busy="")
+        assert (died["errand"], died["phase"]) == ("learn", "failed")
+        assert "ended unexpectedly" in died["sentence"]
+        assert listening.ask("/health").status == 200
+        assert errand(listening, "learn") == 202
+        stream.until("rig", busy="learn")
+        assert errand(listening, "cancel") == 202
+        assert stream.until("rig", busy="")["phase"] == "stopped"
+
+
+def test_a_port_that_another_program_holds_is_said(page: Page, commander: Commander) -> None:
+    with opened(0) as line:
+        page.ask("/api/rig", {"listen": f"127.0.0.1:{line.getsockname()[1]}"})
+        with page.stream() as stream:
+            assert errand(page, "learn") == 202
+            failed = stream.until("rig", phase="failed")
+    assert "cannot be opened" in failed["sentence"]
+    for name in ("rig.json", "rig.toml"):
+        (commander.setup.folder / name).unlink()
+
+
+def test_an_errand_must_be_one_and_a_map_has_a_plain_name(page: Page) -> None:
+    assert errand(page, "dance") == 422
+    assert errand(page, "save", name="../x") == 422
+
+
+class Talk:
+    """An errand's talk without a process: it hears what a test has prepared."""
+
+    def __init__(self, *orders: Any) -> None:
+        self.orders, self.shown = list(orders), dict[str, Any]()
+
+    def show(self, **shown: Any) -> None:
+        self.shown |= shown
+
+    def heard(self) -> list[Any]:
+        if self.shown.get("learned"):
+            return self.orders
+        if self.shown.get("missing"):
+            raise Ended
+        return []
+
+
+class Save:
+    word, values = "save", {"name": "game.toml"}
+
+
+def test_what_was_driven_is_saved_as_a_map_of_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A minute that arrives at once, with the times of its driving."""
+    parser = Forza()
+
+    def heard(ear: Ear) -> Ear:
+        ear.samples = [(float(t), parser.parse(forza_packet(k))) for k, t in enumerate(DRIVE.t)]
+        ear.packets = len(ear.samples)
+        return ear
+
+    monkeypatch.setattr(Ear, "__enter__", heard)
+    monkeypatch.setattr(Ear, "__exit__", lambda ear, *_: ear._line.close())
+    talk: Any = Talk(Save)
+    sentence = learn_axes(tmp_path, talk, {"source": "forza", "listen": "127.0.0.1:0"})
+    assert sentence == "axis map game.toml is saved"
+    assert all(one["passed"] for one in talk.shown["parts"])
+    axes = axes_from_toml((tmp_path / "maps" / "game.toml").read_text(), "game.toml")
+    assert axes.evidence["circle"] > 0.99
+    rig = Rig(source="forza", listen="127.0.0.1:5300", map="game.toml")
+    assert Choices(file=keep_rig(rig, tmp_path)).session().axes == axes
+
+
+def test_a_file_of_the_game_is_for_the_command_line(tmp_path: Path) -> None:
+    talk: Any = Talk()
+    with pytest.raises(InputError, match="needs no file"):
+        learn_axes(tmp_path, talk, {"source": "wrc:../x.json", "listen": "127.0.0.1:0"})
+    assert field_of(InputError("nothing of it", 1, "2")) == ""

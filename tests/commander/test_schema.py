@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from otolith import registry
-from otolith.commander.schema import LIVE, Form, bound_of, changed, checked, schema
+from otolith.commander.rig import Rig
+from otolith.commander.schema import LIVE, Form, bound_of, changed, checked, checked_as, schema
 from otolith.core.errors import InputError
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry
@@ -14,6 +15,7 @@ from otolith.cueing.mpc.washout_weights import PRESETS
 from otolith.cueing.prediction.named import PREDICTIONS
 
 PROPERTIES: dict[str, Any] = schema()["properties"]
+RIG: dict[str, Any] = schema((), Rig)["properties"]
 
 
 @pytest.mark.parametrize("name", PROPERTIES)
@@ -52,6 +54,19 @@ def test_words_that_are_offered_are_those_that_the_program_knows() -> None:
     assert offered("through") == {
         name.removeprefix("otolith-") for name in registry.PERCEPTION if "canal" not in name
     }
+
+
+@pytest.mark.parametrize("name", RIG)
+def test_every_setting_of_a_rig_says_what_it_is_and_refuses_in_its_own_words(name: str) -> None:
+    shown = RIG[name]
+    assert shown["title"] != name
+    assert shown["x-group"] in ("Platform", "Device", "Telemetry", "First ride")
+    assert re.search(r"\(.+\) = \(.+\)", shown["description"])
+    wrong = {"number": 1e9, "integer": 1e9, "boolean": "perhaps"}.get(shown["type"], "/etc/passwd " * 40)
+    with pytest.raises(InputError) as refused:
+        checked_as(Rig, {name: wrong})
+    assert refused.value.field == name
+    assert f"must be {bound_of(name, Rig)}" in str(refused.value)
 
 
 def test_code_from_outside_cannot_be_named() -> None:

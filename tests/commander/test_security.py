@@ -30,6 +30,8 @@ DOING = (
     ("PUT", "/api/platforms/x.toml"),
     ("POST", "/api/platforms/x.toml/check"),
     ("DELETE", "/api/platforms/x.toml"),
+    ("POST", "/api/rig"),
+    ("POST", "/api/errand"),
 )
 
 

@@ -97,7 +97,8 @@ def learn_(
     if json:
         print_json(_summary(learned))
     else:
-        _tell(learned)
+        for sentence in learned.sentences():
+            screen(stderr=False).print(sentence)
     for note in learned.notes:
         console.print(f"note: {note}", style="yellow")
     if out is not None:
@@ -185,17 +186,6 @@ def _summary(learned: Learned) -> dict[str, Any]:
         "notes": list(learned.notes),
         "sha256": axes.digest,
     }
-
-
-def _tell(learned: Learned) -> None:
-    axes, console = learned.axes, screen(stderr=False)
-    for what, rows, unit in (("force", axes.force, axes.force_unit), ("rate", axes.rate, axes.rate_unit)):
-        names = ("forward", "left", "up") if what == "force" else ("roll", "pitch", "yaw")
-        named = ", ".join(f"{name} = channel {row}" for name, row in zip(names, rows, strict=True))
-        console.print(f"{what}: {named} [{unit}]")
-    console.print(f"gravity: {'in the force, subtracted' if axes.gravity else 'not in the force'}")
-    console.print(f"vectors are in {axes.frame} axes")
-    console.print(", ".join(f"test '{name}': r = {r:.3f}" for name, r in axes.evidence.items()))
 
 
 def _text(name: str) -> str:

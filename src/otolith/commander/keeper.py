@@ -21,16 +21,18 @@ from otolith.commander.columns import COUNT
 from otolith.commander.orders import Inbox, Note, Orders
 from otolith.commander.rows import Rows
 from otolith.commander.security import Secrets
-from otolith.commander.session import LIVE, OFFLINE, PLATFORMS, PRESETS, RESULTS, UPLOADS, Desk, Session
+from otolith.commander.session import LIVE, MAPS, OFFLINE, PLATFORMS, PRESETS, RESULTS, UPLOADS, Desk, Session
 from otolith.core.errors import OtolithError
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.rights import die_with_parent
 
 AGAIN: Final = 0.5  # [s] before a process that died is started anew
-GRACE: Final = 3.0  # [s] for a process to end
+GRACE: Final = 3.0  # [s] for a process to end …
+HOME: Final = 90.0  # … and for that of the rig, which brings a platform home
+RIG: Final = "rig"
 GIVEN_UP: Final = 5  # deaths in a row, each within `SOON`, after which the keeper ends
 SOON: Final = 5.0  # [s]
-NAMES: Final = ("state", "card", "orders", "said")  # channels in shared memory
+NAMES: Final = ("state", "card", "orders", "said", "rig", "errands")  # channels in shared memory
 
 
 class GivenUp(OtolithError):
@@ -97,7 +99,7 @@ class Keeper:
         self._kept: list[_Kept] = []
 
     def __enter__(self) -> Self:
-        for folder in (UPLOADS, PRESETS, RESULTS, PLATFORMS):
+        for folder in (UPLOADS, PRESETS, RESULTS, PLATFORMS, MAPS):
             (self._setup.folder / folder).mkdir(parents=True, exist_ok=True)
         for name, target in self._targets.items():
             one = _Kept(name, target, (self._setup, *self._more.get(name, ())), self._tell)
@@ -128,7 +130,11 @@ def keep(setup: Setup, tell: Callable[[str], None], *, on: Callable[[], bool] = 
     ------
     GivenUp : one of them dies again and again.
     """
-    targets: dict[str, Callable[..., None]] = {"server": run_server, "simulation": run_simulation}
+    targets: dict[str, Callable[..., None]] = {
+        "server": run_server,
+        "simulation": run_simulation,
+        RIG: run_rig,
+    }
     with memory(setup), Keeper(setup, tell, targets) as keeper:
         while on():
             keeper.look(0.25)
@@ -179,7 +185,7 @@ class _Kept:
     def end(self) -> None:
         """End the process."""
         self._process.terminate()
-        self._process.join(GRACE)
+        self._process.join(HOME if self._name == RIG else GRACE)
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
@@ -222,6 +228,19 @@ def run_simulation(setup: Setup) -> None:
         )
 
 
+def run_rig(setup: Setup) -> None:
+    """Carry out errands of the rig, until a signal ends this process."""
+    from otolith.commander.errands import run_errands
+    from otolith.commander.rig_errands import errands
+    from otolith.live.shell.processes import asked_to_end
+
+    asked = asked_to_end()
+    begin_child()
+    note = Note(Channel(setup.name("rig")))
+    inbox = Inbox(Channel(setup.name("errands")), int(note.look().get("reached", 0)))
+    run_errands(note, inbox, errands(setup.folder), asked)
+
+
 def run_server(setup: Setup) -> None:
     """Be the server, until a signal ends this process."""
     import uvicorn
@@ -230,6 +249,7 @@ def run_server(setup: Setup) -> None:
     from otolith.commander.security import MESSAGE
 
     begin_child()
+    offline = setup.desk is not None
     session = Session(
         rows=Rows(setup.name("rows")),
         state=Note(Channel(setup.name("state"))),
@@ -239,7 +259,9 @@ def run_server(setup: Setup) -> None:
         folder=setup.folder,
         secrets=setup.secrets,
         hosts=setup.hosts,
-        words=LIVE if setup.desk is None else OFFLINE,
+        words=OFFLINE if offline else LIVE,
+        rig=Note(Channel(setup.name("rig"))) if offline else None,
+        errands=Orders(Channel(setup.name("errands"))) if offline else None,
         parameters=setup.parameters,
     )
     config = uvicorn.Config(

@@ -1,23 +1,99 @@
 """What a page asks for to set up a rig: platform files of its own, by their names."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Final
 
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse
 
 from otolith.commander.machine import field_of, forms, kind_of, text_of, values_of
-from otolith.commander.schema import TOML, is_file
+from otolith.commander.rig import KEPT, Rig, keep_rig, read_rig, session_of_rig
+from otolith.commander.rig import field_of as rig_field
+from otolith.commander.schema import TOML, checked_as, is_file, schema
 from otolith.commander.security import Refused
-from otolith.commander.session import PLATFORMS, Session
+from otolith.commander.session import MAPS, MEASURING, PLATFORMS, Session, count
 from otolith.core.disk import read_text, write_text
 from otolith.core.errors import InputError, OtolithError
+from otolith.live.wire.sources import SOURCES
 from otolith.platforms import parse_platform
 from otolith.report.platform_page import platform_summary, range_lines, sentences
+
+ERRANDS: Final = ("learn", "check", "axis")
+ANSWERS: Final = ("save", "move", "yes", "no", "cancel")
+PORTS: Final = {name: one.port for name, one in SOURCES.items()}
 
 
 def rig_routes(router: APIRouter, session: Session) -> None:
     """Add all routes of this module."""
     _platforms(router, session)
+    _rig(router, session)
+
+
+def _rig(router: APIRouter, session: Session) -> None:
+    @router.get("/api/rig")
+    def rig() -> dict[str, Any]:
+        kept = read_rig(session.folder)
+        shown = schema(session.names(PLATFORMS, TOML), Rig)
+        shown["properties"]["map"]["enum"] = ["", *session.names(MAPS, TOML)]
+        return {
+            "schema": shown,
+            "values": kept.model_dump(),
+            "ports": PORTS,
+            "known": (session.folder / KEPT).is_file(),
+        }
+
+    @router.post("/api/rig")
+    def keep(request: Request, values: dict[str, Any]) -> dict[str, Any]:
+        """Keep a rig that is in order; say of any other what is wrong, which is no failure of the request."""
+        count(request, session)
+        try:
+            rig = checked_as(Rig, values)
+            session_of_rig(rig, session.folder)
+        except InputError as error:
+            return {"field": rig_field(error), "sentence": str(error)}
+        keep_rig(rig, session.folder)
+        return {"field": "", "sentence": ""}
+
+    @router.post("/api/errand", status_code=202)
+    def errand(request: Request, values: dict[str, Any]) -> dict[str, Any]:
+        count(request, session)
+        session.control(request.scope["otolith"]["client"])
+        return order(session, values)
+
+
+def order(session: Session, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Order an errand, or answer one that goes on; return its word.
+
+    Raises
+    ------
+    Refused : the word is none, another errand or a run goes on, or what it needs is missing.
+    """
+    word = str(values.get("word", ""))
+    if session.errands is None or session.rig is None:
+        raise Refused(409, "a live session is watched here: a rig is set up before, in `otolith commander`")
+    if word not in (*ERRANDS, *ANSWERS):
+        raise Refused(
+            422, f"there is no errand {word[:40]!r}, must be one of {', '.join((*ERRANDS, *ANSWERS))}"
+        )
+    if word in ERRANDS:
+        if session.errand():
+            raise Refused(409, "another part of the rig is being set up; stop it first")
+        if word in MEASURING and session.state.look().get("busy", True):
+            raise Refused(409, "a run is going on, which would disturb the test; stop it first")
+    session.errands.give(word, _needed(session, word, values))
+    return {"word": word}
+
+
+def _needed(session: Session, word: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what goes with a word: names that are checked, and what the rig says."""
+    if word == "save":
+        name = f"{values.get('name', '')}{TOML}"
+        session.place(MAPS, name)  # refuses what is no name
+        return {"name": name}
+    if word == "learn":
+        rig = read_rig(session.folder)
+        return {"source": rig.sender, "listen": rig.listen}
+    return {}
 
 
 def _platforms(router: APIRouter, session: Session) -> None:
@@ -55,12 +131,6 @@ def _platforms(router: APIRouter, session: Session) -> None:
         if not is_file(name) or not place.is_file():
             raise Refused(404, "there is no such platform file")
         place.unlink()
-
-
-def count(request: Request, session: Session) -> None:
-    """Refuse a client that asks too often."""
-    if not session.rate.allows(request.scope["otolith"]["client"]):
-        raise Refused(429, "too many requests within a second")
 
 
 def own_platforms(session: Session) -> list[dict[str, str]]:

@@ -8,10 +8,19 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 
 from otolith import __version__, registry
-from otolith.commander.rig_routes import count, own_platforms, rig_routes
 from otolith.commander.schema import CUEING, TOML, Form, checked, live_schema, schema
 from otolith.commander.security import CLIENT, Refused
-from otolith.commander.session import CHANGE, PLATFORMS, PRESETS, RESULTS, UPLOADS, Session, new_client
+from otolith.commander.session import (
+    CHANGE,
+    MEASURING,
+    PLATFORMS,
+    PRESETS,
+    RESULTS,
+    UPLOADS,
+    Session,
+    count,
+    new_client,
+)
 from otolith.core.disk import write_text
 from otolith.platforms.library import descriptions
 from otolith.scenarios.catalog import SCENARIOS
@@ -33,7 +42,10 @@ def routes(session: Session) -> APIRouter:
     _watching(router, session)
     _doing(router, session)
     _files(router, session)
-    rig_routes(router, session)
+    if session.errands is not None:  # not beside a live session, whose server stays small
+        from otolith.commander.rig_routes import rig_routes
+
+        rig_routes(router, session)
     return router
 
 
@@ -86,6 +98,8 @@ def _doing(router: APIRouter, session: Session) -> None:
             raise Refused(409, "the simulation is still starting")
         if state["busy"]:
             raise Refused(409, "a run is going on; stop it first")
+        if session.errand() in MEASURING:
+            raise Refused(409, "the rig is being tested; a run would disturb it: wait, or stop it first")
         form = checked(values).model_dump()
         desk.check(form)
         session.give("run", form)
@@ -173,7 +187,7 @@ def _choices(session: Session) -> dict[str, Any]:
 
     return {
         "scenarios": entries(SCENARIOS, SCENARIOS),
-        "platforms": [*_shipped(), *own_platforms(session)],
+        "platforms": [*_shipped(), *_own(session)],
         "cueing": entries(registry.CUEING.own, CUEING),
         "plants": entries(registry.PLANTS.own, registry.PLANTS.own),
         "logs": session.uploads(),
@@ -182,6 +196,14 @@ def _choices(session: Session) -> dict[str, Any]:
 
 def _shipped() -> list[dict[str, str]]:
     return [{"name": name, "text": text} for name, text in descriptions().items()]
+
+
+def _own(session: Session) -> list[dict[str, str]]:
+    if not session.names(PLATFORMS, TOML):
+        return []
+    from otolith.commander.rig_routes import own_platforms
+
+    return own_platforms(session)
 
 
 def _presets(session: Session) -> list[dict[str, Any]]:

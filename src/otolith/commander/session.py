@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Protocol
 
+from starlette.requests import Request
+
 from otolith.commander.orders import Note, Orders
 from otolith.commander.rows import Rows
 from otolith.commander.schema import FILE, changed
@@ -15,11 +17,12 @@ from otolith.commander.security import Rate, Refused, Secrets
 from otolith.live.settings import changes_from
 
 # Folders within the Commander's own.
-UPLOADS, PRESETS, RESULTS, PLATFORMS = "drives", "presets", "results", "platforms"
+UPLOADS, PRESETS, RESULTS, PLATFORMS, MAPS = "drives", "presets", "results", "platforms", "maps"
 STOP: Final = "stop"
 CHANGE: Final = "change"  # the order for other parameters
 LEFT: Final = 5.0  # [s] without a websocket after which a client has left
 OFFLINE: Final = ("stop", "pause", "resume")  # words
+MEASURING: Final = ("check", "axis")  # errands of the rig that a run would disturb
 LIVE: Final = ("arm", "engage", "return", "stop", "park", "rearm")
 
 
@@ -55,6 +58,8 @@ class Session:
     hosts: frozenset[str]
     words: tuple[str, ...] = OFFLINE
     parameters: Mapping[str, float] = field(default_factory=dict)  # of a live session, at its start
+    rig: Note | None = None  # what the rig's process says, and its orders; None beside a live session
+    errands: Orders | None = None
     rate: Rate = field(default_factory=Rate)
     controlling: str = ""  # the client in control; empty: nobody
     now: Callable[[], float] = time.monotonic
@@ -99,6 +104,10 @@ class Session:
             )
         return self.desk
 
+    def errand(self) -> str:
+        """Return the errand of the rig that goes on; empty if none does."""
+        return "" if self.rig is None else str(self.rig.look().get("busy", ""))
+
     def control(self, client: str) -> None:
         """Let a client have control if nobody has.
 
@@ -122,6 +131,8 @@ class Session:
         """
         if word == STOP:
             self.give(STOP)
+            if self.errands is not None:
+                self.errands.give(STOP, {})
             return
         if not self.rate.allows(client):
             raise Refused(429, "too many words within a second")
@@ -168,6 +179,12 @@ class Session:
         """Return the names of the files in one of the Commander's folders."""
         found = (path for path in (self.folder / folder).iterdir() if path.is_file())
         return sorted(path.name for path in found if path.suffix == ending or not ending)
+
+
+def count(request: Request, session: Session) -> None:
+    """Refuse a client that asks too often."""
+    if not session.rate.allows(request.scope["otolith"]["client"]):
+        raise Refused(429, "too many requests within a second")
 
 
 def new_client() -> str:

@@ -45,6 +45,7 @@ class Client:
         self._chosen: Ints | None = None  # columns that it wants; None: all
         self._raw_until, self._held, self._gap = -math.inf, math.inf, False
         self._told: dict[str, Any] = {}
+        self._rig: dict[str, Any] = {}
         self._told_at, self._event, self._done = -math.inf, 0, -1
         self._rate = Rate(MESSAGES)
 
@@ -101,6 +102,10 @@ class Client:
         if card and card["generation"] != self.generation:
             said.append(self._schema(card))
         said += self._events(state)
+        rig = {} if self._session.rig is None else self._session.rig.look()
+        if rig is not self._rig and rig:
+            self._rig = rig
+            said.append({"kind": "rig", **rig})
         shown = self._shown(state)
         lasting = {name: value for name, value in shown.items() if name not in ("time", "lamps")}
         if state and (lasting != self._told or now - self._told_at >= STATES):

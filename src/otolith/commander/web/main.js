@@ -52,7 +52,7 @@ class Page {
     const shared = {fields: this.settings.fields, settings: this.settings, tell: tellEvent};
     this.setup = new Setup(byId("setup"), {...shared, choices, mode});
     this.tune = new Tune(byId("tune"), {...shared, properties, presets, mode});
-    if (mode !== "live") this.rig = new Rig(byId("rig"), {...shared, setup: this.setup, open: (name) => this.choose(name)});
+    if (mode !== "live") this.rig = new Rig(byId("rig"), {...shared, setup: this.setup});
     this.settings.base(values);
     this.settings.set(values);
   }
@@ -64,6 +64,7 @@ class Page {
     on("event", (event) => this.happened(event));
     on("done", () => this.finished());
     on("refused", ({sentence}) => tellEvent({level: "warn", text: sentence}));
+    on("rig", (told) => this.rig?.hear(told));
     on("frame", (frame) => this.take(frame));
     on("closed", (pause) => { this.lost ??= performance.now(); this.next = performance.now() + 1000 * pause; });
     on("open", () => { this.lost = null; });

@@ -1,23 +1,128 @@
-// A rig from nothing, step by step: the machine first.
-import {element} from "/web/look.js";
+// A rig from nothing, step by step: machine, device, telemetry, this computer, every axis alone, the first ride.
+import {get, post, Refused} from "/web/api.js";
+import {Field} from "/web/form.js";
+import {byId, element} from "/web/look.js";
 import {Machine} from "/web/machine.js";
+import {Wizard} from "/web/wizard.js";
+
+const PREFIX = "rig-";
 
 export class Rig {
-  constructor(root, {settings, setup, tell, open}) {
-    Object.assign(this, {settings, setup, running: false});
-    this.machine = new Machine({tell, saved: (name, text) => this.saved(name, text), dropped: (name) => setup.without(name)});
-    root.append(element("section", {}, element("h2", {}, "1 Your machine"), this.machine.root));
-    document.getElementById("tab-rig").addEventListener("click", () => this.begin(), {once: true});
+  constructor(root, {settings, setup, tell}) {
+    Object.assign(this, {settings, setup, tell, fields: {}, running: false, told: {}});
+    this.machine = new Machine({tell, saved: (name, text) => this.saved(name, text), dropped: (name) => this.dropped(name)});
+    this.wizard = new Wizard(byId("wizard"), {order: (word, values) => this.order(word, values)});
+    this.places = Object.fromEntries(["Platform", "Device", "Telemetry", "First ride"].map((group) => [group, element("div")]));
+    this.verdict = element("p", {className: "judged", role: "status", id: "rig-verdict"});
+    this.learn = this.button("Learn the axes …", () => this.order("learn"), "learn");
+    this.heard = element("p", {className: "about", role: "status"});
+    const section = (title, ...parts) => element("details", {open: title.startsWith("1")}, element("summary", {}, element("h2", {}, title)), ...parts);
+    root.append(section("1 Your machine", this.machine.root), section("2 Platform and device", this.places.Platform, this.places.Device),
+      section("3 Telemetry", this.places.Telemetry, this.learn, this.heard), section("4 First ride", this.places["First ride"]), this.verdict);
+    byId("tab-rig").addEventListener("click", () => this.attempt(() => this.begin()), {once: true});
   }
 
-  /** Ask for what there is when the tab is opened for the first time. */
-  async begin() { await this.machine.begin(); }
+  button(text, act, id) {
+    const made = element("button", {type: "button", id: `rig-${id}`}, text);
+    made.addEventListener("click", () => this.attempt(act));
+    return made;
+  }
 
-  /** Offer a saved platform file for runs, and choose it unless one goes on. */
+  async attempt(act) {
+    try {
+      await act();
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.tell({level: "warn", text: error.message});
+    }
+  }
+
+  async order(word, values = {}) { await this.attempt(() => post("/api/errand", {word, ...values})); }
+
+  /** Ask for what there is when the tab is opened for the first time. */
+  async begin() {
+    await this.machine.begin();
+    await this.describe();
+  }
+
+  /** Build the fields of the rig. */
+  async describe() {
+    const {schema, values, ports} = await get("/api/rig");
+    this.ports = ports;
+    for (const place of Object.values(this.places)) place.replaceChildren();
+    for (const [name, property] of Object.entries(schema.properties)) {
+      const field = new Field(PREFIX + name, property, () => { field.mark(); this.attempt(() => this.changed(name)); });
+      this.fields[name] = field;
+      field.base(values[name]);
+      field.write(values[name]);
+      this.places[property["x-group"]].append(field.root);
+    }
+    await this.keep();
+  }
+
+  values() { return Object.fromEntries(Object.entries(this.fields).map(([name, field]) => [name, field.read()])); }
+
+  async changed(name) {
+    const {source, listen} = this.fields;
+    if (name === "source") listen.write(listen.read().replace(/\d+$/, this.ports[source.read()]));  // the game's own port
+    await this.keep();
+  }
+
+  /** Keep the rig as it stands, if it is in order; only the latest answer counts. */
+  async keep() {
+    const number = this.asked = (this.asked ?? 0) + 1, kind = this.fields.device.read();
+    for (const {root, property} of Object.values(this.fields)) root.hidden = Boolean(property["x-of"]) && property["x-of"] !== kind;
+    this.wizard.suggested = this.fields.map.read().replace(/\.toml$/, "") || this.fields.source.read();
+    const {field, sentence} = await post("/api/rig", this.values());
+    if (number !== this.asked) return;
+    this.sound = !sentence;
+    this.verdict.textContent = sentence ? `✗ ${sentence}` : "✓ kept as rig.toml";
+    this.verdict.classList.toggle("bad", Boolean(sentence));
+    for (const [name, one] of Object.entries(this.fields)) one.refuse(name === field ? sentence : "");
+    this.enable();
+  }
+
+  /** Follow the errand of the rig's process. */
+  async hear(told) {
+    const before = this.told;
+    this.told = told;
+    this.wizard.follow(told);
+    this.enable();
+    if (!before.busy || told.busy) return;
+    this.tell({level: told.phase === "failed" ? "fault" : told.phase === "stopped" ? "warn" : "info", text: told.sentence});
+    if (told.errand === "learn") await this.learned(told);
+  }
+
+  async learned({phase, sentence, shown}) {
+    this.heard.textContent = sentence;
+    if (phase !== "done") return;
+    const name = shown.map, {map} = this.fields;
+    if (![...map.input.options].some(({value}) => value === name)) map.input.append(element("option", {value: name}, name));
+    map.write(name);
+    await this.attempt(() => this.keep());
+  }
+
+  /** Offer a saved platform file for runs and for the rig, and choose it unless a run goes on. */
   async saved(name, text) {
     this.setup.platform(name, text);
+    await this.describe();
+    this.fields.platform.write(name);
+    await this.keep();
     if (!this.running) await this.settings.set({platform: name});
   }
 
-  follow({busy}) { this.running = busy; }
+  async dropped(name) {
+    await this.setup.without(name);
+    await this.describe();
+  }
+
+  follow({busy, control}) {
+    Object.assign(this, {running: busy, control});
+    this.enable();
+  }
+
+  enable() {
+    const free = this.control !== false && !this.told.busy && this.sound === true;
+    this.learn.disabled = !free;
+  }
 }

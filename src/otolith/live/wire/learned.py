@@ -59,6 +59,20 @@ class Learned:
     axes: AxisMap
     notes: tuple[str, ...]
 
+    def sentences(self) -> list[str]:
+        """Return what was found, in words."""
+        axes, said = self.axes, []
+        for what, rows, unit in (
+            ("force", axes.force, axes.force_unit),
+            ("rate", axes.rate, axes.rate_unit),
+        ):
+            names = ("forward", "left", "up") if what == "force" else ("roll", "pitch", "yaw")
+            named = ", ".join(f"{name} = channel {row}" for name, row in zip(names, rows, strict=True))
+            said.append(f"{what}: {named} [{unit}]")
+        gravity = "in the force, subtracted" if axes.gravity else "not in the force"
+        tests = ", ".join(f"test '{name}': r = {r:.3f}" for name, r in axes.evidence.items())
+        return [*said, f"gravity: {gravity}", f"vectors are in {axes.frame} axes", tests]
+
 
 def learn(minute: Minute) -> Learned:
     """Return the axis map that a minute shows.

@@ -1,0 +1,121 @@
+"""A rig from nothing, in the page alone: its platform, its game, and a machine in software that is moved."""
+
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from otolith.live.settings import settings_from_toml
+from otolith.live.wire.axes import axes_from_toml
+from tests.commander.web.conftest import Server, Watched, free_port
+from tests.commander.web.test_tour import COMMAND
+from tests.live.wire.minute import DT, SHORT, driven, forza_packet
+
+SLOW: Final = 60_000  # [ms]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "own"
+
+
+@pytest.fixture
+def real(browser: Browser, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
+    """`otolith commander`, with an empty folder and no tests kept."""
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(folder.parent / "state"))
+    port = free_port()
+    command = [sys.executable, "-c", COMMAND, "commander", "--port", str(port), "--folder", str(folder)]
+    server = Server(command, port, folder.parent / "log.txt")
+    server.wait()
+    yield server
+    server.end()
+
+
+def open_(page: Page, title: str) -> None:
+    """Open a step of the rig, and close the others."""
+    for step in page.locator("#rig > details").all():
+        if (step.get_attribute("open") is not None) != (title in step.locator("h2").first.inner_text()):
+            step.locator("summary").first.click()
+
+
+def fill(page: Page, name: str, value: str) -> None:
+    """Write a value, and wait for what the server thinks of it."""
+    field = page.locator(f"#field-{name}")
+    field.scroll_into_view_if_needed()
+    if field.evaluate("one => one.tagName") == "SELECT":
+        field.select_option(value)
+    else:
+        field.fill(value)
+        field.press("Tab")
+
+
+def drive(port: int) -> threading.Thread:
+    """Drive the experiment, as Forza would send it."""
+    drive = driven(SHORT)
+
+    def send() -> None:
+        begin = time.monotonic()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            for k in range(len(drive.t)):
+                line.sendto(forza_packet(k, drive), ("127.0.0.1", port))
+                time.sleep(max(0.0, begin + (k + 1) * DT - time.monotonic()))
+
+    thread = threading.Thread(target=send, daemon=True)
+    thread.start()
+    return thread
+
+
+def platform_file(page: Page) -> None:
+    """Make a platform file; a wrong number is refused in the sentence of the command line."""
+    fill(page, "machine-surge_velocity_mps", "400")
+    expect(page.locator("#machine-verdict")).to_contain_text("(is it in mm/s?)")
+    expect(page.locator("#error-machine-surge_velocity_mps")).to_contain_text("is 400.0, must be between")
+    fill(page, "machine-surge_velocity_mps", "0.2")
+    expect(page.locator("#machine-verdict")).to_contain_text("in order")
+
+
+def test_a_rig_from_nothing(browser: Browser, real: Server, folder: Path) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    watched = Watched(context, f"{real.url}/")
+    page = watched.open()
+    page.click("#tab-rig")
+    expect(page.locator("#machine-verdict")).to_contain_text("in order")
+    page.select_option("#machine-kind", "legs")
+    page.locator("#rig summary:has-text('surge')").click()
+    platform_file(page)
+    page.click("#rig button:has-text('Save')")
+    expect(page.locator("#machine")).to_have_value("my-rig.toml", timeout=SLOW)
+    expect(page.locator("#rig .reach")).to_contain_text("every combination", timeout=SLOW)
+    expect(page.locator("#field-platform")).to_have_value("my-rig.toml")
+
+    open_(page, "Telemetry")
+    port = free_port()
+    fill(page, "rig-source", "forza")
+    expect(page.locator("#field-rig-listen")).to_have_value("127.0.0.1:5300")
+    fill(page, "rig-listen", f"127.0.0.1:{port}")
+    expect(page.locator("#rig-learn")).to_be_enabled()
+    page.click("#rig-learn")
+    expect(page.locator("#wizard")).to_contain_text("nothing has arrived yet")
+    thread = drive(port)
+    expect(page.locator("#wizard .passed")).to_have_count(5, timeout=SLOW)
+    expect(page.locator("#wizard .reach")).to_contain_text("forward = channel", timeout=SLOW)
+    thread.join()
+    page.fill("#map-name", "my-game")
+    page.click("text=Save the axis map")
+    expect(page.locator("#field-rig-map")).to_have_value("my-game.toml")
+    expect(page.locator("#wizard")).to_be_hidden()
+    expect(page.locator("#rig-verdict")).to_contain_text("kept")
+
+    kept = (folder / "rig.toml").read_text()
+    assert settings_from_toml(kept, "rig.toml").platform == str(folder / "platforms" / "my-rig.toml")
+    axes = axes_from_toml(kept, "rig.toml")
+    assert (axes.source, axes.force) == ("forza", ("1", "2", "3"))  # its parser has turned them already
+    watched.check()
+    context.close()
