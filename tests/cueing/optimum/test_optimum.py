@@ -13,6 +13,7 @@ from otolith.core.rotation import felt_along
 from otolith.cueing.design import Design
 from otolith.cueing.optimum import Optimum, measure_of, optimum
 from otolith.loop import simulate
+from otolith.metrics.limits import excesses
 from otolith.platforms import load
 from otolith.scenarios import Scenario, scenario
 
@@ -169,3 +170,19 @@ def test_another_plant_is_refused() -> None:
         "ideal",
         "ideal",
     ]
+
+
+def test_a_rail_makes_the_best_better_and_its_run_is_the_motion_that_was_found() -> None:
+    """The cheap predictor of what redundancy gains: certified, and within the limits of both carriers."""
+    ultimate = load("ultimate")
+    alone = ultimate.model_copy(update={"base": None})
+    found, without = (optimum(one, (SURGE_PITCH,), scenario("step-2")) for one in (ultimate, alone))
+    errors = [
+        float(np.sqrt(np.mean((one.run.felt_force - one.run.reference_force)[:, 0] ** 2)))
+        for one in (found, without)
+    ]
+    assert errors[0] < 0.3 * errors[1]
+    assert found.certificate.worst < 1e-4
+    assert found.run.base is not None
+    assert 2.5 < np.abs(found.run.base[:, 0]).max() <= 2.6 + 1e-4
+    assert all(one.at_nodes < 1e-5 for one in excesses(found.run))

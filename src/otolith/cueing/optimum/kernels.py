@@ -2,7 +2,8 @@
 
 Notation: x_k holds place, speed and acceleration (p, v, a) of every axis that moves, axis after axis, in the
 platform's own axes and signs; u_k holds the commands. At sample j of period k each axis is exactly at A_j (p,
-v, a) + B_j u. What the driver feels there is given by `felt.feel`.
+v, a) + B_j u. An axis of a base adds to the axis of the platform that it carries. What the driver feels there
+is given by `felt.feel`.
 """
 
 from typing import NamedTuple
@@ -19,8 +20,8 @@ NUDGE = 1e-6  # [rad, rad/s] between two slopes
 class Tracked(NamedTuple):
     """The constants of the cost."""
 
-    within: Mat  # (S, 3, 4) rows [A_j B_j] of the samples of one period
-    axes: Ints  # (axes,) of the platform, in the order of the states
+    within: Mat  # (S, axes, 3, 4) rows [A_j B_j] of the samples of one period, for every axis
+    axes: Ints  # (axes,) of the platform, in the order of the states; that which an axis of the base carries
     head: Vec  # (3,) [m] where force is sensed, or (0,): the planar models' force is felt
     channel: Ints  # (C,) what is tracked: 0, 1, 2 force along x, y, z; 3 the yaw rate
     weight: Vec  # (C,) of its squared error
@@ -63,10 +64,11 @@ def expand(t: Tracked, X: Mat, U: Mat, gradient: Mat, hessian: Mat, exact: bool)
 @jit_allocating
 def _move(t: Tracked, within: Mat, x: Vec, u: Vec, motion: Mat) -> None:
     """Write place, speed and acceleration (3, 6) of the axes at one sample."""
+    motion[:] = 0.0
     for i in range(len(t.axes)):
         for order in range(3):
-            row = within[order]
-            motion[order, t.axes[i]] = (
+            row = within[i, order]
+            motion[order, t.axes[i]] += (
                 row[0] * x[3 * i] + row[1] * x[3 * i + 1] + row[2] * x[3 * i + 2] + row[3] * u[i]
             )
 
@@ -79,7 +81,7 @@ def _derivatives(t: Tracked, within: Mat, slope: Mat, row: Vec) -> None:
         of = slope[t.axes[i]]
         for m in range(4):
             place = 3 * i + m if m < 3 else nx + i
-            row[place] = of[0] * within[0, m] + of[1] * within[1, m] + of[2] * within[2, m]
+            row[place] = of[0] * within[i, 0, m] + of[1] * within[i, 1, m] + of[2] * within[i, 2, m]
 
 
 @jit_allocating
@@ -124,7 +126,7 @@ def _bend(t: Tracked, within: Mat, motion: Mat, pull: Vec, slope: Mat, hessian: 
                         a = 3 * i + m if m < 3 else nx + i
                         for n in range(4):
                             b = 3 * j + n if n < 3 else nx + j
-                            value = bent * within[order, m] * within[other, n]
+                            value = bent * within[i, order, m] * within[j, other, n]
                             hessian[a, b] += value
                             if (other, j) != (order, i):
                                 hessian[b, a] += value

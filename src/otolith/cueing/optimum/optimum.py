@@ -12,7 +12,7 @@ Source: M. Katliar, Optimal control of motion simulators (University of Freiburg
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -25,9 +25,10 @@ from otolith.core.lti import zero_order_hold
 from otolith.cueing.mpc.objective import FORCE_WEIGHT, RATE_WEIGHT
 from otolith.cueing.optimum import kernels
 from otolith.cueing.optimum.definition import Numbers, felt
-from otolith.interfaces import Command, Outcome, PlatformState, Reference, Status
+from otolith.interfaces import Command, Outcome, Plant, PlatformState, Reference, Status
 from otolith.loop import EDGE, Run, simulate
 from otolith.ocp import Answer, Certificate, Disc, Dynamics, Expansion, certify, solve
+from otolith.plant.carried import OnBase
 from otolith.plant.ideal import Ideal
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
@@ -84,16 +85,19 @@ def optimum(
     if plant != measure_of(plant):
         raise InputError("plant of the optimum", plant, "ideal or ideal-no-lag")
     lag = max(platform.actuators.lag_s if plant == "ideal" else 0.0, _LEAST_LAG)
-    dynamics = _dynamics(platform, dofs, lag)
-    cost = _Felt.of(scenario, dofs, lag=lag, head=platform.head, plant_period=plant_period)
+    moved = (*dofs, *platform.bases(dofs))
+    lags = [_lag_of(platform, dof, lag) for dof in moved for _ in dof.axes]
+    dynamics = _dynamics(platform, moved, lags)
+    cost = _Felt.of(scenario, dofs, moved=moved, lags=lags, head=platform.head, plant_period=plant_period)
     answer = solve(dynamics, cost, np.zeros(dynamics.states), len(cost.tracked.wanted))
     certificate = certify(dynamics, cost.costs, answer, nothing=cost.nothing)
     if not certificate.worst <= ACCEPTED:  # so that a NaN is refused, too
         found = f"its certificate is {certificate.worst:.1e}, must be at most {ACCEPTED:g}"
         raise NoOptimum(f"the optimum of {scenario.name} is not certified: {found}")
+    own: Plant = Ideal(lag, head=platform.head)
     run = simulate(
-        _Replay(cost.tracked.axes, answer, certificate.worst),
-        Ideal(lag, head=platform.head),
+        _Replay([axis for dof in moved for axis in dof.axes], answer, certificate.worst),
+        own if platform.base is None else OnBase(own, platform),
         scenario,
         platform=platform,
         dofs=tuple(dof.name for dof in dofs),
@@ -133,11 +137,18 @@ class _Felt:
         scenario: Scenario,
         dofs: tuple[Dof, ...],
         *,
-        lag: float,
+        moved: tuple[Dof, ...],
+        lags: list[float],
         head: tuple[float, float, float] | None,
         plant_period: float,
     ) -> "_Felt":
-        """Return the cost of a scenario along degrees of freedom; `head` is that of `Platform.head`."""
+        """Return the cost of a scenario along degrees of freedom; `head` is that of `Platform.head`.
+
+        Parameters
+        ----------
+        moved : the degrees of freedom, and what carries them.
+        lags : [s] of every axis that is moved.
+        """
         samples, N = round(PERIOD / plant_period), round(scenario.duration / PERIOD)
         time = np.arange(1, N * samples + 1, dtype=np.float64) * plant_period - EDGE
         both = np.hstack([scenario.specific_force(time), scenario.angular_rate(time)[:, 2:]])
@@ -148,8 +159,8 @@ class _Felt:
             raise InputError("the reference", f"no number at {when:.3f} s", "one at all times")
         return cls(
             kernels.Tracked(
-                within=_within(lag, samples),
-                axes=np.array([axis for dof in dofs for axis in dof.axes], dtype=np.int64),
+                within=np.stack([_within(lag, samples) for lag in lags], axis=1),
+                axes=np.array([axis % 6 for dof in moved for axis in dof.axes], dtype=np.int64),
                 head=np.array([] if head is None else head, dtype=np.float64),
                 channel=channel,
                 weight=np.where(channel == 3, RATE_WEIGHT, FORCE_WEIGHT),
@@ -189,7 +200,7 @@ class _Felt:
         motion = np.zeros((3, len(U), len(t.within), 6), X.dtype)
         for i, axis in enumerate(t.axes):
             z = np.hstack([X[:, 3 * i : 3 * i + 3], U[:, i : i + 1]])
-            motion[..., axis] = np.einsum("jom,km->okj", t.within, z)
+            motion[..., axis] += np.einsum("jom,km->okj", t.within[:, i], z)
         felt_there = felt(motion[0], motion[1], motion[2], t.head if len(t.head) else None)
         difference: Numbers = felt_there[..., t.channel] - wanted
         return difference
@@ -205,6 +216,7 @@ def _through_lag(cost: _Felt, c: int, dof: Dof, lag: float) -> float:
     t = cost.tracked
     alone = _Felt(
         t._replace(
+            within=t.within[:, list(t.axes).index(dof.axes[0])][:, None].copy(),
             axes=np.array(dof.axes[:1], dtype=np.int64),
             head=np.zeros(0),
             channel=t.channel[c : c + 1],
@@ -220,10 +232,15 @@ def _through_lag(cost: _Felt, c: int, dof: Dof, lag: float) -> float:
     return float(np.sqrt(np.mean(alone.errors(answer.X[:-1], answer.U) ** 2)))
 
 
-def _dynamics(platform: Platform, dofs: tuple[Dof, ...], lag: float) -> Dynamics:
-    """Return the dynamics and limits of all axes that are cued."""
+def _lag_of(platform: Platform, dof: Dof, lag: float) -> float:
+    """Return the lag [s] of a degree of freedom, given that of the platform."""
+    return platform.base.lag_s if dof.is_base and platform.base is not None else lag
+
+
+def _dynamics(platform: Platform, dofs: tuple[Dof, ...], lags: list[float]) -> Dynamics:
+    """Return the dynamics and limits of all axes that are moved, with the lag [s] of each."""
     axes = [axis for dof in dofs for axis in dof.axes]
-    A, B = zero_order_hold(*_axis(lag), PERIOD)
+    A, B = zip(*(zero_order_hold(*_axis(lag), PERIOD) for lag in lags), strict=True)
     lower, upper, of_u = np.empty((len(axes), 3)), np.empty((len(axes), 3)), np.empty(len(axes))
     signs = [sign for dof in dofs for sign in dof.signs]
     limits = [one for dof in dofs for one in platform.limits(dof)]
@@ -236,8 +253,8 @@ def _dynamics(platform: Platform, dofs: tuple[Dof, ...], lag: float) -> Dynamics
     if platform.circle is not None and {SURGE_PITCH, SWAY_ROLL} <= set(dofs):
         discs = (Disc((3 * axes.index(0), 3 * axes.index(1)), platform.circle),)
     return Dynamics(
-        A=block_diag(*[A] * len(axes)),
-        B=block_diag(*[B] * len(axes)),
+        A=block_diag(*A),
+        B=block_diag(*B),
         lower=np.concatenate([lower.ravel(), -of_u]),
         upper=np.concatenate([upper.ravel(), of_u]),
         discs=discs,
@@ -264,9 +281,10 @@ class _Replay:
 
     period = PERIOD
 
-    def __init__(self, axes: Ints, answer: Answer, residual: float) -> None:
+    def __init__(self, axes: list[int], answer: Answer, residual: float) -> None:
         self._outcome = Outcome(status=Status.DECIDED, residual=residual)
-        self._commands, self._poses, self._twists = (np.zeros((len(answer.U), 6)) for _ in range(3))
+        self.carriers = 1 + (max(axes) >= 6)
+        self._commands, self._poses, self._twists = (np.zeros((len(answer.U), 12)) for _ in range(3))
         self._commands[:, axes] = answer.U
         self._poses[:, axes], self._twists[:, axes] = answer.X[1:, ::3], answer.X[1:, 1::3]
         self._k = 0
@@ -278,10 +296,15 @@ class _Replay:
     def step(self, state: PlatformState, reference: Reference) -> Command:  # noqa: ARG002 (all is known)
         """Return the next command."""
         k, self._k = self._k, self._k + 1
+        base = self._command(k, slice(6, 12)) if self.carriers > 1 else None
+        return replace(self._command(k, slice(6)), base=base)
+
+    def _command(self, k: int, of: slice) -> Command:
+        """Return command k of the platform, or of its base."""
         return Command(
-            acceleration=self._commands[k],
-            pose=self._poses[k],
-            twist=self._twists[k],
-            plan=self._commands[k + 1 : k + 2],
+            acceleration=self._commands[k, of],
+            pose=self._poses[k, of],
+            twist=self._twists[k, of],
+            plan=self._commands[k + 1 : k + 2, of],
             outcome=self._outcome,
         )
