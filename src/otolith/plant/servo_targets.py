@@ -152,10 +152,12 @@ def check_gains(hexapod: Hexapod, period: float) -> None:
     InputError : the damping is not between the bounds of `otolith.plant.dynamics.damping_bounds`.
     """
     low, high = damping_bounds(hexapod, period)
-    if not low < hexapod.damping < high:
-        raise InputError(
-            "hexapod.legs.damping_nspm",
-            f"{hexapod.damping:.4g}",
-            f"between {low:.4g} and {high:.4g} N s/m for a stable servo of {1e3 * period:g} ms "
-            f"and {hexapod.stiffness:.4g} N/m",
-        )
+    if low < hexapod.damping < high:
+        return
+    field, unit, stiffness, square = "hexapod.legs.damping_nspm", "N s/m", "N/m", 1.0
+    if hexapod.cranks is not None:
+        field, unit, stiffness = "hexapod.cranks.damping_nmsprad", "N m s/rad", "N m/rad"
+        square = hexapod.cranks.radius**2
+    servo = f"for a stable servo of {1e3 * period:g} ms and {square * hexapod.stiffness:.4g} {stiffness}"
+    bound = f"between {square * low:.4g} and {square * high:.4g} {unit} {servo}"
+    raise InputError(field, f"{square * hexapod.damping:.4g}", bound)

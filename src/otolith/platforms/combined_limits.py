@@ -21,7 +21,7 @@ from typing import Final
 
 import numpy as np
 
-from otolith.core.arrays import Bools, Mat, Vec
+from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.rotation import place_of, rotation_of
 from otolith.platforms.axes import Rotation, Translation
@@ -101,15 +101,15 @@ def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
     they are within their strokes; cranks are proved to stay within their ranges here.
     """
     cells, half = np.zeros((1, 4)), np.array([circle, circle, tilt, tilt])
-    within = hexapod.holds if hexapod.cranks is None else hexapod.reaches
     for _ in range(HALVINGS):
         poses = np.zeros((len(cells), 6))
         poses[:, [0, 1, 3, 4]] = cells
+        margins = _margins(hexapod, poses)
         inside = np.hypot(cells[:, 0], cells[:, 1]) <= circle
-        if not np.all(within(poses[inside])):
+        if not np.all(margins[inside] >= 0.0):
             return False
-        proved = _proved(hexapod, poses, float(np.hypot(half[0], half[1])), float(half[2] + half[3]))
-        doubtful = cells[~proved]
+        far, turned = float(np.hypot(half[0], half[1])), float(half[2] + half[3])
+        doubtful = cells[~np.all(margins >= _changes(hexapod, margins, far, turned), axis=1)]
         if not len(doubtful):
             return True
         if len(doubtful) > CELLS:
@@ -120,40 +120,44 @@ def holds_all(hexapod: Hexapod, circle: float, tilt: float) -> bool:
     return False
 
 
-def _proved(hexapod: Hexapod, poses: Mat, far: float, turned: float) -> Bools:
-    """Return for each pose (n, 6) whether all that are at most so far [m] and so much turned [rad] hold (n,).
+def _changes(hexapod: Hexapod, margins: Mat, far: float, turned: float) -> Vec:
+    """Return how much the margins (5,) can change over a way of so far [m] and so much turned [rad].
 
-    Ranges of cranks are included, strokes of linear legs are not.
+    For cranks, n·t is assumed to stay above the middle between the least that is found and `DEAD_CENTRE`,
+    which is required of it by infinite changes otherwise (as in `otolith.platforms.reach`).
     """
-    proved, arcs = np.zeros(len(poses), dtype=np.bool_), hexapod.lengths(poses)
-    found = np.isfinite(arcs).all(axis=1)
-    margins, follow = _margins(hexapod, poses[found]), 0.0
+    follow, spare = 0.0, float(np.nanmin(margins[:, 3], initial=np.inf))
     if hexapod.cranks is not None:
-        leverages = hexapod.leverages(poses[found]).min(axis=1)
-        middle = 0.5 * (float(leverages.min(initial=1.0)) + DEAD_CENTRE)  # as in `otolith.platforms.reach`
-        if not middle > DEAD_CENTRE:
-            return proved
-        follow = 1.0 / middle
-        margins = np.column_stack([margins, leverages - middle])
-        low, high = hexapod.stroke
-        gaps = np.minimum(arcs[found] - low, high - arcs[found]).min(axis=1)
-        arms = float(np.linalg.norm(hexapod.joints, axis=1).max())
-        margins[gaps < follow * (far + arms * turned)] = -np.inf
+        follow = 1.0 / (DEAD_CENTRE + 0.5 * max(spare, 0.0))
     along, about, _ = change_rates(hexapod, follow=follow)
-    change = along * far + about * turned
-    proved[found] = np.all(margins >= change[: margins.shape[1]], axis=1)
-    return proved
+    lever = float(np.linalg.norm(hexapod.joints, axis=1).max())
+    changes = np.append(along * far + about * turned, follow * (far + lever * turned))
+    if hexapod.cranks is not None:
+        changes[3] += 0.5 * max(spare, 0.0)
+    return changes
 
 
 def _margins(hexapod: Hexapod, poses: Mat) -> Mat:
-    """Return the margins of poses (n, 3), in the order of `change_rates`; inf for joints without a limit."""
+    """Return the margins of poses (n, 5), in the order of `change_rates`, and of the ranges of cranks [m].
+
+    They are inf for joints without a limit and for what only cranks have, and −inf where a rod does not
+    reach.
+    """
+    arcs = hexapod.lengths(poses)
+    found = np.isfinite(arcs).all(axis=1)
+    margins, poses = np.full((len(poses), 5), -np.inf), poses[found]
     sigma = np.linalg.svd(hexapod.scaled_jacobians(poses), compute_uv=False)
-    firm = sigma[:, -1] - sigma[:, 0] / SINGULAR_CONDITION
+    margins[found] = np.inf
+    margins[found, 0] = sigma[:, -1] - sigma[:, 0] / SINGULAR_CONDITION
     lean = np.array(hexapod.lean)
-    if lean.min() >= math.pi:
-        return np.column_stack([firm, np.full((len(poses), 2), np.inf)])
-    spare = lean - hexapod.leans(poses).max(axis=2)
-    return np.column_stack([firm, np.where(lean < math.pi, spare, np.inf)])
+    if lean.min() < math.pi:
+        spare = lean - hexapod.leans(poses).max(axis=2)
+        margins[found, 1:3] = np.where(lean < math.pi, spare, np.inf)
+    if hexapod.cranks is not None:
+        low, high = hexapod.stroke
+        margins[found, 3] = hexapod.leverages(poses).min(axis=1) - DEAD_CENTRE
+        margins[found, 4] = np.minimum(arcs[found] - low, high - arcs[found]).min(axis=1)
+    return margins
 
 
 def reach_share(hexapod: Hexapod, circle: float, tilt: float) -> float:
@@ -201,7 +205,7 @@ def _speed_share(hexapod: Hexapod, poses: Mat, speeds: Vec) -> float:
 def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations: Vec) -> float:
     """Return the largest share of axis accelerations (6,), at most 1, that the legs can give at full speed.
 
-    Motion along curved paths uses a part of the legs' acceleration.
+    Motion along curved paths uses a part of the legs' acceleration; 0 if it uses all of it.
     """
     signs = [np.array([1.0, a, 0.0, b, c, 0.0]) for a, b, c in itertools.product((-1.0, 1.0), repeat=3)]
     share = 1.0
@@ -211,7 +215,7 @@ def _acceleration_share(hexapod: Hexapod, poses: Mat, speeds: Vec, accelerations
         )
         asked = np.abs(hexapod.pose_jacobian(pose)) @ accelerations
         share = min(share, float(np.min((hexapod.acceleration - curved) / asked)))
-    return share
+    return max(share, 0.0)
 
 
 def together(platform: Platform) -> Together:

@@ -1,19 +1,20 @@
 """Six legs as a platform file describes them, and the resulting hexapod.
 
-Joints are given either as two circles of three pairs each, or as twelve points, which covers both symmetric
-machines from a catalogue and irregular rigs. They are checked like the rest of the file: an error is one
-sentence with field, value, bound and unit.
+Legs are linear, or rods on cranks (`otolith.platforms.crank_table`). Joints are given either as two circles
+of three pairs each, or as twelve points, which covers both symmetric machines from a catalogue and irregular
+rigs. They are checked like the rest of the file: an error is one sentence with field, value, bound and unit.
 """
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from otolith.core.arrays import Mat
+from otolith.core.arrays import Mat, Vec
 from otolith.platforms.bounds import Radius, Within, refuse
-from otolith.platforms.hexapod import SINGULAR_CONDITION, Hexapod
+from otolith.platforms.crank_table import CrankTable
+from otolith.platforms.hexapod import DEAD_CENTRE, SINGULAR_CONDITION, Hexapod
 
 _LENGTH = Within(0.05, 20.0, "m", "km", "mm")
 _POINT_M = 20.0  # [m] largest coordinate of a point
@@ -104,7 +105,10 @@ class Circles(_Table):
 
 
 class Joints(_Table):
-    """Twelve joints as points about the base's and the platform's own centre; leg k joins the k-th two."""
+    """Twelve joints as points about the base's and the platform's own centre; leg k joins the k-th two.
+
+    On the base of a machine with cranks, they are the centres of the shafts, each in the plane of its crank.
+    """
 
     base_m: SixPoints
     platform_m: SixPoints
@@ -120,6 +124,9 @@ class JointAngles(_Table):
     A ball or universal joint is mounted in some direction and can turn away from it only by a limited angle.
     With `about` = "neutral" the direction is that of its leg in the neutral pose. With "normal" it is the z
     axis, of the base for base joints and of the platform for platform joints.
+
+    A rod's joint on its crank turns freely about a bolt that is parallel to the shaft. There `base_deg` is
+    how far the rod may lean out of the plane of its crank, whatever `about` says.
     """
 
     base_deg: Cone = 180.0
@@ -159,14 +166,17 @@ class HexapodTable(_Table):
     circles: Circles | None = None
     joints: Joints | None = None
     joint_angles: JointAngles | None = None
-    legs: Legs
+    legs: Legs | None = None
+    cranks: CrankTable | None = None
     payload: Payload
 
     @model_validator(mode="after")
     def _must_stand(self) -> Self:
         hexapod = self.hexapod()
-        lengths, (low, high) = hexapod.lengths(np.zeros(6)), self.legs.length_m
-        if not (low < lengths.min() and lengths.max() < high):
+        lengths, (low, high) = hexapod.lengths(np.zeros(6)), hexapod.stroke
+        if self.cranks is not None:
+            _must_turn(hexapod, self.cranks, lengths)
+        elif not (low < lengths.min() and lengths.max() < high):
             shown = f"{lengths.min():.4g} to {lengths.max():.4g} m long"
             raise refuse(f"within {low:g} to {high:g} m", field="legs in the neutral pose", value=shown)
         leans = np.degrees(hexapod.leans(np.zeros((1, 6)))[0])
@@ -180,6 +190,22 @@ class HexapodTable(_Table):
             raise refuse(bound, field="condition number in the neutral pose", value=f"{condition:.3g}")
         return self
 
+    def _limits(self) -> dict[str, Any]:
+        """Return limits and servo of the legs, or cranks, in the fields of `Hexapod`."""
+        if self.cranks is not None:
+            return self.cranks.limits()
+        if self.legs is None:
+            return {}
+        return {
+            "stroke": self.legs.length_m,
+            "speed": self.legs.speed_mps,
+            "acceleration": self.legs.acceleration_mps2,
+            "force": self.legs.force_n,
+            "leg_mass": self.legs.mass_kg,
+            "stiffness": self.legs.stiffness_npm,
+            "damping": self.legs.damping_nspm,
+        }
+
     def _points(self) -> tuple[Mat, Mat]:
         geometry = self.circles or self.joints
         if geometry is None or (self.circles and self.joints):
@@ -190,18 +216,16 @@ class HexapodTable(_Table):
     def hexapod(self) -> Hexapod:
         """Return the machine in SI units, about its motion reference point in the neutral pose."""
         base, platform = self._points()
+        if (self.legs is None) is (self.cranks is None):
+            found = "absent" if self.legs is None else "both given"
+            raise refuse("one of legs and cranks", field="what moves the platform", value=found)
         reference, lean = np.array(self.reference_point_m), self.joint_angles or JointAngles()
         return Hexapod(
             joints=platform - reference,
             anchors=base - reference - np.array([0.0, 0.0, self.neutral_height_m]),
             head=np.zeros(3) if self.head_m is None else np.array(self.head_m),
-            stroke=self.legs.length_m,
-            speed=self.legs.speed_mps,
-            acceleration=self.legs.acceleration_mps2,
-            force=self.legs.force_n,
-            leg_mass=self.legs.mass_kg,
-            stiffness=self.legs.stiffness_npm,
-            damping=self.legs.damping_nspm,
+            cranks=None if self.cranks is None else self.cranks.cranks(base),
+            **self._limits(),
             mass=self.payload.mass_kg,
             centre=np.array(self.payload.centre_m),
             inertia=np.array(self.payload.inertia_kgm2),
@@ -209,6 +233,39 @@ class HexapodTable(_Table):
             lean_platform=math.radians(lean.platform_deg),
             upright=lean.about == "normal",
         )
+
+
+def _must_turn(hexapod: Hexapod, cranks: CrankTable, arcs: Vec) -> None:
+    """Refuse cranks whose rods do not reach in the neutral pose, or only outside their range of angles."""
+    rods, spans = cranks.rod_m, _rod_spans(hexapod)
+    low, high = float(spans[:, 0].max()), float(spans[:, 1].min())
+    if np.isnan(arcs).any():
+        bound = f"between {low:.4g} and {high:.4g} m, to reach the platform's joints in the neutral pose"
+        if low > high:
+            needs = f"one crank needs at least {low:.4g} m and another at most {high:.4g} m"
+            bound = f"one that reaches all joints in the neutral pose, but {needs}"
+        raise refuse(bound, field="cranks.rod_m", value=f"{rods:g}")
+    angles, (least, most) = np.degrees(hexapod.angles(arcs)), cranks.angle_deg
+    if not (least < angles.min() and angles.max() < most):
+        shown = f"at {angles.min():.4g} to {angles.max():.4g} deg"
+        raise refuse(f"within {least:g} to {most:g} deg", field="cranks in the neutral pose", value=shown)
+    leverage = float(hexapod.leverages(np.zeros((1, 6))).min())
+    if not leverage > DEAD_CENTRE:
+        bound = f"above {DEAD_CENTRE:g}: a crank is near its dead centre"
+        raise refuse(bound, field="n·t of cranks in the neutral pose", value=f"{leverage:.3g}")
+
+
+def _rod_spans(hexapod: Hexapod) -> Mat:
+    """Return the least and largest distance (6, 2) [m] of a turning tip from its neutral joint."""
+    if hexapod.cranks is None:
+        raise ValueError("linear legs have no rods")
+    ends, rho = hexapod.joints - hexapod.anchors, hexapod.cranks.radius
+    in_plane = np.hypot(
+        np.sum(ends * hexapod.cranks.zero, axis=1), np.sum(ends * hexapod.cranks.quarter, axis=1)
+    )
+    square = np.sum(ends**2, axis=1) + rho**2
+    spans: Mat = np.sqrt(np.column_stack([square - 2.0 * rho * in_plane, square + 2.0 * rho * in_plane]))
+    return spans
 
 
 def _on_circle(radius: float, degrees: Mat) -> Mat:

@@ -18,7 +18,13 @@ import numpy as np
 from otolith.core.arrays import Bools, Mat, Vec, freeze
 from otolith.core.errors import OtolithError
 from otolith.core.rotation import place_of, pose_of, velocity_of
-from otolith.platforms.kinematics import Actuators, forward, inverse, leg_motion, lengths_along
+from otolith.platforms.kinematics import (
+    Actuators,
+    forward,
+    jacobians_along,
+    leg_motion,
+    lengths_along,
+)
 
 TOLERANCE: Final = 1e-13  # [m] on leg lengths; double precision has 2e-16 at a metre
 MOST: Final = 30  # largest number of Newton iterations; from the neutral pose 4 or 5 suffice
@@ -232,10 +238,14 @@ class Hexapod:
 
     def jacobian(self, pose: Vec) -> Mat:
         """Return J (6, 6) of leg speeds = J (v, ω), with velocity and angular rate in world."""
-        place, J = np.empty(7), np.empty((6, 6))
-        place_of(np.asarray(pose, dtype=np.float64), place)
-        inverse(place, self.actuators, np.empty(6), J, np.empty((6, 3)))
-        return J
+        jacobian: Mat = self._jacobians(np.asarray(pose)[None])[0]
+        return jacobian
+
+    def _jacobians(self, poses: Mat) -> Mat:
+        poses = np.ascontiguousarray(poses, dtype=np.float64)
+        jacobians = np.empty((len(poses), 6, 6))
+        jacobians_along(poses, self.actuators, jacobians)
+        return jacobians
 
     def pose_jacobian(self, pose: Vec) -> Mat:
         """Return ∂lengths/∂pose (6, 6), with roll, pitch and yaw instead of the angular rate."""
@@ -265,7 +275,7 @@ class Hexapod:
 
     def scaled_jacobians(self, poses: Mat) -> Mat:
         """Return dimensionless Jacobians (n, 6, 6) of legs or rods, with rotations as paths at the joints."""
-        jacobians = np.array([self.jacobian(pose) for pose in poses]).reshape(-1, 6, 6)
+        jacobians = self._jacobians(poses)
         if self.cranks is not None:
             jacobians /= np.linalg.norm(jacobians[:, :, :3], axis=2, keepdims=True)
         scaled: Mat = jacobians / np.array([1.0, 1.0, 1.0, *[self.size] * 3])
@@ -278,8 +288,7 @@ class Hexapod:
         """
         if self.cranks is None:
             return np.ones((len(poses), 6))
-        jacobians = np.array([self.jacobian(pose) for pose in poses]).reshape(-1, 6, 6)
-        leverages: Mat = 1.0 / np.linalg.norm(jacobians[:, :, :3], axis=2)
+        leverages: Mat = 1.0 / np.linalg.norm(self._jacobians(poses)[:, :, :3], axis=2)
         return leverages
 
     def pose_of(self, lengths: Vec, near: Vec | None = None) -> Vec:

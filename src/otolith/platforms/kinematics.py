@@ -186,6 +186,15 @@ def lengths_along(poses: Mat, of: Actuators, lengths: Mat) -> None:
 
 
 @kernel
+def jacobians_along(poses: Mat, of: Actuators, jacobians: Mat) -> None:
+    """Write Jacobians (n, 6, 6) of poses (n, 6)."""
+    place, s, arms = np.empty(7), np.empty(6), np.empty((6, 3))
+    for k in range(len(poses)):
+        place_of(poses[k], place)
+        inverse(place, of, s, jacobians[k], arms)
+
+
+@kernel
 def solve(M: Mat, r: Vec) -> bool:
     """Solve M x = r in place with partial pivoting; return False if M is singular or not finite."""
     n = len(r)
