@@ -1,13 +1,16 @@
 """`otolith platform` as a user meets it."""
 
 import json
+import math
 import re
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
 from otolith import files
 from otolith.cli import main
+from otolith.core.frames import DOFS
 from otolith.loop import Run
 from otolith.platforms import parse_platform
 from otolith.platforms.combined_limits import together
@@ -99,19 +102,41 @@ def test_a_new_file_loads_as_it_stands_and_its_comments_do_when_used(
     )
 
 
-def test_the_template_of_legs_keeps_what_it_promises() -> None:
+@pytest.mark.parametrize("name", ["legs", "cranks"])
+def test_the_template_of_legs_keeps_what_it_promises(name: Literal["legs", "cranks"]) -> None:
     """All of its limits at once are within the legs, which `together` proves for four axes."""
-    platform = parse_platform(template("legs"), "legs.toml")
+    platform = parse_platform(template(name), f"{name}.toml")
     found = together(platform)
     assert (found.reach, found.speed, found.acceleration) == (1.0, 1.0, 1.0)
     assert file_share(platform) == 1.0
 
 
+def test_four_posts_lift_every_corner_within_their_stroke(capsys: pytest.CaptureFixture[str]) -> None:
+    """What the template says of its limits: all axes at once use the whole stroke, 100 mm, and no more."""
+    with pytest.raises(SystemExit):
+        main(["platform", "new", "--like", "posts"])
+    posts = parse_platform(capsys.readouterr().out, "posts.toml")
+    assert posts.axes == ("heave", "roll", "pitch")
+    assert posts.heave is not None
+    assert posts.roll is not None
+    assert posts.pitch is not None
+    up = posts.heave.position_m[1]
+    along, across = (math.radians(axis.angle_deg[1]) for axis in (posts.pitch, posts.roll))
+    highest = up + 0.65 * math.sin(along) + 0.275 * math.sin(across)
+    assert 0.0495 < highest <= 0.05
+
+
+def test_the_seat_of_the_template_is_cued_sideways() -> None:
+    seat = parse_platform(template("seat"), "seat.toml")
+    assert [dof.name for dof in DOFS.values() if seat.can_cue(dof)] == ["sway-roll"]
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "--legs, --axes is missing, must be one of the two"),
-        (["--legs", "--axes"], "--legs, --axes is both given, must be one of the two"),
+        ([], "--legs, --axes, --like is missing, must be one of the three"),
+        (["--legs", "--axes"], "--legs, --axes, --like is more than one given, must be one of the three"),
+        (["--like", "crank"], "--like is 'crank', must be one of cranks, posts, seat (did you mean cranks?)"),
         (["--legs", "--out", "rig.txt"], "name of the output is rig.txt, must be a name that ends in .toml"),
     ],
 )

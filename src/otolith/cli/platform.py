@@ -1,7 +1,7 @@
 """`otolith platform`: show a platform's legs, and find legs that have the reach of a data sheet."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -9,10 +9,12 @@ from otolith import files
 from otolith.cli.figures import write_figure
 from otolith.cli.output import Force, group, print_json, progress_bar, screen
 from otolith.cli.results import Figures
-from otolith.core.errors import InputError
+from otolith.core.errors import InputError, one_of
 from otolith.platforms.fit import as_toml, fit
+from otolith.platforms.template import Name as TemplateName
 from otolith.platforms.template import template
 
+RIGS: Final[tuple[TemplateName, ...]] = ("cranks", "posts", "seat")
 app = group("Begin a platform file, look at a platform, and fit legs to a data sheet.")
 
 Name = Annotated[
@@ -62,15 +64,16 @@ def show(
 def new(
     legs: Annotated[bool, typer.Option("--legs", help="Of a machine that stands on six legs.")] = False,
     axes: Annotated[bool, typer.Option("--axes", help="Of a machine whose axes move one by one.")] = False,
+    like: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of a rig that people build: cranks, posts or seat.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File to write (default: standard output).")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if there is one.")] = False,
 ) -> None:
     """Write a platform file to start from: each field explained, with numbers that load unchanged."""
-    if legs == axes:
-        raise InputError("--legs, --axes", "both given" if legs else "missing", "one of the two")
-    text = template("legs" if legs else "axes")
+    text = template(_template_of(legs=legs, axes=axes, like=like))
     if out is None:
         typer.echo(text, nl=False)
         return
@@ -80,6 +83,19 @@ def new(
     files.write_text(out, text)
     message = f"written to {out}: fill in your numbers, then otolith platform show {out}"
     screen().print(message, markup=False, highlight=False, soft_wrap=True)
+
+
+def _template_of(*, legs: bool, axes: bool, like: str | None) -> TemplateName:
+    """Return the name of the one template that is asked for."""
+    if legs + axes + (like is not None) != 1:
+        found = "missing" if like is None and not legs and not axes else "more than one given"
+        raise InputError("--legs, --axes, --like", found, "one of the three")
+    if like is None:
+        return "legs" if legs else "axes"
+    for name in RIGS:
+        if name == like:
+            return name
+    raise InputError("--like", repr(like), one_of(RIGS, like))
 
 
 @app.command("fit")

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Final, Literal
 
-Kind = Literal["axes", "legs"]
+Kind = Literal["axes", "legs"]  # of machines, as forms know them
+Name = Literal["axes", "legs", "cranks", "posts", "seat"]  # of templates
 Value = float | str | tuple[float, ...] | None
 _FOLDER: Final = files("otolith.platforms") / "templates"
 # A table's head or a field, also one that is commented out, with the comment behind it.
@@ -18,15 +19,17 @@ _FIELD: Final = re.compile(
 )
 
 
-def template(kind: Kind) -> str:
+def template(name: Name) -> str:
     """Return the text of a commented platform file.
 
     Parameters
     ----------
-    kind : "axes" for a machine whose axes move one by one, such as a seat mover or a surge-pitch rig; "legs"
-        for one on six actuators.
+    name : "axes" for a machine whose axes move one by one, such as a surge-pitch rig; "legs" for one on six
+    linear
+        actuators, "cranks" for one on six cranks; "posts" for one on four upright actuators; "seat" for a
+        seat mover.
     """
-    return (_FOLDER / f"{kind}.toml").read_text(encoding="utf-8")
+    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def filled(text: str, values: Mapping[str, Value]) -> str:
