@@ -9,12 +9,13 @@ from otolith.core.errors import InputError
 from otolith.core.frames import AXES
 from otolith.interfaces import Cueing
 from otolith.live.audit import audit
-from otolith.live.axis_test import LASTS, LEGS, AxisRefused, AxisTest, goal_of, movable, profile
+from otolith.live.axis_test import CRANKS, LASTS, LEGS, AxisRefused, AxisTest, goal_of, movable, profile
 from otolith.live.controller import ControllerInbox
 from otolith.live.core.gate import Gate
 from otolith.live.messages import Plan, State, Word
 from otolith.live.world import World, arm_and_engage, sines
-from otolith.platforms import Platform, load
+from otolith.platforms import Platform, load, parse_platform
+from otolith.platforms.template import template
 from tests.live.conftest import PARK
 
 
@@ -64,6 +65,19 @@ def test_a_leg_alone_becomes_longer_by_10_mm() -> None:
     for leg, name in enumerate(LEGS):
         longer = hexapod.lengths(goal_of(name, platform)) - rest
         np.testing.assert_allclose(longer, 10e-3 * (np.arange(6) == leg), atol=1e-9)
+
+
+def test_a_crank_alone_turns_by_10_mm() -> None:
+    platform = parse_platform(template("cranks"), "cranks.toml")
+    hexapod = platform.six_legs()
+    rest = hexapod.lengths(np.zeros(6))
+    for crank, name in enumerate(CRANKS):
+        further = hexapod.lengths(goal_of(name, platform)) - rest
+        np.testing.assert_allclose(further, 10e-3 * (np.arange(6) == crank), atol=1e-9)
+    with pytest.raises(
+        InputError, match="axis is leg1, must be crank1 to crank6, or an axis, on this platform"
+    ):
+        goal_of("leg1", platform)
 
 
 def test_a_profile_ends_where_it_began() -> None:

@@ -73,7 +73,9 @@ def check(
 def axis(
     axes: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[AXIS]...", help="surge … yaw, or leg1 … leg6 (default: all axes)."),
+        typer.Argument(
+            metavar="[AXIS]...", help="surge … yaw, leg1 … leg6 or crank1 … crank6 (default: all axes)."
+        ),
     ] = None,
     outgoing: Outgoing = None,
     session: SessionFile = None,

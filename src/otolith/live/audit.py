@@ -17,6 +17,7 @@ from otolith.live.messages import State
 from otolith.live.world import Row
 from otolith.platforms import Platform
 from otolith.platforms.axes import Rotation, Translation
+from otolith.platforms.hexapod import Hexapod
 
 ROUNDING: Final = 1e-3  # share of a limit that differences of set-points may show beyond it
 SAME: Final = 1e-9  # [m, rad] poses that do not differ
@@ -97,7 +98,7 @@ def _moves(time: Vec, motion: Mat, powered: Bools) -> list[Violation]:
 def _legs(time: Vec, pose: Mat, powered: Bools, platform: Platform) -> list[Violation]:
     hexapod = platform.six_legs()
     low, high = hexapod.stroke
-    lengths = leg_lengths(pose, hexapod.joints, hexapod.anchors)
+    lengths = coordinates(pose, hexapod)
     dt = np.diff(time)
     speed = np.where((powered[1:] & powered[:-1])[:, None], np.diff(lengths, axis=0) / dt[:, None], 0.0)
     between = 0.5 * (dt[1:] + dt[:-1])  # mean speeds count half-way between two set-points
@@ -106,8 +107,8 @@ def _legs(time: Vec, pose: Mat, powered: Bools, platform: Platform) -> list[Viol
     longest = np.where(powered, lengths.max(axis=1), low)
     shortest = np.where(powered, lengths.min(axis=1), high)
     return [
-        *_beyond("longest leg [m]", time, longest, high),
-        *_beyond("shortest leg [m], negative", time, -shortest, -low),
+        *_beyond("longest leg, or highest crank [m]", time, longest, high),
+        *_beyond("shortest leg, or lowest crank [m], negative", time, -shortest, -low),
         *_beyond("speed of a leg [m/s]", time[1:], np.abs(speed).max(axis=1), hexapod.speed),
         *_beyond(
             "acceleration of a leg [m/s²]",
@@ -118,12 +119,35 @@ def _legs(time: Vec, pose: Mat, powered: Bools, platform: Platform) -> list[Viol
     ]
 
 
+def coordinates(pose: Mat, hexapod: Hexapod) -> Mat:
+    """Return leg lengths, or the arcs of cranks' tips, (n, 6) [m] of poses (n, 6); NaN out of a rod's reach.
+
+    The angle of a crank solves f cos φ + e sin φ = g, with e, f and g of the usual form.
+    """
+    cranks = hexapod.cranks
+    if cranks is None:
+        return leg_lengths(pose, hexapod.joints, hexapod.anchors)
+    ways = _ways(pose, hexapod.joints, hexapod.anchors)
+    e, f = (np.einsum("nki,ik->ni", ways, one) for one in (cranks.quarter, cranks.zero))
+    g = (np.sum(ways**2, axis=1) + cranks.radius**2 - cranks.rod**2) / (2.0 * cranks.radius)
+    share = g / np.hypot(e, f)
+    rise = np.arcsin(np.where(np.abs(share) <= 1.0, share, np.nan))
+    angles = (rise if cranks.push else np.pi - rise) - np.arctan2(f, e)
+    arcs: Mat = cranks.radius * ((angles + np.pi) % (2.0 * np.pi) - np.pi)
+    return arcs
+
+
 def leg_lengths(pose: Mat, joints: Mat, anchors: Mat) -> Mat:
     """Return leg lengths (n, 6) [m] of poses (n, 6), by scipy's rotations."""
-    turned = Attitude.from_euler("ZYX", pose[:, 5:2:-1]).as_matrix() @ joints.T  # (n, 3, 6)
-    legs = pose[:, :3, None] + turned - anchors.T
-    lengths: Mat = np.linalg.norm(legs, axis=1)
+    lengths: Mat = np.linalg.norm(_ways(pose, joints, anchors), axis=1)
     return lengths
+
+
+def _ways(pose: Mat, joints: Mat, anchors: Mat) -> Mat:
+    """Return the vectors (n, 3, 6) [m] from anchors to joints."""
+    turned = Attitude.from_euler("ZYX", pose[:, 5:2:-1]).as_matrix() @ joints.T  # (n, 3, 6)
+    ways: Mat = pose[:, :3, None] + turned - anchors.T
+    return ways
 
 
 def _still(trace: Sequence[Row], time: Vec) -> list[Violation]:

@@ -1,4 +1,4 @@
-"""The axis test: one axis or leg after the other, 10 mm or 1 degree out and back, slowly.
+"""The axis test: one axis, leg or crank after the other, 10 mm or 1 degree out and back, slowly.
 
 It is a controller like the other one, so its plans go through the gate, the roll-out and the device's driver.
 A motion out accelerates for one second and brakes for one second with a constant command, which covers the
@@ -18,9 +18,10 @@ from otolith.live.core.session import CUED
 from otolith.live.messages import Plan, Report
 from otolith.platforms import Platform
 
-WAY: Final = 10e-3  # [m] of an axis or a leg
+WAY: Final = 10e-3  # [m] of an axis, a leg, or the tip of a crank
 TURN: Final = np.radians(1.0)  # of a rotation
 LEGS: Final = tuple(f"leg{number}" for number in range(1, 7))
+CRANKS: Final = tuple(f"crank{number}" for number in range(1, 7))
 _HALF: Final = 1.0  # [s] of accelerating, of braking, and of holding
 HELD: Final = 2.5 * _HALF  # [s] after which it is in the middle of its hold, far from neutral
 LASTS: Final = 5.0 * _HALF  # [s] of a test
@@ -41,6 +42,8 @@ class AxisRefused(OtolithError):
 
 def seen(name: str) -> str:
     """Return what a person should see of a test, to go after "the platform moved"."""
+    if name in CRANKS:
+        return f"as the tip of {name.replace('crank', 'crank ')} turned by 10 mm, to larger angles"
     return SEEN.get(name, f"as {name.replace('leg', 'leg ')} became 10 mm longer")
 
 
@@ -54,20 +57,23 @@ def goal_of(name: str, platform: Platform) -> Vec:
 
     Raises
     ------
-    InputError : the name is no axis or leg, or the platform lacks it.
+    InputError : the name is no axis, leg or crank, or the platform lacks it.
     """
     goal = np.zeros(6)
     if name in AXES:
         axis = AXES.index(name)
         goal[axis] = WAY if axis < 3 else TURN
         return goal
-    if name not in LEGS:
-        raise InputError("axis", repr(name), one_of([*AXES, *LEGS], name))
+    if name not in LEGS + CRANKS:
+        raise InputError("axis", repr(name), one_of([*AXES, *LEGS, *CRANKS], name))
     if platform.hexapod is None:
         raise InputError("axis", name, "an axis: this platform's file has no legs")
     hexapod = platform.six_legs()
+    actuators = LEGS if hexapod.cranks is None else CRANKS
+    if name not in actuators:
+        raise InputError("axis", name, f"{actuators[0]} to {actuators[-1]}, or an axis, on this platform")
     lengths = np.array(hexapod.lengths(np.zeros(6)))
-    lengths[LEGS.index(name)] += WAY
+    lengths[actuators.index(name)] += WAY
     return hexapod.pose_of(lengths)
 
 

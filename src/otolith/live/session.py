@@ -98,8 +98,8 @@ class Session:
         return Generic(on_silence=stated.on_silence or "falls")  # the strictest: it is braked first
 
     def _template(self, stated: TemplateTable) -> Template:
-        """Return the driver of a template; its legs are the platform's, and it reaches wherever they do."""
-        legs = self.platform.six_legs().lengths if self.platform.hexapod is not None else None
+        """Return the driver of a template; its legs or cranks are the platform's."""
+        hexapod = None if self.platform.hexapod is None else self.platform.six_legs()
         driver = Template(
             name="template",
             frame=stated.frame,
@@ -110,10 +110,12 @@ class Session:
             stop=stated.stop,
             rate_hz=stated.rate_hz,
             on_silence=self.settings.device.on_silence or "falls",
-            legs=legs,
+            legs=None if hexapod is None else hexapod.positions,
+            cranks=hexapod is not None and hexapod.cranks is not None,
         )
         bounds = widened(bounds_of(self.platform, self.platform.actuators.lag_s), np.array(self.park))
-        driver.check_reach(bounds.low, bounds.high, bounds.stroke)
+        size = 1.0 if bounds.radius == 0.0 else bounds.radius
+        driver.check_reach(bounds.low, bounds.high, (bounds.stroke[0] / size, bounds.stroke[1] / size))
         return driver
 
     @property

@@ -99,8 +99,8 @@ class Input(_Table):
 class TemplateAxis(_Table):
     """One axis of a template; see `otolith.live.devices.template.Axis`."""
 
-    follows: str  # surge … yaw, or leg1 …
-    low: Number  # [m or rad] at code 0
+    follows: str  # surge … yaw, or leg1 … or crank1 …
+    low: Number  # [m or rad] at code 0; of a crank its angle [rad]
     high: Number  # [m or rad] at the largest code
 
 

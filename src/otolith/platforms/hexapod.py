@@ -179,6 +179,11 @@ class Hexapod:
             raise ValueError("linear legs have no crank angles")
         return np.asarray(lengths, dtype=np.float64) / self.cranks.radius
 
+    def positions(self, pose: Vec) -> Vec:
+        """Return what the drives of a pose (6,) are told: leg lengths (6,) [m] or crank angles (6,) [rad]."""
+        lengths = self.lengths(pose)
+        return lengths if self.cranks is None else self.angles(lengths)
+
     def tips(self, lengths: Vec) -> Mat:
         """Return the lower ends (n, 6, 3) [m] of the legs with coordinates (n, 6), in world."""
         if self.cranks is None:

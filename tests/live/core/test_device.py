@@ -1,6 +1,9 @@
 """A device that reports nothing: the whole way in open loop, and what of it is sent."""
 
+import re
 import socket
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from otolith.live.output import Output, OutputInbox
 from otolith.live.settings import settings_from_toml
 from otolith.live.shell.datagrams import opened
 from otolith.live.shell.processes import _Line
+from otolith.platforms.template import template
 from tests.live.conftest import PARK
 
 MS = 1_000_000
@@ -113,6 +117,32 @@ start = "on"
 stop = "off"
 park_heave_m = -0.1
 """
+
+
+def test_a_session_file_describes_a_controller_of_cranks(tmp_path: Path) -> None:
+    """Six angles in hundredths of a degree or so: 12 bits over ±60 deg, as text."""
+    from otolith.live.session import session_of
+
+    rig = tmp_path / "rig.toml"
+    rig.write_text(template("cranks"))
+    sixty = np.radians(60.0)
+    axes = ", ".join(
+        f'{{ follows = "crank{n}", low = {-sixty - 1e-9}, high = {sixty + 1e-9} }}' for n in range(1, 7)
+    )
+    text = TEXT.replace('"davsi-4dof"', f'"{rig}"').replace("bits = 16", 'bits = 12\nform = "decimal"')
+    text = re.sub(r"axes = .*", f"axes = [{axes}]", text).replace("-0.1", "-0.03")
+    frame = ",".join(f"<Axis{n}a>" for n in range(1, 7)) + "X"
+    text = text.replace('"<255><Axis1a><Axis2a>"', f'"{frame}"')
+    session = session_of(settings_from_toml(text, "s.toml"), None, source="s.toml", named={})
+    pose = np.array([0.02, -0.01, 0.03, 0.01, -0.02, 0.03])
+    packet = session.driver.encode(replace(point(0.0), pose=pose), Request.MOVE)
+    hexapod = session.platform.six_legs()
+    angles = hexapod.angles(hexapod.lengths(pose))
+    assert packet == (",".join(f"{round((a / sixty + 1.0) / 2.0 * 4095)}" for a in angles) + "X").encode()
+    with pytest.raises(InputError, match=r"axis of template is leg1, must be one of crank1 to crank6"):
+        session_of(
+            settings_from_toml(text.replace("crank1", "leg1"), "s.toml"), None, source="s.toml", named={}
+        ).driver.encode(point(0.0), Request.MOVE)
 
 
 def test_a_session_file_describes_a_template() -> None:

@@ -103,6 +103,16 @@ def test_order_of_axes_in_the_frame_is_free():
     assert driver.read(packet) == (255, 0)
 
 
+def test_a_crank_is_no_leg():
+    axis = (Axis(follows="crank1", low=-1.0, high=1.0),)
+    with pytest.raises(InputError, match="axis of rig is crank1, must be on a platform with cranks"):
+        Template(name="rig", frame="<Axis1a>", axes=axis, bits=8, on_silence="holds")
+    legs = library.load("davsi").six_legs()
+    with pytest.raises(InputError, match="axis of rig is crank1, must be one of leg1 to leg6"):
+        Template(name="rig", frame="<Axis1a>", axes=axis, bits=8, on_silence="holds", legs=legs.positions)
+    assert axis[0].unit == "rad"
+
+
 def test_legs_of_a_real_platform():
     legs = library.load("davsi").six_legs()
     driver = thanos(legs.stroke, legs.lengths)

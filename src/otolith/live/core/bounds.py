@@ -1,7 +1,7 @@
 """The limits of a platform as the gate reads them, and the room that a park pose needs besides."""
 
 import math
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,13 @@ class Bounds(NamedTuple):
     stroke: tuple[float, float]  # [m]
     leg_speed: float  # [m/s]
     leg_acceleration: float  # [m/s²]
+    zero: Mat  # (6, 3) directions of the cranks at angle 0, and …
+    quarter: Mat  # (6, 3) … a quarter of a turn later
+    radius: float  # [m] of the cranks; 0 for linear legs
+    rod: float  # [m]
+    push: float  # +1 if growing angles push the rods, −1 if they pull them
+    axes: Mat  # (2, 6, 3) unit vectors from which legs lean: in world below, in the platform's frame above
+    lean: Vec  # (2,) [rad] largest angles from these; π if there is no limit
 
 
 def dofs_of(platform: Platform) -> tuple[Dof, ...]:
@@ -58,12 +65,20 @@ def bounds_of(platform: Platform, lag: float) -> Bounds:
         jerk[axis] = 2.0 * acceleration[axis] / lag if lag > 0.0 else math.inf
     circle = math.inf if platform.circle is None else platform.circle
     if platform.hexapod is None:
-        none = np.empty((0, 3))
-        legs = (none, none, (-math.inf, math.inf), math.inf, math.inf)
-    else:
-        hexapod = platform.six_legs()
-        legs = (hexapod.joints, hexapod.anchors, hexapod.stroke, hexapod.speed, hexapod.acceleration)
-    return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs)
+        return Bounds(low, high, twist, acceleration, jerk, lag, circle, *_no_legs())
+    hexapod = platform.six_legs()
+    of, axes = hexapod.actuators, np.array(hexapod.joint_axes)
+    legs = (hexapod.joints, hexapod.anchors, hexapod.stroke, hexapod.speed, hexapod.acceleration)
+    cranks = (of.zero, of.quarter, of.radius, of.rod, of.push)
+    leaning = (axes / np.linalg.norm(axes, axis=2, keepdims=True), np.array(hexapod.lean))
+    return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs, *cranks, *leaning)
+
+
+def _no_legs() -> tuple[Any, ...]:
+    """Return what stands in for the fields of legs where there are none."""
+    none = np.empty((0, 3))
+    legs = (none, none, (-math.inf, math.inf), math.inf, math.inf)
+    return *legs, none, none, 0.0, 0.0, 1.0, np.empty((2, 0, 3)), np.full(2, math.pi)
 
 
 def _of(table: Translation | Rotation) -> tuple[float, float, float, float]:

@@ -1,9 +1,9 @@
 """The gate: every set-point passes here, whatever decided it, and the platform can stop after each of them.
 
 A set-point is a motion (3, 6): pose, twist and acceleration of the six axes. It passes if all numbers are
-finite; pose, twist, acceleration and jerk of every axis are within the platform's limits, and length, speed
-and acceleration of every leg, by inverse kinematics; and if the way to rest from it, sampled every 5 ms,
-passes the same checks.
+finite; pose, twist, acceleration and jerk of every axis are within the platform's limits, and length (or
+crank angle), speed and acceleration of every leg and the angles of its joints, by inverse kinematics; and if
+the way to rest from it, sampled every 5 ms, passes the same checks.
 
 Why the limits then hold forever: what has passed last has a way to rest that was checked. If the next
 set-point does not pass, the platform follows that way, which is deterministic: the law of
@@ -46,7 +46,8 @@ RESTS: Final = 1e-6  # [SI] commands below this end the way to rest
 LONGEST: Final = 1000  # largest number of periods of a way to rest
 TOGETHER: Final = 16  # periods of a plan that are judged by one span
 
-_FREE, _FINITE, _POSE, _CIRCLE, _TWIST, _ACCELERATION, _JERK, _LENGTH, _SPEED, _STRENGTH, _ENDLESS = range(11)
+_FREE, _FINITE, _POSE, _CIRCLE, _TWIST, _ACCELERATION, _JERK = range(7)
+_LENGTH, _SPEED, _STRENGTH, _ENDLESS, _LEAN = range(7, 12)
 
 
 class Refusal(IntEnum):
@@ -63,6 +64,7 @@ class Refusal(IntEnum):
     LEG_SPEED = _SPEED
     LEG_ACCELERATION = _STRENGTH
     CANNOT_STOP = _ENDLESS
+    LEG_LEAN = _LEAN
 
 
 _WORDS: Final = {
@@ -75,6 +77,7 @@ _WORDS: Final = {
     Refusal.LEG_LENGTH: "leaves its stroke",
     Refusal.LEG_SPEED: "is too fast",
     Refusal.LEG_ACCELERATION: "accelerates too much",
+    Refusal.LEG_LEAN: "leans too far",
 }
 
 
@@ -96,7 +99,7 @@ class Verdict:
             return "passes"
         if self.refusal is Refusal.CANNOT_STOP:
             return "could not stop within reach"
-        legs = Refusal.LEG_LENGTH <= self.refusal <= Refusal.LEG_ACCELERATION
+        legs = self.refusal >= Refusal.LEG_LENGTH
         return f"{f'leg {self.index + 1}' if legs else AXES[self.index]} {_WORDS[self.refusal]}"
 
 

@@ -22,21 +22,22 @@ FORMS: Final = ("big", "little", "decimal", "hex")
 MOST_BITS: Final = 32
 ROUNDING: Final = 1e-6  # share of a range; what is outside by less is at its end
 _TOKEN: Final = re.compile(r"<Axis(\d+)a>|<(\d{1,3})>|(.)", re.DOTALL)
-_LEG: Final = re.compile(r"leg(\d+)")
+_ACTUATOR: Final = re.compile(r"(leg|crank)\d+")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
     """What one axis of a device follows, and the range that its codes span."""
 
-    follows: str  # surge, sway, heave, roll, pitch or yaw, relative to neutral; or leg1, leg2 … as length
+    # surge, sway, heave, roll, pitch or yaw, relative to neutral; leg1 … as length, or crank1 … as angle
+    follows: str
     low: float  # [m or rad] at code 0
     high: float  # [m or rad] at the largest code; may be below `low` where the axis is mirrored
 
     def __post_init__(self) -> None:
-        if self.follows not in AXES and not _LEG.fullmatch(self.follows):
+        if self.follows not in AXES and not _ACTUATOR.fullmatch(self.follows):
             raise InputError(
-                "axis of the template", repr(self.follows), one_of([*AXES, "leg1"], self.follows)
+                "axis of the template", repr(self.follows), one_of([*AXES, "leg1", "crank1"], self.follows)
             )
         if not abs(self.low) < float("inf") or not abs(self.high) < float("inf") or self.low == self.high:
             raise InputError(
@@ -46,7 +47,7 @@ class Axis:
     @property
     def unit(self) -> str:
         """Return the unit of the range: rad for an angle, m for all else."""
-        return "rad" if self.follows in AXES[3:] else "m"
+        return "rad" if self.follows in AXES[3:] or self.follows.startswith("crank") else "m"
 
     def code(self, value: float, bits: int) -> int:
         """Return the code of a value.
@@ -81,7 +82,8 @@ class Template:
     form : how a code is written: "big" or "little" endian bytes, "decimal" text, or "hex" of fixed width.
     start, stop : templates without axes that are sent at *start* and *engage*, and at *park* and *disable*.
     on_silence : what the device does when packets stop; whoever describes the device has to say.
-    legs : returns the leg lengths [m] of a pose (6,); needed where an axis follows a leg.
+    legs : returns the leg lengths [m], or the crank angles [rad], of a pose (6,); for axes that follow one.
+    cranks : whether they are crank angles.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Template:
     rate_hz: float = 100.0
     reports: bool = False  # a template describes no replies
     legs: Callable[[Vec], Vec] | None = None
+    cranks: bool = False
     parts: tuple[bytes | int, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -113,7 +116,12 @@ class Template:
                 raise InputError(f"{what} of {self.name}", repr(text), "without axes")
         needs_legs = [axis.follows for axis in self.axes if axis.follows not in AXES]
         if needs_legs and self.legs is None:
-            raise InputError(f"axis of {self.name}", needs_legs[0], "on a platform with legs")
+            kind = "cranks" if needs_legs[0].startswith("crank") else "legs"
+            raise InputError(f"axis of {self.name}", needs_legs[0], f"on a platform with {kind}")
+        kind = "crank" if self.cranks else "leg"
+        for name in needs_legs:
+            if not name.startswith(kind):
+                raise InputError(f"axis of {self.name}", name, f"one of {kind}1 to {kind}6")
         object.__setattr__(self, "parts", parts)
 
     def check_reach(self, low: Vec, high: Vec, stroke: tuple[float, float]) -> None:
@@ -166,10 +174,13 @@ class Template:
         """Return the codes of all axes at a pose (6,)."""
         lengths = self.legs(pose) if self.legs is not None else ()
         values = dict(zip(AXES, pose, strict=True))
-        values |= {f"leg{number}": length for number, length in enumerate(lengths, start=1)}
+        kind = "crank" if self.cranks else "leg"
+        values |= {f"{kind}{number}": length for number, length in enumerate(lengths, start=1)}
         for axis in self.axes:
             if axis.follows not in values:
-                raise InputError(f"axis of {self.name}", axis.follows, f"one of leg1 to leg{len(lengths)}")
+                raise InputError(
+                    f"axis of {self.name}", axis.follows, f"one of {kind}1 to {kind}{len(lengths)}"
+                )
         return tuple(axis.code(float(values[axis.follows]), self.bits) for axis in self.axes)
 
     def packed(self, codes: tuple[int, ...]) -> bytes:
