@@ -18,7 +18,7 @@ from otolith import files
 from otolith.cli.commander import listening, setup_for
 from otolith.cli.commander_job import Choices
 from otolith.cli.options import RunOptions, with_run_options
-from otolith.commander.bench import Bench, cost, disturbance, running, stops
+from otolith.commander.bench import Bench, cost, disturbance, running, stops, stops_of_preparing
 from otolith.commander.frames import ENVELOPE, RAW, envelope
 from otolith.commander.schema import checked
 from otolith.commander.security import Refused, Secrets
@@ -386,6 +386,7 @@ def test_the_bench_measures_a_commander(tmp_path: Path) -> None:
             assert set(stops(bench, 4)) == {
                 f"{way}_{p}_ms" for way in ("post", "websocket") for p in ("p50", "p99")
             }
+            assert 0.0 < stops_of_preparing(bench, 1)["most_ms"] < 60_000.0
             found = disturbance(bench, 1.0, 1)
     assert [one["lost"] for one in found.values()] == [0, 0]
 

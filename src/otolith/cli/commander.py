@@ -164,11 +164,13 @@ def bench(
     seconds: Annotated[float, typer.Option(help="How long each measurement takes.", min=2.0)] = 10.0,
     rounds: Annotated[int, typer.Option(help="Runs with and without clients, in turns.", min=1)] = 3,
     cueing: Annotated[str, typer.Option(help="Algorithm of the run that is watched.")] = "predictive",
+    stops: Annotated[int, typer.Option(help="STOPs in a live session with a base in software.", min=2)] = 40,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
     """Measure what the server costs, how long a STOP takes, and that pages do not disturb a run."""
     check_extra()
     from otolith.commander.bench import measure, table
+    from otolith.commander.bench_live import live_table
     from otolith.commander.schema import checked
     from otolith.commander.security import Secrets
 
@@ -177,6 +179,7 @@ def bench(
     with tempfile.TemporaryDirectory(prefix="otolith-") as folder, listening(LOCAL, 0) as socket_:
         setup = setup_for(socket_, LOCAL, Path(folder), Secrets())
         measured = measure(setup, values, seconds=seconds, rounds=rounds)
+        measured["live"] = _live_stops(Path(folder), stops)
     if json:
         print_json(measured)
         return
@@ -184,7 +187,30 @@ def bench(
     shown = Table(box=None, pad_edge=False)
     for name in ("", "measured", "goal"):
         shown.add_column(name)
-    for line in table(measured):
+    for line in (*table(measured), *live_table(measured["live"])):
         shown.add_row(*map(Text, line))
     console.print(shown)
     console.print(f"load of this machine: {measured['load']:.1f}", highlight=False)
+
+
+def _live_stops(folder: Path, count: int) -> dict[str, Any]:
+    """Return how long a STOP takes in a live session like that of `otolith live demo`."""
+    from otolith.cli.live_run import Choices
+    from otolith.commander.bench_live import live_stops
+    from otolith.commander.keeper import Setup
+    from otolith.commander.security import Secrets, new_token
+    from otolith.live.shell.virtual import surroundings
+
+    with surroundings() as (telemetry, base), listening(LOCAL, 0) as socket_:
+        choices = Choices(
+            cueing="classical", platform="davsi-4dof", dofs="surge-pitch,sway-roll", tuning="davsi"
+        )
+        setup = functools.partial(
+            Setup,
+            prefix=f"otolith-{os.getpid()}-bench",
+            folder=folder,
+            listening=socket_,
+            host=LOCAL,
+            secrets=Secrets(token=new_token()),
+        )
+        return live_stops(choices.between(telemetry, base).session(), setup, count)

@@ -28,6 +28,7 @@ from otolith.core.errors import OtolithError
 from otolith.live.shell.memory import Channel
 
 STOPS: Final = 100
+PREPARED: Final = 5  # runs that are stopped while they are prepared
 PATIENCE: Final = 300.0  # [s] for a first run, which compiles
 SIGNALS: Final = 16  # of a client that is measured, as a page with four plots has
 
@@ -67,13 +68,17 @@ class Bench:
 
     def ask(self, path: str, values: Any = None) -> Any:
         """Ask the server, as a page does."""
+        body = self._open(path, values)
+        return json.loads(body) if body else None
+
+    def _open(self, path: str, values: Any = None) -> bytes:
         content = None if values is None else json.dumps(values).encode()
         headers = {"X-Otolith": self.csrf, "Content-Type": "application/json"}
         request = urllib.request.Request(self.address + path, content, headers)  # noqa: S310 (our own address)
         opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self.cookies))
         with opener.open(request, timeout=PATIENCE) as answer:
-            body = answer.read()
-        return json.loads(body) if body else None
+            body: bytes = answer.read()
+        return body
 
     def begin(self) -> None:
         """Wait for the server, and become the page in control."""
@@ -83,7 +88,10 @@ class Bench:
         self.csrf = self.ask("/api/start")["csrf"]
 
     def _answers(self) -> bool:
+        token = self.setup.secrets.token
         try:
+            if token is not None:
+                self._open(f"/?token={token}")
             return bool(self.ask("/health")["ok"])
         except OSError:
             return False
@@ -211,6 +219,23 @@ def stops(bench: Bench, count: int = STOPS) -> dict[str, float]:
     }
 
 
+def stops_of_preparing(bench: Bench, count: int) -> dict[str, float]:
+    """Return how long it takes from a STOP by request until a run that is prepared has ended [ms]."""
+    taken = []
+    with Channel(bench.setup.name("state")) as channel:
+        state = Note(channel)
+        for _ in range(count):
+            bench.ask("/api/run", bench.values)
+            _until(lambda: state.look()["state"] == "preparing", "nothing is prepared", every=0.001)
+            began = time.perf_counter()
+            bench.ask("/api/word", {"word": "stop"})
+            _until(lambda: state.look()["state"] != "preparing", "it goes on", every=0.001)
+            taken.append(1e3 * (time.perf_counter() - began))
+            _until(lambda: not state.look()["busy"], "the run does not stop")
+            _until(lambda: state.look()["state"] in ("idle", "done", "stopped"), "no simulation comes back")
+    return {"median_ms": float(np.median(taken)), "most_ms": max(taken), "count": count}
+
+
 def disturbance(bench: Bench, seconds: float, rounds: int) -> dict[str, Any]:
     """Return times of decisions [µs] without a client and with five, one flooding and one asleep, in turns.
 
@@ -307,6 +332,11 @@ def table(measured: dict[str, Any]) -> Sequence[tuple[str, str, str]]:
             )
             for way in ("post", "websocket")
         ),
+        (
+            "STOP of a run that is prepared, median / most",
+            f"{measured['preparing']['median_ms']:.0f} / {measured['preparing']['most_ms']:.0f} ms",
+            "",
+        ),
         ("decision, no client", _decision(step["alone"]), ""),
         ("decision, five clients: one floods, one sleeps", _decision(step["watched"]), "equal"),
         (
@@ -335,6 +365,7 @@ def measure(setup: Setup, values: dict[str, Any], *, seconds: float, rounds: int
             "five": cost(bench, 5, seconds),
             "raw": cost(bench, 1, min(seconds, 8.0), raw=True),
             "stop": stops(bench),
+            "preparing": stops_of_preparing(bench, PREPARED),
             "step": disturbance(bench, seconds, rounds),
         }
         return measured | {"rss_mb": [before, memory(bench.process("server"))], "load": os.getloadavg()[0]}

@@ -169,8 +169,14 @@ class _Kept:
         return self._process.sentinel
 
     def look(self) -> None:
-        """Start the process anew some time after it has died; see `Keeper.look`."""
+        """Start the process anew some time after it has died; see `Keeper.look`.
+
+        One that ended by itself, without an error, is started at once: it was told to.
+        """
         if self._process.is_alive():
+            return
+        if self._process.exitcode == 0:
+            self._start()
             return
         now = time.monotonic()
         if self._died_at < self._began:

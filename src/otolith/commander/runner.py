@@ -1,11 +1,16 @@
 """The worker: it simulates what it is ordered to, in step with real time, and says what it does.
 
 It is a process of its own, and it outlives the server. Rows go to the ring in shared memory, 1 kHz. Between
-two periods it looks for orders, so a stop or a changed parameter takes effect at the next decision.
+two periods it looks for orders, so a stop or a changed parameter takes effect at the next decision. A
+compiler cannot be interrupted: a stop while a run is prepared ends this process, and its keeper starts
+another.
 """
 
+import contextlib
+import os
+import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -29,13 +34,23 @@ class Worker:
     Parameters
     ----------
     make : makes a job of a form's values.
+    leave : ends this process at once, from any thread.
     """
 
     def __init__(
-        self, rows: Rows, state: Note, card: Note, inbox: Inbox, *, make: Maker, folder: Path
+        self,
+        rows: Rows,
+        notes: tuple[Note, Note],
+        inbox: Inbox,
+        *,
+        make: Maker,
+        folder: Path,
+        leave: Callable[[], None] = lambda: os._exit(0),
     ) -> None:
+        state, card = notes
         self._rows, self._state, self._card, self._inbox = rows, state, card, inbox
-        self._make, self._folder = make, folder
+        self._make, self._folder, self._leave = make, folder, leave
+        self._waiting: list[Order] = []  # orders that came while a run was prepared
         before = state.look()
         self._generation, self._number = int(before.get("generation", 0)), 0
         self._events: list[dict[str, Any]] = list(before.get("events", []))
@@ -89,7 +104,8 @@ class Worker:
 
     def look(self) -> float:
         """Carry out new orders and advance the run; return how long to sleep [s]."""
-        orders = self._inbox.new()
+        waiting, self._waiting = self._waiting, []
+        orders = [*waiting, *self._inbox.new()]
         for order in orders:
             self._carry_out(order)
         if self._job is None or self._said[0] != "running":
@@ -127,12 +143,11 @@ class Worker:
         self._generation += 1
         self._time, self._fallbacks, self._changes = 0.0, 0, []
         self._pace, self._values = Pace(float(values["speed"])), dict(values)
-        self.say(
-            "preparing", "preparing; what is not compiled yet takes up to a minute, and a stop waits for it"
-        )
+        self.say("preparing", "preparing; what is not compiled yet takes up to a minute")
         try:
             name = f"{time.strftime('%Y%m%d-%H%M%S')}-{self._generation}"
-            job = self._make(values, lambda text: self.tell("info", text), name)
+            with self._stoppable():
+                job = self._make(values, lambda text: self.tell("info", text), name)
         except OtolithError as error:
             self.tell("fault", str(error))
             self.say("failed", str(error))
@@ -143,6 +158,29 @@ class Worker:
         self.tell("info", "running")
         self._pace.begin(0.0)
         self.say("running", "running")
+
+    @contextlib.contextmanager
+    def _stoppable(self) -> Iterator[None]:
+        """Look for a stop beside what this thread does; there is nothing yet that a stop could lose."""
+        over = threading.Event()
+
+        def watch() -> None:
+            while not over.wait(IDLE):
+                for order in self._inbox.new():
+                    self._waiting.append(order)
+                    if order.word == "stop":
+                        self._inbox.reached = order.number  # what came after it is for the next process
+                        self.tell("warn", "stopped by hand while it was prepared")
+                        self.say("stopped", "stopped by hand while it was prepared")
+                        self._leave()
+
+        watching = threading.Thread(target=watch, daemon=True)
+        watching.start()
+        try:
+            yield
+        finally:
+            over.set()
+            watching.join()
 
     def _show(self, job: Job, results: Mapping[str, Any]) -> None:
         """State what is known of the run as a whole."""
@@ -225,6 +263,6 @@ def run_worker(
 ) -> None:
     """Look for orders and advance the run while `on` returns True."""
     (folder / RESULTS).mkdir(parents=True, exist_ok=True)
-    worker = Worker(rows, *notes, inbox, make=make, folder=folder)
+    worker = Worker(rows, notes, inbox, make=make, folder=folder)
     while on():
         time.sleep(worker.look())
