@@ -27,6 +27,7 @@ from otolith_thesis.studies import (
     explicit_signals,
     laps,
     misprints,
+    redundant,
     regions,
     signals,
     weights,
@@ -175,6 +176,7 @@ ITEMS: Final[dict[str, Item]] = dict(
         ("study-open-parameters", Item("studies", regions.open_parameters, regions.reach_jobs)),
         ("study-overlaps", Item("studies", regions.overlaps, regions.overlap_jobs)),
         ("study-table-6.1", Item("studies", misprints.table_6_1)),
+        ("study-redundant", Item("studies", redundant.study, redundant.jobs)),
         ("study-table-b.2", Item("studies", perception_tables.exchanged)),
     )
 )
