@@ -36,6 +36,7 @@ STATUSES: Final = tuple(Status)
 SOLVERS: Final = ("", *SolverStatus)
 DECIDED, FALLBACK, REFUSED, INVALID = map(STATUSES.index, Status)
 OPTIMAL: Final = SOLVERS.index(SolverStatus.OPTIMAL)
+INFEASIBLE: Final = SOLVERS.index(SolverStatus.INFEASIBLE)
 
 
 class CompiledCueing(Cueing, Protocol):

@@ -99,6 +99,7 @@ _SENSED: Final = frozenset(
 )
 _PREDICTIVE: Final = frozenset({"solver", "prediction", "road", "liveliness", "braking", "soft"})
 _IN_TURN: Final = _PREDICTIVE | {"second_blocks"}
+_SIX_AXIS: Final = frozenset({"prediction", "road", "liveliness", "braking"})
 _LINEAR: Final = _SENSED - {
     "washout",
     "weight",
@@ -190,6 +191,18 @@ CUEING: Final = Table(
             "one QP, and a fixed 2 Hz split between platform and base (Bruschetta)",
             reads=_PREDICTIVE,
         ),
+        "six-axis": Entry(
+            "otolith.cueing.design:six_axis",
+            "one MPC over all axes of a hexapod, with its legs' limits as rows",
+            reads=_SIX_AXIS,
+        ),
+        "six-axis-nmpc": Entry(
+            "otolith.cueing.design:six_axis_nmpc",
+            "the same solved to the end by IPOPT: a reference, 0.1 s and more per decision",
+            extra="check",
+            needs=("casadi",),
+            reads=_SIX_AXIS,
+        ),
         "classical": Entry(
             "otolith.cueing.washout.classical:classical",
             "washout: high-pass travel, low-pass tilt (section 2.2.1)",
@@ -252,6 +265,10 @@ SOLVERS: Final = {
     "structured": Entry("otolith.qp.engines:StructuredEngine", "stage by stage, compiled; the fast path"),
     "dense": Entry(
         "otolith.qp.engines:CondensedEngine", "condensed, dual active set (daqp); the thesis's kind"
+    ),
+    "blocked": Entry(
+        "otolith.qp.blocked_engine:BlockedEngine",
+        "condensed, compiled, with soft rows as bounds on multipliers: few blocks, many rows",
     ),
     "casadi-hpipm": Entry(
         "otolith.qp.casadi:HpipmEngine",

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from otolith.qp import DenseSolver, Status, kkt_residual
 from otolith.qp.blocked import Lengths, block_bounds, block_ends, block_starts, condense_blocked
+from otolith.qp.blocked_engine import BlockedEngine
 from otolith.qp.engines import CondensedEngine, StageEngine, StageMemory, StructuredEngine, expand
 from otolith.qp.stage import StageQp, by_columns
 from tests.qp.stage_problems import NU, NX, N, stage_qp
@@ -39,7 +40,7 @@ def firm_at_first(qp: StageQp, penalty: float) -> StageQp:
     return qp.changed(problem=replace(qp.problem, penalty=penalties))
 
 
-@pytest.mark.parametrize("make", [StructuredEngine, CondensedEngine])
+@pytest.mark.parametrize("make", [StructuredEngine, CondensedEngine, BlockedEngine])
 @given(seed=st.integers(0, 10_000), blocks=st.sampled_from(FORMS), soft=st.sampled_from([np.inf, 5.0, 0.3]))
 @settings(max_examples=40, deadline=None)
 def test_what_lies_in_the_memory_is_solved(

@@ -28,6 +28,7 @@ from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.predictive import predictive_settings
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.cueing.mpc.six_axis import body_of, six_axis_settings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.several import Several
 from otolith.cueing.washout.tuning import Tuning, load_tuning
@@ -181,6 +182,24 @@ def linear_mpc(design: Design) -> Cueing:
     return _apart(platform, [*((pair,) for pair in design.pairs), *_alone(design)], settings)
 
 
+def six_axis(design: Design) -> Cueing:
+    """Make one MPC over all axes, with the limits of the legs as rows; errors are those of `body_of`."""
+    body = body_of(design.platform, design.dofs, design.liveliness)
+    return Mpc(design.platform, design.dofs, six_axis_settings(design.mpc), body=body)
+
+
+def six_axis_nmpc(design: Design) -> Cueing:
+    """Make the same with its nonlinear problem solved to the end, as a reference; far from real time."""
+    from otolith.cueing.mpc.nonlinear import IpoptEngine
+
+    body = replace(body_of(design.platform, design.dofs, design.liveliness), settled=math.inf)
+    settings = replace(six_axis_settings(design.mpc), engine=IpoptEngine)
+    mpc = Mpc(design.platform, design.dofs, settings, body=body)
+    if isinstance(mpc.engine, IpoptEngine):
+        mpc.engine.attach(mpc.problem, body, mpc.program.wanted)
+    return mpc
+
+
 def reweigh(cueing: Cueing, name: str, design: Design) -> None:
     """Give an algorithm at work the washout weights of a changed design, from its next decision on.
 
@@ -194,6 +213,9 @@ def reweigh(cueing: Cueing, name: str, design: Design) -> None:
     """
     for mpc in _mpcs(cueing):
         settings = design.mpc
+        if name.startswith("six-axis"):
+            mpc.reweigh(body_of(design.platform, mpc.problem.dofs, design.liveliness).washout)
+            continue
         if name == "predictive":
             settings = predictive_settings(settings, design.platform, mpc.problem.dofs, design.liveliness)
         mpc.reweigh(settings.washout)

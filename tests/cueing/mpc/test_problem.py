@@ -200,7 +200,7 @@ def test_terminal_rows_hold_at_the_last_hard_stage_only_and_are_those_of_the_set
 ) -> None:
     """Of surge a, q, v + 2 T a and q + τ w; of the tilt, whose commands have no bound, the last three."""
     of = problem((SURGE_PITCH,), braking=BrakingRows.NONE, terminal=True, blocks=blocks)
-    lower, upper = of._bounds()
+    lower, upper = of.bounds()
     added = slice(5, 12)
     assert np.isinf(np.delete(upper, last, axis=0)[:, added]).all()
     assert_allclose(upper[last, added], [5.0, 0.5, 7.2, 0.5, *np.deg2rad([30.0, 3.0, 30.0])], atol=1e-5)

@@ -13,6 +13,7 @@ from typing import Final
 from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, Dof
 from otolith.cueing.mpc.rows import BrakingRows, Limits, brakes, slowing_rows
+from otolith.cueing.mpc.settings import MpcSettings
 from otolith.platforms import Braking, Platform
 from otolith.safety.invariant.axis import LEAST_LAG, Axis, AxisSet
 from otolith.safety.invariant.contraction import certified_ahead
@@ -45,6 +46,14 @@ def axis_sets(
     together = tuple(axes_on(platform, pair, kind, lag=lag, period=period)[0] for pair in _PAIRS)
     shared = _ahead(dof, platform.braking, together, 0)
     return (AxisSet(axes[0], shared), *sets_apart(dof, platform.braking, axes)[1:])
+
+
+def sets_with(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet, ...]:
+    """Return the sets of the axes of a degree of freedom; empty if no row comes from them."""
+    if not (settings.terminal or settings.braking.leads_on(dof)):
+        return ()
+    lag = settings.lag_of(platform, dof)
+    return axis_sets(platform, dof, settings.braking, lag=lag, period=settings.period)
 
 
 def axes_on(

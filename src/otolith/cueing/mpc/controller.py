@@ -10,7 +10,7 @@ are still given in steps of one period.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -21,13 +21,13 @@ from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.frames import Dof
 from otolith.core.methods import NO_METHOD, Bound
 from otolith.cueing.mpc import decide as requests
+from otolith.cueing.mpc.body import Body
 from otolith.cueing.mpc.choose import Chooser
 from otolith.cueing.mpc.decide import Program, decide, planned
 from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
 from otolith.cueing.mpc.guess_as_hint import GuessAsHint
-from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.mpc.problem import Problem, Washout
 from otolith.cueing.mpc.settings import Entry, MpcSettings
-from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.cueing.prediction.simple import Hold, now, previewed
 from otolith.interfaces import Command, PlatformState, Predictor, Reference
 from otolith.platforms import Platform
@@ -47,6 +47,7 @@ class Mpc:
     guess : guesses the controls, from offline knowledge or from the previous plan; `entry` states how the
         guess enters.
     hint : proposes working sets; it is used only if the remembered one is not optimal.
+    body : the platform as one body on its legs (`otolith.cueing.mpc.body`).
 
     Raises
     ------
@@ -62,8 +63,10 @@ class Mpc:
         guess: Guess | None = None,
         entry: Entry = Entry.REFERENCE,
         hint: Hint | None = None,
+        body: Body | None = None,
     ) -> None:
-        self.settings, self.problem = settings, Problem(platform, dofs, settings)
+        self.settings, self.problem = settings, Problem(platform, dofs, settings, body=body)
+        self._settled = requests.CONVERGED if body is None else body.settled
         self.engine = settings.engine(
             self.problem.structure, tolerance=settings.tolerance, blocks=settings.blocks
         )
@@ -110,12 +113,13 @@ class Mpc:
             guessing=self._guess.active,
             hinting=self._hint is not None,
             rounds=settings.iterations,
+            settled=self._settled,
             x=np.zeros(problem.given.X.shape[1]),
             wanted=problem.wanted(np.zeros((N, 6))),
             **{name: np.zeros((N, nu)) for name in ("plan", "about", "guess")},
             U=np.zeros((M, nu)),
             answer=np.zeros(3),
-            at=np.zeros(5, dtype=np.int64),
+            at=np.zeros(6, dtype=np.int64),
         )
 
     def _compile(self) -> None:
@@ -126,10 +130,11 @@ class Mpc:
             self._hint.sets(p.x, p.wanted[0], p.plan)
         self.reset(PlatformState())
 
-    def reweigh(self, washout: tuple[WashoutWeight, ...]) -> None:
+    def reweigh(self, washout: Washout) -> None:
         """Use other washout weights from the next decision on; errors are those of `Problem.reweigh`."""
         self.problem.reweigh(washout)
-        self.settings = replace(self.settings, washout=washout)
+        if not isinstance(washout, Mapping):
+            self.settings = replace(self.settings, washout=tuple(washout))
 
     @property
     def period(self) -> float:
@@ -234,6 +239,7 @@ class Mpc:
         p = self.program
         p.answer[:] = SOLVERS.index(solution.status), solution.changes, solution.residual
         p.U[:] = solution.U
+        p.at[requests.RELAXED] = self.problem.relaxed(solution)
 
 
 _NOTHING: Final = Reference(specific_force=np.zeros(3))

@@ -16,6 +16,7 @@ from otolith.compiled import (
     CHANGES,
     DECIDED,
     FALLBACK,
+    INFEASIBLE,
     INVALID,
     MISSED,
     NOTHING,
@@ -44,7 +45,7 @@ EXACT: Final = 4  # request for the answer to a problem that the structured engi
 ENGINE: Final = 5  # request for the answer of an engine that kernels cannot call
 
 CONVERGED: Final = 1e-9  # Gauss-Newton steps end when no control changes by more
-_REQUEST, ROUND, _CHANGES, GUESS_MISSED, GUESSED = range(5)  # what `Program.at` holds
+_REQUEST, ROUND, _CHANGES, GUESS_MISSED, GUESSED, RELAXED = range(6)  # what `Program.at` holds
 
 _ahead = PREDICT.call
 _solve = call_at(INTEGER, VECTOR)
@@ -71,6 +72,7 @@ class Program(NamedTuple):
     guessing: bool  # whether there is a guess
     hinting: bool  # whether there is a hint
     rounds: int  # largest number of Gauss-Newton steps
+    settled: float  # they end when no control changes by more
     x: Vec  # (nx,) the measured motion
     wanted: Mat  # (N, C)
     plan: Mat  # (N, nu) controls of the last decision
@@ -78,7 +80,7 @@ class Program(NamedTuple):
     guess: Mat  # (N, nu) reference of the controls in the cost, if at[GUESSED]
     U: Mat  # (M, nu) the solution of an engine other than the structured one
     answer: Vec  # (3,) solver status, changes and residual of that engine, as in `result`
-    at: Ints  # (5,) progress of the decision
+    at: Ints  # (6,) progress of the decision
 
 
 @jit_inlined
@@ -170,7 +172,7 @@ def _solve_all(p: Any, request: int, result: Vec) -> int:
         p.at[ROUND] += 1
         if result[SOLVER] != OPTIMAL:
             return NOTHING
-        if _spread(p) < CONVERGED or p.at[ROUND] >= p.rounds:
+        if _spread(p) < p.settled or p.at[ROUND] >= p.rounds:
             return NOTHING
 
 
@@ -204,6 +206,8 @@ def _conclude(p: Any, command: Vec, result: Vec) -> None:
         if p.checked and not _stops(p, command):
             result[STATUS] = REFUSED
     if result[STATUS] == DECIDED:
+        if p.at[RELAXED] == 1:  # a command there is, but no plan that holds all rows of the next nodes
+            result[SOLVER] = INFEASIBLE
         _copy(p.about, p.plan)
         follow(p.belief, command)
         if p.based:

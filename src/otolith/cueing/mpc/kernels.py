@@ -20,9 +20,13 @@ import numpy as np
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
+from otolith.core.methods import INTEGER, MATRIX, Method, Role
 from otolith.cueing.mpc.motion import Axes, predict
 from otolith.qp.engines import StageMemory
 
+# linearise(data, X (N, nx), wanted (N, C), output, error, varying, lower, upper): into an engine's memory
+LINEARISE: Final = Role(INTEGER, (MATRIX,) * 7)
+_linearise_body = LINEARISE.call
 _NO_DIRECTION: Final = 1e-9  # [m] nearer to the centre than this, the circle has no direction
 
 
@@ -70,7 +74,9 @@ class Given(NamedTuple):
     control_weight: Vec  # (nu,) R
     circle: Vec  # (3,) weights of velocity, position and acceleration in the quantity that the circle limits
     in_circle: Ints  # (2, 3) those states of surge and sway
+    circled: bool  # whether there is a circle
     X: Mat  # (N, nx) memory for the prediction
+    body: Method  # linearises the whole body instead of channel by channel (`otolith.cueing.mpc.body`)
 
 
 @kernel
@@ -238,12 +244,16 @@ def write(given: Given, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_r
     for i in range(len(given.organs.here)):
         memory.start[len(x) + i] = given.organs.here[i]
     predict(given.axes, given.hold, x, plan, given.X)
-    for c in range(wanted.shape[1]):
-        if given.felt.sensed[c]:
-            predict_sensed(given, c, wanted, memory.error)
-        else:
-            linearise_force(given, c, wanted, memory.output, memory.error)
-    if memory.varying.shape[1] > 0:
+    if given.body[0] != 0:
+        rows = (memory.varying, memory.lower, memory.upper)
+        _linearise_body(given.body, (given.X, wanted, memory.output, memory.error, *rows))
+    else:
+        for c in range(wanted.shape[1]):
+            if given.felt.sensed[c]:
+                predict_sensed(given, c, wanted, memory.error)
+            else:
+                linearise_force(given, c, wanted, memory.output, memory.error)
+    if given.circled:
         linearise_circle(given, memory.varying)
     weigh_washout(given, x, memory.state_weight)
     pull_to(u_ref, given.control_weight, given.ends, memory.input_linear)

@@ -15,24 +15,23 @@ Inputs may be held over M blocks of steps. The cost is still that of every step,
 blocks' ends only (`otolith.qp.blocked`). Without blocks every step is a block, M = N.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.arrays import Bools, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY, SURGE_PITCH, SWAY_ROLL, Dof
-from otolith.core.lti import StateSpace, zero_order_hold
+from otolith.core.lti import zero_order_hold
+from otolith.core.methods import NO_METHOD, Bound
 from otolith.cueing.mpc import kernels
-from otolith.cueing.mpc.axis_sets import axis_sets
+from otolith.cueing.mpc.axis_sets import sets_with
+from otolith.cueing.mpc.body import BODY_ROWS, FIRM, Body
+from otolith.cueing.mpc.circle import Circle, circle_of
 from otolith.cueing.mpc.motion import (
-    ACCELERATION,
-    POSITION,
     TILT,
-    VELOCITY,
     chains,
     dynamics,
     first_states,
@@ -41,48 +40,47 @@ from otolith.cueing.mpc.motion import (
     stacked,
     states,
 )
-from otolith.cueing.mpc.objective import Channel, Organ, carried_by, channels
-from otolith.cueing.mpc.rows import Limits, Row, circle_weights, command_bounds, rows_of
+from otolith.cueing.mpc.objective import Channel, carried_by, channels
+from otolith.cueing.mpc.organs import organs_of
+from otolith.cueing.mpc.rows import REST, Limits, Row, command_bounds, rest_rows, rows_of
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Braking, Platform
 from otolith.qp.blocked import block_ends
 from otolith.qp.engines import StageMemory
-from otolith.qp.stage import StageProblem
+from otolith.qp.stage import StageProblem, StageSolution
 from otolith.safety.invariant.axis import AxisSet
 
+ROUNDING: Final = 1e-9  # relative distance from a penalty at which a multiplier counts as equal to it
 BACK_OFF: Final = 2e-8  # [SI] per stage, above the solvers' 1e-9
 CIRCLE_BACK_OFF: Final = 1e-6  # [m] per stage, above radius·φ²/2 for the turn φ of one step
 
 
-@dataclass(frozen=True, slots=True)
-class Circle:
-    """The circle within which surge and sway stay together (section 4.2)."""
-
-    radius: float  # [m]
-    weights: Vec  # (3,) of velocity, position and acceleration in the quantity that is limited
-    states: Ints  # (2, 3) indices in x of these states of surge and of sway
-
-    def distance(self, X: Mat) -> Mat:
-        """Return the distances (n, 1) [m] from the centre in motions X (n, nx)."""
-        distance: Mat = np.linalg.norm(X[:, self.states] @ self.weights, axis=1, keepdims=True)
-        return distance
+Washout = Sequence[WashoutWeight] | Mapping[str, Sequence[WashoutWeight]]  # of all, or by degree of freedom
 
 
 class Problem:
     """The constant data of the problem and the organs' states; it writes the rest into an engine's memory.
+
+    Parameters
+    ----------
+    body : the platform as one body; None to model each degree of freedom by itself.
 
     Raises
     ------
     InputError : the platform lacks an axis of one of the degrees of freedom.
     """
 
-    def __init__(self, platform: Platform, dofs: Sequence[Dof], settings: MpcSettings) -> None:
-        self.dofs, self.settings = tuple(dofs), settings
+    def __init__(
+        self, platform: Platform, dofs: Sequence[Dof], settings: MpcSettings, *, body: Body | None = None
+    ) -> None:
+        self.dofs, self.settings, self._body = tuple(dofs), settings, body
         self.axes, self._first = stacked(self.dofs), first_states(self.dofs)
         self.channels = channels(self.dofs, settings.objective)
-        sets = [_sets(platform, dof, settings) for dof in self.dofs]
-        self.circle = _circle(platform, self.dofs, sets, settings)
+        if body is not None:
+            self.channels = body.weighed(self.channels, self.dofs)
+        sets = [sets_with(platform, dof, settings) for dof in self.dofs]
+        self.circle = circle_of(platform, self.dofs, sets, settings)
         self._ends = block_ends(settings.lengths)
         limits = [platform.limits(dof) for dof in self.dofs]
         self._rows = [
@@ -95,12 +93,13 @@ class Problem:
                 for dof, of_dof in zip(self.dofs, limits, strict=True)
             ]
         )
-        self._weights = self._weights_of(settings.washout)
+        self._weights = self._weights_of(settings.washout if body is None else body.washout)
         self._control_weight = _control_weight(platform, self.dofs, settings)
         lag = np.array([settings.lag_of(platform, dof) for dof in self.dofs for _ in dof.axes])
-        self._organs = _organs(self.channels, settings.period)
+        self._organs = organs_of(self.channels, settings.period)
         self._rows_felt = self._felt_rows()
         self.structure = self._stage_problem(lag)
+        self._linearised = self._linearise()  # keeps what the kernels read alive
         self.given = self._kernel_data(lag)
         self._no_reference = np.empty((0, len(self.axes.axis)))
         self._wanted = np.zeros((settings.horizon, len(self.channels)))
@@ -115,7 +114,7 @@ class Problem:
             f"{dof.name} {row.name}" for dof, own in zip(self.dofs, self._rows, strict=True) for row in own
         ]
         names += ["circle"] * len(self.structure.varying)  # commands, which come last, are hard
-        soft = np.isfinite(self.structure.penalty[0])
+        soft = self.structure.penalty[0] < FIRM
         return frozenset(name for name, is_soft in zip(names, soft, strict=False) if is_soft)
 
     @property
@@ -123,13 +122,17 @@ class Problem:
         """Return whether a platform that keeps the rows can always stop inside its limits."""
         return all(self.settings.braking.leads_on(dof) for dof in self.dofs)
 
+    def relaxed(self, solution: StageSolution) -> bool:
+        """Return whether an answer violates a row of the firm blocks, since no command holds all of them."""
+        return self._body is not None and bool((np.abs(solution.y) >= (1.0 - ROUNDING) * FIRM).any())
+
     def reset(self) -> None:
         """Set the organs of both drivers, in the simulator and in the car, to a long rest."""
         of = self._organs
         for series in (of.here, of.there, of.felt_here, of.felt_there):
             series[:] = 0.0
 
-    def reweigh(self, washout: Sequence[WashoutWeight]) -> None:
+    def reweigh(self, washout: Washout) -> None:
         """Change the washout weights in place, where the kernels read them.
 
         Raises
@@ -151,10 +154,11 @@ class Problem:
 
     def begin(self, memory: StageMemory) -> None:
         """Write the data that never change."""
-        lower, upper = self._bounds()
+        lower, upper = self.bounds()
         memory.lower[:], memory.upper[:] = lower[self._ends], upper[self._ends]
         memory.state_linear[:] = 0.0
-        memory.output[:] = self._outputs()[self.structure.output]
+        if self._body is None:
+            memory.output[:] = self._outputs()[self.structure.output]
 
     def wanted(self, coming: Mat, late: float = 0.0) -> Mat:
         """Return what to feel through every channel in the next N periods (N, C), valid until the next call.
@@ -193,12 +197,12 @@ class Problem:
         """Return the inputs of every step (N, nu) from those of the blocks (M, nu)."""
         return np.repeat(U, self.settings.lengths, axis=0)
 
-    def _weights_of(self, washout: Sequence[WashoutWeight]) -> list[tuple[int, Dof, WashoutWeight]]:
+    def _weights_of(self, washout: Washout) -> list[tuple[int, Dof, WashoutWeight]]:
         """Return the weights on states that the degrees of freedom have, each with its first state."""
         return [
             (first, dof, weight)
             for first, dof in zip(self._first, self.dofs, strict=False)
-            for weight in washout
+            for weight in (washout[dof.name] if isinstance(washout, Mapping) else washout)
             if weight.weighs(dof)
         ]
 
@@ -209,26 +213,31 @@ class Problem:
         low, high = limits[0].position
         if self.circle is not None and dof.is_pair and min(-low, high) >= self.circle.radius:
             rows = [row for row in rows if row.name != "position"]
-        return rows
+        return rows if self._body is None else rows + rest_rows(dof)
 
     def _stage_problem(self, lag: Vec) -> StageProblem:
         """Return the structure for which the engines are built."""
         nx, A, B = self._first[-1], *self._dynamics(lag)
         C = np.zeros((sum(map(len, self._rows)), len(A)))
         C[:, :nx] = block_diag(*[np.array([row.coefficients for row in own]) for own in self._rows])
-        circle = np.zeros((0 if self.circle is None else 1, len(A)), dtype=bool)
+        varying = np.zeros((0 if self.circle is None else 1, len(A)), dtype=bool)
         if self.circle is not None:
-            circle[0, self.circle.states] = self.circle.weights != 0.0
+            varying[0, self.circle.states] = self.circle.weights != 0.0
+        penalty = self._penalty(len(varying))
+        if self._body is not None:
+            varying = np.vstack([varying, self._body.row_structure(self.axes)])
+            of_body = self._body.penalties(len(penalty), self.settings.hard_steps)
+            penalty = np.insert(penalty, [penalty.shape[1] - B.shape[1]] * of_body.shape[1], of_body, axis=1)
         return StageProblem(
             horizon=self.settings.horizon,
             A=A,
             B=B,
             C=C,
             output=self._output_structure(),
-            varying=circle,
+            varying=varying,
             weighted=tuple(first + states(dof).index(weight.on) for first, dof, weight in self._weights),
             control_weight=self._control_weight,
-            penalty=self._penalty(len(circle)),
+            penalty=penalty,
         )
 
     def _dynamics(self, lag: Vec) -> tuple[Mat, Mat]:
@@ -273,6 +282,8 @@ class Problem:
 
     def _output_structure(self) -> Bools:
         """Return where the output rows may be non-zero (C, nz); the cosine of an outer tilt counts, too."""
+        if self._body is not None:
+            return self._body.output_structure(self.axes, self.channels)
         structure: Bools = self._outputs() != 0.0
         for c, channel in enumerate(self.channels):
             if channel.organ is None and (outer := self._outer(channel)) >= 0:
@@ -302,7 +313,7 @@ class Problem:
         later[:] = np.minimum(later, settings.later_penalty)
         return penalty
 
-    def _bounds(self) -> tuple[Mat, Mat]:
+    def bounds(self) -> tuple[Mat, Mat]:
         """Return the lower and upper bounds (N, rows); terminal rows hold at the last hard stage only.
 
         Bounds on states tighten slightly from stage to stage, so that the plan of one step, shifted,
@@ -315,13 +326,16 @@ class Problem:
         below = [row.lower for row in rows] + [-np.inf] * len(radius)
         above = [row.upper for row in rows] + radius
         stage = np.arange(1.0, N + 1.0)[:, None]
-        back_off = np.array([BACK_OFF] * len(rows) + [CIRCLE_BACK_OFF] * len(radius))
+        back_off = np.array([0.0 if row.name.startswith(REST) else BACK_OFF for row in rows])
+        back_off = np.append(back_off, [CIRCLE_BACK_OFF] * len(radius))
         commands = np.tile(self.command_bound, (N, 1))
         lower, upper = below + stage * back_off, above - stage * back_off
-        last_only = [i for i, row in enumerate(rows) if row.name.startswith("terminal")]
-        others = np.ix_(np.arange(N) != self.settings.hard_steps - 1, last_only)
-        lower[others], upper[others] = -np.inf, np.inf
-        return np.hstack([lower, -commands]), np.hstack([upper, commands])
+        for start, only in (("terminal", self.settings.hard_steps - 1), (REST, N - 1)):
+            named = [i for i, row in enumerate(rows) if row.name.startswith(start)]
+            others = np.ix_(np.arange(N) != only, named)
+            lower[others], upper[others] = -np.inf, np.inf
+        of_body = np.full((N, 0 if self._body is None else BODY_ROWS), np.inf)  # written in every step
+        return np.hstack([lower, -of_body, -commands]), np.hstack([upper, of_body, commands])
 
     def _kernel_data(self, lag: Vec) -> kernels.Given:
         """Return everything that the kernels read."""
@@ -340,8 +354,18 @@ class Problem:
             control_weight=self._control_weight,
             circle=circle.weights,
             in_circle=circle.states,
+            circled=self.circle is not None,
             X=np.empty((N, self._first[-1])),
+            body=NO_METHOD if self._linearised is None else self._linearised.method,
         )
+
+    def _linearise(self) -> Bound | None:
+        """Return the kernel that linearises the whole body; None where there is none."""
+        if self._body is None:
+            return None
+        circles = 0 if self.circle is None else 2 * int(np.count_nonzero(self.circle.weights))
+        before = sum(map(len, self._rows)) + (self.circle is not None)
+        return self._body.method(self.axes, self.channels, self._ends, circles=circles, rows_before=before)
 
     def _felt(self) -> kernels.Felt:
         """Return the channels as the kernels read them; slopes are indexed among all non-zeros of D."""
@@ -367,51 +391,9 @@ def _washout(weights: Sequence[tuple[int, Dof, WashoutWeight]]) -> Mat:
     return np.array([(*weight.coefficients, weight.scale) for _, _, weight in weights]).reshape(-1, 5)
 
 
-def _sets(platform: Platform, dof: Dof, settings: MpcSettings) -> tuple[AxisSet, ...]:
-    """Return the sets of the axes of a degree of freedom; empty if no row comes from them."""
-    if not (settings.terminal or settings.braking.leads_on(dof)):
-        return ()
-    lag = settings.lag_of(platform, dof)
-    return axis_sets(platform, dof, settings.braking, lag=lag, period=settings.period)
-
-
 def _control_weight(platform: Platform, dofs: Sequence[Dof], settings: MpcSettings) -> Vec:
     """Return R (nu,); a base's commands have a weight of their own, which decides where both could move."""
     of_base = 1.0 if platform.base is None else platform.base.weight
     return settings.control_weight * np.array(
         [of_base if dof.is_base else 1.0 for dof in dofs for _ in dof.axes]
-    )
-
-
-def _circle(
-    platform: Platform, dofs: Sequence[Dof], sets: Sequence[tuple[AxisSet, ...]], settings: MpcSettings
-) -> Circle | None:
-    """Return the limit circle of surge and sway if the platform has one and both are cued."""
-    pairs = (SURGE_PITCH, SWAY_ROLL)
-    if platform.circle is None or not set(pairs) <= set(dofs):
-        return None
-    leads = settings.braking.leads
-    weights = circle_weights(sets[dofs.index(SURGE_PITCH)][0]) if leads else np.array([0.0, 1.0, 0.0])
-    first = first_states(dofs)
-    begin = [first[dofs.index(dof)] for dof in pairs]
-    return Circle(platform.circle, weights, np.add.outer(begin, [VELOCITY, POSITION, ACCELERATION]))
-
-
-def _organs(felt: Sequence[Channel], period: float) -> kernels.Organs:
-    """Return the organs of all channels in a row; that of a physical channel passes its input on."""
-    nothing = StateSpace.gain(np.eye(1))
-    organs = [Organ.of(nothing if channel.organ is None else channel.organ, period) for channel in felt]
-    first = np.cumsum([0, *(len(organ.A) for organ in organs)])
-    flat = {
-        name: np.concatenate([getattr(organ, name) for organ in organs]) for name in ("B", "B0", "B1", "C")
-    }
-    return kernels.Organs(
-        first=first,
-        A=block_diag(*(organ.A for organ in organs)),
-        **flat,
-        D=np.array([organ.D for organ in organs]),
-        here=np.zeros(first[-1]),
-        there=np.zeros(first[-1]),
-        felt_here=np.zeros(len(felt)),
-        felt_there=np.zeros(len(felt)),
     )

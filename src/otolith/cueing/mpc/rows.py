@@ -25,6 +25,7 @@ from otolith.safety.invariant.axis import AxisRow, AxisSet
 from otolith.safety.law import HUGE
 
 Limits = Sequence[AxisLimits]  # of every axis of one degree of freedom
+REST: Final = "rest_"  # begins the name of a row that holds at the end of the horizon only
 HAIR: Final = 1e-4  # [rad], 0.006 deg, far above all tolerances; see `braking_rows`
 
 
@@ -242,6 +243,12 @@ def terminal_rows(dof: Dof, sets: Sequence[AxisSet]) -> list[Row]:
             _of_axis(dof, chain, row, f"terminal_{place}_{row.name}") for row in sets[chain.of].beyond_limits
         ]
     return rows
+
+
+def rest_rows(dof: Dof) -> list[Row]:
+    """Return rows that ask every axis to be at rest at the end of the horizon."""
+    names = [_names(dof, chain)[1] for chain in chains(dof)]
+    return [Row(REST + name, _form(dof, **{name: 1.0}), 0.0, 0.0) for name in names]
 
 
 def plausible(values: Mat) -> bool:

@@ -1,0 +1,145 @@
+"""The whole body as part of the MPC: its rows and outputs against the legs and the head themselves."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from otolith import registry
+from otolith.core.arrays import Mat, Vec
+from otolith.core.errors import InputError
+from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
+from otolith.core.rotation import felt, rate_along
+from otolith.cueing.design import Design, reweigh
+from otolith.cueing.mpc.body import BODY_ROWS, MARGINS
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.motion import in_six_axes
+from otolith.interfaces import PlatformState, Reference, Status
+from otolith.plant import Ideal
+from otolith.platforms import Platform, load
+from otolith.qp.engines import expand
+
+DAVSI = load("davsi")
+ALL = tuple(DOFS.values())
+SETS = pytest.mark.parametrize(
+    "dofs", [ALL, (SURGE_PITCH,), (HEAVE,), (SWAY_ROLL, YAW)], ids=lambda dofs: "+".join(d.name for d in dofs)
+)
+
+
+def with_head(platform: Platform) -> Platform:
+    hexapod = platform.hexapod
+    assert hexapod is not None
+    return platform.model_copy(update={"hexapod": hexapod.model_copy(update={"head_m": (-0.3, 0.1, 0.9)})})
+
+
+def controller(dofs: tuple[Dof, ...] = ALL, platform: Platform = DAVSI) -> Mpc:
+    made = registry.make_cueing("six-axis", Design(platform=platform, dofs=dofs))
+    assert isinstance(made, Mpc)
+    return made
+
+
+def motions(mpc: Mpc, X: Mat) -> list[Mat]:
+    """The platform's motion (3, 6) in every state of a prediction."""
+    axes = mpc.problem.axes
+    parts = (X[:, axes.place], X[:, axes.speed], X[:, axes.acceleration])
+    return list(np.stack([in_six_axes(axes, part) for part in parts], axis=1))
+
+
+def random_plan(mpc: Mpc, rng: np.random.Generator) -> tuple[Vec, Mat]:
+    nu = len(mpc.problem.axes.axis)
+    x = np.zeros(3 * nu)
+    x[mpc.problem.axes.place] = rng.uniform(-0.1, 0.1, nu)
+    x[mpc.problem.axes.speed] = rng.uniform(-0.1, 0.1, nu)
+    return x, mpc.problem.of_steps(0.2 * rng.uniform(-1.0, 1.0, (9, nu)))
+
+
+@SETS
+def test_rows_and_outputs_are_those_of_the_legs_and_the_head_to_first_order(dofs: tuple[Dof, ...]) -> None:
+    """About a plan they are exact; beside it, what is left falls with the square of the distance."""
+    platform = with_head(DAVSI)
+    mpc, rng, head = controller(dofs, platform), np.random.default_rng(2), np.array([-0.3, 0.1, 0.9])
+    problem, legs = mpc.problem, platform.six_legs()
+    x, plan = random_plan(mpc, rng)
+    wanted = rng.standard_normal((150, len(problem.channels)))
+    problem.write(mpc.engine.memory, x, plan, wanted, None)
+    qp = expand(problem.structure, mpc.engine.memory, mpc.settings.blocks)
+    ends = np.cumsum(mpc.settings.blocks) - 1
+    limits = np.array([legs.stroke[1], legs.speed, legs.acceleration])
+    high = np.repeat(limits - MARGINS, 6)
+    of_legs = slice(len(problem.structure.C) + len(problem.structure.varying) - BODY_ROWS, -len(plan[0]))
+    change = mpc.problem.of_steps(rng.uniform(-1.0, 1.0, (9, plan.shape[1])))
+    left = []
+    for share in (0.0, 1e-3, 2e-3):
+        X = problem.predicted(x, plan + share * change)
+        errors = []
+        for k, motion in enumerate(motions(mpc, X)):
+            force, rate = np.empty(3), np.empty((1, 3))
+            felt(head, motion[0], motion[1], motion[2], force)
+            rate_along(motion[:1], motion[1:2], rate)
+            feels = np.concatenate([force, rate[0]])
+            root = np.sqrt([one.weight for one in problem.channels])
+            exact = root * (feels[[one.column for one in problem.channels]] - wanted[k])
+            errors.append(np.abs(qp.output[k] @ X[k] + qp.error[k] - exact).max())
+            if k in ends:
+                now = legs.leg_motion(*motion)
+                values = np.concatenate([now.length, now.speed, now.acceleration])
+                room = qp.upper[k, of_legs][:18] - qp.varying[k, -BODY_ROWS:-3] @ X[k]
+                errors.append(np.abs(room - (high - values)).max())
+        left.append(max(errors))
+    assert left[0] < 1e-11
+    assert left[2] / left[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_random_jumps_leave_no_step_without_answer_and_every_leg_within_its_limits() -> None:
+    mpc, plant, rng, legs = controller(), Ideal(), np.random.default_rng(6), DAVSI.six_legs()
+    state = PlatformState()
+    plant.reset(state)
+    mpc.reset(state)
+    wanted = np.zeros(6)
+    for k in range(300):
+        if k % 15 == 0:
+            wanted = rng.choice([0.3, 1.0, 5.0, 50.0]) * rng.standard_normal(6) * [1, 1, 1, 0.1, 0.1, 0.1]
+        command = mpc.step(state, Reference(specific_force=wanted[:3], angular_rate=wanted[3:]))
+        assert command.outcome.status is Status.DECIDED
+        assert command.outcome.solver == "optimal"
+        state = plant.step(command, mpc.period)
+        now = legs.leg_motion(state.pose, state.twist, state.acceleration)
+        assert legs.stroke[0] <= now.length.min()
+        assert now.length.max() <= legs.stroke[1]
+        assert np.abs(now.speed).max() <= legs.speed
+        assert np.abs(now.acceleration).max() <= legs.acceleration
+
+
+def test_where_no_command_holds_the_legs_the_answer_says_so() -> None:
+    """A start beyond the stroke, with no way back within two periods."""
+    mpc = controller()
+    state = PlatformState(pose=np.array([0.0, 0.0, 0.41, 0.1, 0.1, 0.0]))
+    assert DAVSI.six_legs().lengths(state.pose).max() > DAVSI.six_legs().stroke[1]
+    mpc.reset(state)
+    outcome = mpc.step(state, Reference(specific_force=np.zeros(3))).outcome
+    assert outcome.status is Status.DECIDED
+    assert outcome.solver == "infeasible"
+
+
+def test_a_platform_without_legs_is_refused() -> None:
+    legless = load("benchmark").model_copy(update={"hexapod": None})
+    with pytest.raises(InputError, match="hexapod"):
+        registry.make_cueing("six-axis", Design(platform=legless, dofs=(SURGE_PITCH,)))
+
+
+def test_a_larger_machine_is_held_as_loosely_in_relation() -> None:
+    """Twice the reach, a quarter of the weight on position, half of that on speed."""
+    surge = DAVSI.surge
+    assert surge is not None
+    weights = []
+    for reach in (0.25, 0.5):
+        updated = {"surge": surge.model_copy(update={"position_m": (-reach, reach)})}
+        mpc = controller((SURGE_PITCH,), DAVSI.model_copy(update=updated))
+        weights.append(mpc.problem.given.washout[:2, 0])
+    assert_allclose(weights[0], weights[1] * [4.0, 2.0])
+
+
+def test_liveliness_is_changed_at_work() -> None:
+    mpc = controller((SURGE_PITCH,))
+    before = mpc.problem.given.washout.copy()
+    reweigh(mpc, "six-axis", Design(platform=DAVSI, dofs=(SURGE_PITCH,), liveliness=0.8))
+    assert (mpc.problem.given.washout[:2, 0] < before[:2, 0]).all()
