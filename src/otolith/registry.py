@@ -95,9 +95,20 @@ class Table(Mapping[str, Entry]):
 # the platform or the results, and apply to every algorithm.
 _LAW: Final = frozenset({"braking", "law"})
 _SENSED: Final = frozenset(
-    {"solver", "horizon", "blocks", "prediction", "road", "washout", "weight", "braking"}
+    {
+        "solver",
+        "period",
+        "horizon",
+        "blocks",
+        "control_weight",
+        "prediction",
+        "road",
+        "washout",
+        "weight",
+        "braking",
+    }
 )
-_PREDICTIVE: Final = frozenset({"solver", "prediction", "road", "liveliness", "braking", "soft"})
+_PREDICTIVE: Final = frozenset({"solver", "period", "prediction", "road", "liveliness", "braking", "soft"})
 _IN_TURN: Final = _PREDICTIVE | {"second_blocks"}
 _SIX_AXIS: Final = frozenset({"prediction", "road", "liveliness", "braking"})
 _LINEAR: Final = _SENSED - {

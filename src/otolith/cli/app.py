@@ -75,6 +75,10 @@ COMMANDS: Final = {
         "tune:tune_",
         "Find constant washout weights of the implicit MPC that track the scenarios with little travel.",
     ),
+    "study": (
+        "study:app",
+        "Studies: search settings over many drives, on the cores of this machine or on a cluster.",
+    ),
     "bench": (
         "bench:bench_",
         "Time one full real-time-iteration step of every QP engine on the same recorded problems.",

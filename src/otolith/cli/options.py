@@ -115,8 +115,14 @@ class RunOptions:
     solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
         "structured"
     )
+    period: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Time between two decisions of an MPC [s] (0.01).")
+    ] = None
     horizon: Horizon = None
     blocks: Blocks = None
+    control_weight: Annotated[
+        float | None, typer.Option(help="Weight R of the implicit MPC's commands (default: 0.001).")
+    ] = None
     prediction: Annotated[
         str | None,
         typer.Option(
@@ -176,6 +182,7 @@ class RunOptions:
             engine=registry.lookup(registry.SOLVERS, "--solver", self.solver).load(),
             soft=soft_rows(self.soft or []),
             prediction=self._prediction(),
+            **self._plain(),
         )
         return Design(
             platform=platform,
@@ -188,6 +195,11 @@ class RunOptions:
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),
         )
+
+    def _plain(self) -> dict[str, Any]:
+        """Return the settings of the MPC that are plain numbers, as far as they are given."""
+        given = {"period": self.period, "control_weight": self.control_weight}
+        return {name: value for name, value in given.items() if value is not None}
 
     def _prediction(self) -> Prediction | None:
         """Return the named prediction; without a name, `Road` if an earlier drive is given."""

@@ -38,6 +38,17 @@ class _Scaled:
         return self.factor * self.signal(*arguments)
 
 
+@dataclass(frozen=True, slots=True)
+class _Later:
+    """A signal, or what is foreseen of one, from a later moment on."""
+
+    begin: float  # [s]
+    signal: Callable[..., Mat]
+
+    def __call__(self, t: Any, *arguments: Any) -> Mat:
+        return self.signal(t + self.begin, *arguments)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
     """Specific force and angular rate to be felt, in the driver's frame, over a period of time.
@@ -85,4 +96,23 @@ class Scenario:
             angular_rate=_Scaled(factor, self.angular_rate),
             foreseen=self.foreseen and _Scaled(factor, self.foreseen),
             origin=f"{self.origin}, scaled by {factor:g}",
+        )
+
+    def part(self, begin: float, end: float) -> "Scenario":
+        """Return what is between two times [s] as a scenario that starts at 0.
+
+        Raises
+        ------
+        InputError : the times are not in order, or not within the scenario.
+        """
+        if not 0.0 <= begin < end <= self.duration:
+            bound = f"two times in order within 0 and {self.duration:g} s"
+            raise InputError(f"part of {self.name}", f"{begin:g} to {end:g} s", bound)
+        return replace(
+            self,
+            name=f"{self.name}, {begin:g} to {end:g} s",
+            duration=end - begin,
+            specific_force=_Later(begin, self.specific_force),
+            angular_rate=_Later(begin, self.angular_rate),
+            foreseen=self.foreseen and _Later(begin, self.foreseen),
         )

@@ -1,0 +1,300 @@
+"""`otolith study`: search settings at scale, go on with a search, look at it, and use what it found."""
+
+import json as json_text
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from otolith import files
+from otolith.cli.output import Jobs, described_bar, file_name, group, print_json, screen, working
+from otolith.core.errors import InputError
+from otolith.core.jobs import number_of_jobs
+from otolith.studies.definition import Study, load_study, parse_study
+from otolith.studies.export import command, settings_text, table, tuning_text
+from otolith.studies.jobs import JUDGING, TRAINING, work
+from otolith.studies.problem import Prepared, problem_of
+from otolith.studies.results import State, Trial, best_of, front, preset_of, values
+
+if TYPE_CHECKING:  # imported on use: it needs an extra
+    from otolith.studies.search import Progress
+    from otolith.studies.store import Store
+
+app = group("Studies: search settings over many drives, on the cores of this machine or on a cluster.")
+
+LOCAL: Final = "local"
+Where = Annotated[str, typer.Argument(metavar="STORE", help="A file of 'study run', or a database's URL.")]
+Name = Annotated[str | None, typer.Option(help="Which study, if a database holds several.")]
+Trials = Annotated[
+    int | None, typer.Option(help="How many settings are tried, in place of the study's number.")
+]
+Address = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="A Dask scheduler, as in tcp://host:8786, or local: processes of Dask on this machine.",
+    ),
+]
+Preset = Annotated[str | None, typer.Option(help="A preset of the study; default: all objectives alike.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
+
+
+@app.command()
+def run(
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="A shipped study's name, or a file (.toml).")],
+    store: Annotated[
+        str | None, typer.Option(help="Where results go: a new file, or a database's URL (out/NAME.journal).")
+    ] = None,
+    trials: Trials = None,
+    seed: Annotated[int | None, typer.Option(help="Of what is random, in place of the study's.")] = None,
+    jobs: Jobs = None,
+    cluster: Address = None,
+) -> None:
+    """Begin a study and run it to its end; it can be interrupted at any time."""
+    from otolith.studies.store import Store
+
+    known, folder = _read(study)
+    known = _with_budget(known, trials=trials, seed=seed)
+    console = screen()
+    prepared = _prepare(known, folder, console)
+    where = store or str(Path("out") / f"{file_name(known.name)}.journal")
+    definition = {
+        "study": known.model_dump(mode="json"),
+        "folder": str(folder.resolve()),
+        "digest": prepared.digest,
+    }
+    with Store.create(where, known.name, len(known.objectives), definition) as opened:
+        _search(prepared, opened, jobs, cluster, console)
+
+
+@app.command()
+def resume(
+    store: Where, name: Name = None, trials: Trials = None, jobs: Jobs = None, cluster: Address = None
+) -> None:
+    """Go on with a study that was interrupted, or give it more trials."""
+    from otolith.studies.store import Store
+
+    console = screen()
+    with Store.open(store, name, write=True) as opened:
+        known = _with_budget(_study(opened), trials=trials or _tried(opened))
+        prepared = _prepare(known, Path(opened.definition["folder"]), console)
+        if prepared.digest != opened.definition["digest"]:
+            bound = "as when the study began: results on other ones cannot be compared"
+            raise InputError("platform, drives or version", "changed", bound)
+        if trials is not None:
+            opened.note("trials", trials)
+        _search(prepared, opened, jobs, cluster, console)
+
+
+@app.command()
+def show(store: Where, name: Name = None, json: Json = False) -> None:
+    """Say how far a study is, and what it found: the settings that no others beat."""
+    from otolith.studies.store import Store
+
+    with Store.open(store, name) as opened:
+        study, trials, agreed = _study(opened), opened.trials(), opened.noted("agreement")
+        of = _tried(opened) or study.budget.trials
+    found = front(study, trials)
+    counts = {state.value: sum(trial.state is state for trial in trials) for state in State}
+    if json:
+        print_json(
+            {
+                "study": study.name,
+                "trials": {"of": of, **counts},
+                "agreement": agreed,
+                "front": [_as_json(study, trial) for trial in found],
+            }
+        )
+        return
+    screen(stderr=False, wide=True).print(_grid(study, found))
+    console = screen()
+    _say(console, f"{study.name}: {counts['done']} of {of} trials done, {counts['rejected']} rejected")
+    _say(console, f"{len(found)} trials that no other beats within the constraints")
+    if agreed is not None:
+        _say(console, _agreed(agreed))
+
+
+@app.command()
+def best(store: Where, name: Name = None, preset: Preset = None, json: Json = False) -> None:
+    """Print the best settings, how they were judged, and the command that uses them."""
+    from otolith.studies.store import Store
+
+    with Store.open(store, name) as opened:
+        study, trials = _study(opened), opened.trials()
+    chosen = preset_of(study, trials, preset) if preset else best_of(study, trials)
+    if json:
+        print_json(_as_json(study, chosen))
+        return
+    grid = Table("setting", "value")
+    for setting, value in chosen.settings.items():
+        grid.add_row(setting, f"{value:.6g}" if isinstance(value, float) else str(value))
+    out = screen(stderr=False, wide=True)
+    out.print(grid)
+    out.print(_grid(study, [chosen]))
+    _use(study, chosen, screen())
+
+
+@app.command()
+def export(
+    store: Where,
+    out: Annotated[Path, typer.Option(help="A tuning or settings (.toml), or a table of all trials (.csv).")],
+    name: Name = None,
+    preset: Preset = None,
+    trial: Annotated[int | None, typer.Option(help="This trial, in place of the best.")] = None,
+) -> None:
+    """Write the best settings as a file: of a washout a tuning for --tuning; or all trials as a table."""
+    from otolith.studies.store import Store
+
+    with Store.open(store, name) as opened:
+        study, trials = _study(opened), opened.trials()
+        folder = Path(opened.definition["folder"])
+    files.check_file(out, ".toml", ".csv")
+    console = screen()
+    if out.suffix == ".csv":
+        files.write_text(out, table(study, trials))
+        _say(console, f"{len(trials)} trials written to {out}")
+        return
+    chosen = _chosen(study, trials, preset, trial)
+    about = f"trial {chosen.number} of study {study.name}" + (f", {preset}" if preset else "")
+    design = problem_of(study.model_copy(update={"training": (), "judging": ()}), folder).training.design
+    text = tuning_text(design, {**study.fixed, **chosen.settings}, about)
+    files.write_text(out, text or settings_text(study, chosen.settings, about, _reference(study)))
+    _say(console, f"written to {out}: {about}")
+    _use(study, chosen, console, tuning=str(out) if text else "")
+
+
+def _search(
+    prepared: Prepared, store: "Store", jobs: int | None, cluster: str | None, console: Console
+) -> None:
+    """Do what is left, check the loop, and say what was found."""
+    from otolith.studies.agreement import agreement
+    from otolith.studies.search import Search
+
+    study = prepared.study
+    problems = {TRAINING: prepared.training, JUDGING: prepared.judging}
+    items = {kind: len(one.items) for kind, one in problems.items()}
+    with ExitStack() as stack:
+        progress = stack.enter_context(described_bar(console, study.name))
+
+        def tell(now: "Progress") -> None:
+            progress(f"{now.text}; {now.per_hour:,.0f} loops/h", min(now.trials / now.of, 1.0))
+
+        executor = stack.enter_context(_executor(problems, jobs, cluster))
+        trials = Search(study, store, items, executor, progress=tell).run()
+    with working(console, "comparing a sample with the loop in Python"):
+        agreed = agreement(study, prepared.training, trials)
+    noted = {"loops": agreed.loops, "different": list(agreed.different)}
+    store.note("agreement", noted)
+    _say(console, _agreed(noted))
+    _say(console, f"written to {store.where}; otolith study best {store.where}")
+
+
+def _executor(problems: Any, jobs: int | None, cluster: str | None) -> Any:
+    from otolith.studies.executors import Processes
+
+    if cluster is None:
+        return Processes(number_of_jobs(jobs), problems)
+    if jobs is not None and cluster != LOCAL:
+        raise InputError("--jobs", jobs, f"left out with --cluster {cluster}, whose workers are its own")
+    from otolith.studies.cluster import Cluster
+
+    return Cluster(cluster, problems, workers=number_of_jobs(jobs))
+
+
+def _read(name: str) -> tuple[Study, Path]:
+    """Return a study by name or path, and the folder to which its paths are relative."""
+    path = Path(name)
+    if path.suffix != ".toml":
+        return load_study(name), Path.cwd()
+    return parse_study(files.read_text(path, "study"), path.name), path.parent
+
+
+def _with_budget(study: Study, **changed: int | None) -> Study:
+    given = {name: value for name, value in changed.items() if value is not None}
+    for name, value in given.items():
+        if value < (0 if name == "seed" else 1):
+            raise InputError(f"--{name}", value, "at least 0" if name == "seed" else "at least 1")
+    return study.model_copy(update={"budget": study.budget.model_copy(update=given)})
+
+
+def _prepare(study: Study, folder: Path, console: Console) -> Prepared:
+    """Read what the study names, and compile what is missing, once for all processes."""
+    with working(console, "preparing; kernels are compiled on first use (10 to 30 s), then cached"):
+        prepared = problem_of(study, folder)
+        if study.start:
+            from otolith.studies.jobs import Job
+
+            work({TRAINING: prepared.training}, (TRAINING, Job(tuple(study.start[0].items()), 0)))
+    return prepared
+
+
+def _study(store: "Store") -> Study:
+    return Study.model_validate_json(json_text.dumps(store.definition["study"]))
+
+
+def _tried(store: "Store") -> int | None:
+    """Return the number of trials that the last `resume` was given."""
+    given = store.noted("trials")
+    return None if given is None else int(given)
+
+
+def _chosen(study: Study, trials: list[Trial], preset: str | None, number: int | None) -> Trial:
+    if number is None:
+        return preset_of(study, trials, preset) if preset else best_of(study, trials)
+    if preset is not None:
+        raise InputError("--preset", preset, "left out with --trial")
+    if not 0 <= number < len(trials):
+        raise InputError("--trial", number, f"between 0 and {len(trials) - 1}")
+    return trials[number]
+
+
+def _reference(study: Study) -> str:
+    """Return the first reference as `otolith run` takes it."""
+    first = (study.judging or study.training)[0]
+    return first.scenario or f"--log {first.log}"
+
+
+def _use(study: Study, trial: Trial, console: Console, tuning: str = "") -> None:
+    needs = any(name.startswith("tuning.") for name in study.parameters)
+    text = command(study, trial.settings, _reference(study), tuning or ("tuned.toml" if needs else ""))
+    if needs and not tuning:
+        _say(console, "otolith study export … --out tuned.toml writes the tuning")
+    _say(console, text)
+
+
+def _grid(study: Study, trials: list[Trial]) -> Table:
+    names = [one.measure for one in study.objectives]
+    grid = Table("trial", *names, *(f"{name}, judged" for name in names if study.judging))
+    for trial in trials:
+        row = [f"{value:.4f}" for value in values(study, trial.training)]
+        if study.judging:
+            sound = trial.judging and not any(done.refused for done in trial.judging.values())
+            row += [f"{value:.4f}" for value in values(study, trial.judging)] if sound else ["-"] * len(names)
+        grid.add_row(str(trial.number), *row)
+    return grid
+
+
+def _as_json(study: Study, trial: Trial) -> dict[str, Any]:
+    names = [one.measure for one in study.objectives]
+    judged = trial.judging and not any(done.refused for done in trial.judging.values())
+    return {
+        "trial": trial.number,
+        "settings": dict(trial.settings),
+        "training": dict(zip(names, values(study, trial.training), strict=True)),
+        "judging": dict(zip(names, values(study, trial.judging), strict=True)) if judged else None,
+    }
+
+
+def _agreed(found: dict[str, Any]) -> str:
+    different = found["different"]
+    if different:
+        return f"NOT equal to the loop in Python: {'; '.join(different)}"
+    return f"{found['loops']} loops of a sample are equal, bit for bit, to those of the loop in Python"
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, soft_wrap=True)

@@ -1,0 +1,97 @@
+"""`otolith study` as its user meets it, on a tiny study of real loops."""
+
+import csv
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from otolith.cli import main
+from otolith.cueing.washout.tuning import parse_tuning
+from tests.cli.test_platform import refusal
+
+TINY = """
+name = "tiny"
+cueing = "classical"
+training = ["step:amplitude=0.5,duration=1.5,end=1.3", "sine:amplitude=0.5,frequency=0.5,duration=2"]
+judging = ["step:amplitude=0.8,duration=1.5,end=1.2"]
+objectives = [{ measure = "tracking" }, { measure = "travel", over = "worst" }]
+[parameters]
+"tuning.classical.surge.natural_radps" = { scale = "log", low = 0.5, high = 8.0 }
+[[start]]
+"tuning.classical.surge.natural_radps" = 1.5
+[budget]
+trials = 4
+batch = 2
+[presets.calm]
+travel = 1.0
+"""
+
+
+def called(words: str, capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 0
+    printed = capsys.readouterr()
+    return printed.out, " ".join(printed.err.split())
+
+
+def test_a_study_from_its_file_to_a_tuning_that_run_takes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("tiny.toml").write_text(TINY, encoding="utf-8")
+    _, said = called("study run tiny.toml --jobs 1", capsys)
+    assert "2 loops of a sample are equal, bit for bit" in said or "1 loops of a sample" in said
+    store = "out/tiny.journal"
+    assert "which exists" in refusal(["study", "run", "tiny.toml"], capsys)
+
+    shown = json.loads(called(f"study show {store} --json", capsys)[0])
+    assert shown["trials"] == {"of": 4, "open": 0, "done": 4, "rejected": 0}
+    assert shown["agreement"]["different"] == []
+    assert all(one["judging"] is not None for one in shown["front"])
+    assert "4 of 4 trials done" in called(f"study show {store}", capsys)[1]
+
+    best = json.loads(called(f"study best {store} --preset calm --json", capsys)[0])
+    assert best["training"]["travel"] == min(one["training"]["travel"] for one in shown["front"])
+    called(f"study export {store} --preset calm --out calm.toml", capsys)
+    tuning = parse_tuning(Path("calm.toml").read_text("utf-8"), "calm.toml")
+    assert tuning.classical is not None
+    assert tuning.classical.surge.natural_radps == best["settings"]["tuning.classical.surge.natural_radps"]
+
+    _, said = called(f"study export {store} --trial 0 --out first.toml", capsys)
+    command = said[said.index("otolith run") :].removeprefix("otolith ").split()
+    called(" ".join([*command, "--json", "--out", "cued", "--no-optimum"]), capsys)
+
+    called(f"study resume {store} --trials 6 --jobs 1", capsys)
+    called(f"study export {store} --out all.csv", capsys)
+    rows = list(csv.reader(Path("all.csv").read_text("utf-8").splitlines()))
+    assert len(rows) == 7
+    assert rows[1][2] == "1.5"
+    Path("tiny.toml").write_text(TINY.replace("trials = 4", "trials = 6"), encoding="utf-8")
+    called("study run tiny.toml --jobs 1 --store again.journal", capsys)
+    called("study export again.journal --out again.csv", capsys)
+    assert Path("again.csv").read_text("utf-8") == Path("all.csv").read_text("utf-8")
+
+
+def test_a_study_of_an_mpc_exports_settings_and_a_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from otolith.studies.definition import load_study
+    from otolith.studies.export import settings_text
+
+    study = load_study("predictive")
+    text = settings_text(study, study.start[0], "shipped", "step-1")
+    assert "--weight velocity=0.0348" in text
+    assert "--blocks 1,1," in text
+    assert "--control-weight 2e-05" in text
+    assert tomllib.loads(text)["settings"] == study.start[0]
+
+
+def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "must be a file of 'otolith study run'" in refusal(["study", "show", str(tmp_path / "no")], capsys)
+    other = tmp_path / "other.journal"
+    other.write_text("no journal\n", encoding="utf-8")
+    assert "is no sound study" in refusal(["study", "show", str(other)], capsys)
+    assert "did you mean classical" in refusal(["study", "run", "clasical"], capsys)
