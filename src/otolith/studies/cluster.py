@@ -108,7 +108,8 @@ class Cluster:
             numbers[name] = k
             return self.client.submit(_on_worker, work, self._plugin, items[k], key=name, pure=False)
 
-        waiting = as_completed([submit(k) for k in range(len(items))])
+        with self.client.as_current():  # which it reads as it is made
+            waiting = as_completed([submit(k) for k in range(len(items))])
         for future in waiting:
             k = numbers[future.key]
             try:

@@ -44,7 +44,9 @@ def problem_of(study: Study, folder: Path) -> Prepared:
     OtolithError : a platform, scenario or drive is refused.
     """
     registry.cueing_named(study.cueing)
-    platform = files.read_platform(_within(folder, study.platform))
+    platform = files.read_platform(
+        _within(folder, study.platform) if study.platform.endswith(".toml") else study.platform
+    )
     design = Design(platform=platform, dofs=dofs_named(study.dofs.split(",")))
     plant = study.plant or registry.cueing_named(study.cueing).plant
     read, judged = (
@@ -107,5 +109,5 @@ def _scenario(reference: Reference, folder: Path, design: Design) -> Scenario:
 
 
 def _within(folder: Path, name: str) -> str:
-    """Return a path relative to the study's folder; names of shipped things stay."""
-    return str(folder / name) if (folder / name).exists() else name
+    """Return the path of a file that a study names, relative to its folder."""
+    return str(folder / name)
