@@ -20,11 +20,13 @@ from otolith.plant.dynamics import (
     mass_matrix,
 )
 from otolith.plant.servo_targets import check_gains
-from otolith.platforms import load
+from otolith.platforms import load, parse_platform
 from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.template import template
 
 DAVSI = load("davsi").six_legs()
 POSE = np.array([0.1, -0.1, 0.1, 0.1, -0.15, 0.2])
+RIG = parse_platform(template("cranks"), "cranks.toml").six_legs()
 LIMP = machine(DAVSI)._replace(stiffness=0.0, damping=0.0)  # legs that only have mass
 
 
@@ -47,25 +49,29 @@ class Body:
         return R
 
 
-def energy(body: Body, of: Machine) -> float:
+def energy(body: Body, of: Machine, hexapod: Hexapod) -> float:
     R, M, J = body.rotation(), np.empty((6, 6)), np.empty((6, 6))
     roll_pitch_yaw = np.array(
         [np.arctan2(R[2, 1], R[2, 2]), -np.arcsin(R[2, 0]), np.arctan2(R[1, 0], R[0, 0])]
     )
-    J = DAVSI.jacobian(np.concatenate([body.place[:3], roll_pitch_yaw]))
+    J = hexapod.jacobian(np.concatenate([body.place[:3], roll_pitch_yaw]))
     mass_matrix(R, J, of, M)
     height = body.place[2] + (R @ of.centre)[2]
     return float(0.5 * body.velocity @ M @ body.velocity + of.mass * GRAVITY * height)
 
 
-def test_energy_is_conserved_to_the_integrators_order() -> None:
+@pytest.mark.parametrize("hexapod", [DAVSI, RIG], ids=["legs", "cranks"])
+def test_energy_is_conserved_to_the_integrators_order(hexapod: Hexapod) -> None:
     """Legs without force but with mass: Coriolis terms, J̇ and gyroscopic loads all take part."""
+    limp = machine(hexapod)._replace(stiffness=0.0, damping=0.0)
     velocity, errors = np.array([0.3, -0.2, 1.0, 0.8, -0.6, 0.9]), []
+    pose = POSE if hexapod is DAVSI else 0.3 * POSE
     for n in (200, 400):
-        body = Body(POSE, velocity)
-        before = energy(body, LIMP)
-        errors.append(abs(energy(body.run(LIMP, np.zeros((3, 6)), dt=0.2 / n, n=n), LIMP) - before))
-    kinetic = energy(Body(POSE, velocity), LIMP) - energy(Body(POSE, np.zeros(6)), LIMP)
+        body = Body(pose, velocity)
+        before = energy(body, limp, hexapod)
+        after = energy(body.run(limp, np.zeros((3, 6)), dt=0.1 / n, n=n), limp, hexapod)
+        errors.append(abs(after - before))
+    kinetic = energy(Body(pose, velocity), limp, hexapod) - energy(Body(pose, np.zeros(6)), limp, hexapod)
     assert errors[0] < 2e-3 * kinetic
     assert errors[1] == pytest.approx(errors[0] / 2, rel=0.1)
 
@@ -89,19 +95,21 @@ def test_a_free_body_falls_in_a_parabola_and_keeps_its_spin() -> None:
     assert_allclose(momentum(), spin, rtol=1e-4)
 
 
-def test_the_legs_carry_the_weight_by_virtual_work() -> None:
-    """Leg forces are the derivative of the potential energy with respect to the leg lengths."""
+@pytest.mark.parametrize("hexapod", [DAVSI, RIG], ids=["legs", "cranks"])
+def test_the_legs_carry_the_weight_by_virtual_work(hexapod: Hexapod) -> None:
+    """Leg forces are the derivative of the potential energy with respect to the leg lengths, or arcs."""
     place, forces, h = np.empty(7), np.empty(6), 1e-6
-    place_of(POSE, place)
-    assert carry(place, machine(DAVSI), forces)
+    at_pose = POSE if hexapod is DAVSI else 0.5 * POSE
+    place_of(at_pose, place)
+    assert carry(place, machine(hexapod), forces)
 
     def potential(lengths: Vec) -> float:
-        pose, at, R = DAVSI.pose_of(lengths, near=POSE), np.empty(7), np.empty((3, 3))
+        pose, at, R = hexapod.pose_of(lengths, near=at_pose), np.empty(7), np.empty((3, 3))
         place_of(pose, at)
         rotation_of(at, R)
-        return float(DAVSI.mass * GRAVITY * (pose[2] + (R @ DAVSI.centre)[2]))
+        return float(hexapod.mass * GRAVITY * (pose[2] + (R @ hexapod.centre)[2]))
 
-    L = DAVSI.lengths(POSE)
+    L = hexapod.lengths(at_pose)
     slopes = [(potential(L + h * e) - potential(L - h * e)) / (2 * h) for e in np.eye(6)]
     assert_allclose(forces, slopes, rtol=1e-5)
 

@@ -12,8 +12,9 @@ from otolith.core.rotation import felt_along
 from otolith.interfaces import Command, Outcome, PlatformState, Status
 from otolith.plant.hexapod import HexapodPlant, hexapod
 from otolith.plant.ideal import Ideal
-from otolith.platforms import load
-from otolith.platforms.hexapod import LegOutsideStroke
+from otolith.platforms import load, parse_platform
+from otolith.platforms.template import template
+from otolith.platforms.unreachable import LegOutsideStroke
 from otolith.safety.supervisor import Reason
 
 DAVSI = load("davsi").six_legs()
@@ -87,6 +88,23 @@ def test_ten_times_beyond_the_workspace_no_leg_breaks_a_limit() -> None:
         assert np.abs(targets[1]).max() <= DAVSI.speed * (1 + 1e-9)
         assert low - 1e-3 < plant.legs[0].min() <= plant.legs[0].max() < high + 1e-3 or k == 0
     assert {i.reason for i in plant.interventions} >= {Reason.STROKE}
+
+
+def test_ten_times_beyond_the_workspace_no_crank_breaks_a_limit() -> None:
+    """Angles, speeds and accelerations of six cranks; the servos follow within 5 deg, at the end of their torque."""
+    cranks = parse_platform(template("cranks"), "cranks.toml").six_legs()
+    plant, given = HexapodPlant(cranks), []
+    for k in range(3000):
+        plant.step(commanding(30.0 * shaking(1e-3 * k)), 1e-3)
+        given.append(plant.servo_targets.targets[:2].copy())
+        off = cranks.angles(plant.legs[0] - given[max(k - 1, 0)][0])
+        assert k == 0 or np.abs(off).max() < np.radians(5.0)
+    arcs, speeds = np.moveaxis(np.array(given), 1, 0)
+    assert cranks.stroke[0] <= arcs.min() <= arcs.max() <= cranks.stroke[1]
+    assert np.abs(speeds).max() <= cranks.speed * (1 + 1e-9)
+    assert np.abs(np.diff(speeds, axis=0)).max() <= 1e-3 * cranks.acceleration * (1 + 1e-9)
+    assert plant.interventions
+    assert {i.reason for i in plant.interventions} <= set(Reason) - {Reason.INVALID}
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])

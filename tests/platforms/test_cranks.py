@@ -14,7 +14,8 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from otolith.core.arrays import Mat, Vec
-from otolith.platforms.hexapod import CrankOutsideRange, Hexapod, LeansTooFar, NoPose, RodDoesNotReach
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.unreachable import CrankOutsideRange, LeansTooFar, NoPose, RodDoesNotReach
 from tests.platforms.cranks import RADIUS, ROD, machine
 
 BOX = np.array([0.006, 0.006, 0.006, 0.025, 0.025, 0.025])

@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from otolith.core.arrays import Mat, Vec
 from otolith.platforms import load
-from otolith.platforms.hexapod import Hexapod, LeansTooFar, LegOutsideStroke, NoPose, Singular
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.unreachable import LeansTooFar, LegOutsideStroke, NoPose, Singular
 
 DAVSI = load("davsi").six_legs()
 BOX = np.array([0.3, 0.3, 0.25, 0.2, 0.2, 0.2])

@@ -9,9 +9,10 @@ import pytest
 from scipy.stats import qmc
 
 from otolith.loop import Run
-from otolith.platforms import load
+from otolith.platforms import load, parse_platform
 from otolith.platforms.geometry import JointAngles
 from otolith.platforms.reach import reach
+from otolith.platforms.template import template
 from otolith.report.platform_page import (
     file_share,
     platform_figure,
@@ -36,6 +37,20 @@ def test_the_summary_is_plain_json_in_shown_units() -> None:
     assert summary["together"]["circle_m"] == pytest.approx(0.1654, abs=1e-4)
     assert "0.165 m around neutral with ±8.04 deg" in together_sentence(summary)
     assert len(summary["servo_frequencies_hz"]) == 6
+
+
+def test_cranks_are_described_and_drawn() -> None:
+    platform = parse_platform(template("cranks"), "cranks.toml")
+    summary = platform_summary(platform)
+    assert json.loads(json.dumps(summary)) == summary
+    assert summary["crank_range_deg"] == pytest.approx([-60.0, 60.0])
+    described = sentences(summary)
+    assert described[1].startswith("Cranks of 184.15 mm with rods of 723.9 mm turn from -60 to 60 deg; in")
+    assert "they stand at 0 deg" in described[1]
+    assert described[2].startswith("Rods lean up to 35 deg out of their cranks' planes")
+    figure = platform_figure(platform)
+    assert len(figure.axes[0].lines) == 12 + 2  # cranks, rods, and two outlines
+    assert '"radius": 0.18415' in platform_page(platform, summary, figure)
 
 
 def test_without_a_sheet_of_accelerations_the_sentence_says_so() -> None:

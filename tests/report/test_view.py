@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from otolith.loop import Run
 from otolith.metrics import summarise
-from otolith.platforms import load
+from otolith.platforms import load, parse_platform
+from otolith.platforms.template import template
 from otolith.report import render, view
 from otolith.report.view import frames_of, platform_view
 from tests.report.conftest import MakeRun
@@ -34,6 +36,21 @@ def test_the_picture_shows_the_legs_where_they_are() -> None:
     ends = np.array(place[:3]) + np.array(data["joints"]) @ R.T
     lengths = np.linalg.norm(ends - np.array(data["anchors"]), axis=1)
     np.testing.assert_allclose(lengths, LEGS.lengths(pose), atol=5e-5)
+
+
+def test_the_picture_shows_cranks_with_rods_of_their_length() -> None:
+    """From what the page is given: each tip, a crank from its shaft, is a rod away from its joint."""
+    hexapod = parse_platform(template("cranks"), "cranks.toml").six_legs()
+    pose = np.array([0.03, -0.02, 0.03, 0.05, -0.05, 0.04])
+    data: Any = drawn(platform_view(hexapod, np.zeros(1), pose[None]))
+    (place,), cranks = data["places"], data["cranks"]
+    R = Rotation.from_quat(place[3:], scalar_first=True).as_matrix()
+    ends = np.array(place[:3]) + np.array(data["joints"]) @ R.T
+    angles = hexapod.angles(hexapod.lengths(pose))[:, None]
+    along = np.cos(angles) * cranks["zero"] + np.sin(angles) * cranks["quarter"]
+    tips = np.array(data["anchors"]) + cranks["radius"] * along
+    np.testing.assert_allclose(np.linalg.norm(ends - tips, axis=1), cranks["rod"], atol=5e-5)
+    assert data["stroke"] == pytest.approx([-60.0, 60.0])
 
 
 def test_a_runs_frames_are_its_poses(handmade: Run) -> None:

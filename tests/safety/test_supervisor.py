@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError
 from otolith.platforms import load
-from otolith.platforms.hexapod import LegOutsideStroke
+from otolith.platforms.unreachable import LegOutsideStroke
 from otolith.safety.supervisor import Reason, Supervisor
 
 DAVSI = load("davsi").six_legs()

@@ -10,6 +10,7 @@ from otolith.cli.figures import write_figure
 from otolith.cli.output import Force, group, print_json, progress_bar, screen
 from otolith.cli.results import Figures
 from otolith.core.errors import InputError, one_of
+from otolith.platforms import Platform
 from otolith.platforms.fit import as_toml, fit
 from otolith.platforms.template import Name as TemplateName
 from otolith.platforms.template import template
@@ -117,7 +118,7 @@ def fit_(
     wanted = files.read_platform(platform)
     if out is not None:
         files.check_file(out)
-    stroke = _stroke(leg) if leg is not None else wanted.six_legs().stroke
+    stroke = _stroke(leg) if leg is not None else _own_stroke(wanted)
     with progress_bar(console, f"fitting {wanted.name}") as progress:
         result = fit(wanted, stroke, starts=starts, seed=seed, progress=progress)
     text, best = as_toml(result, stroke), result.best
@@ -143,6 +144,15 @@ def fit_(
         highlight=False,
         soft_wrap=True,
     )
+
+
+def _own_stroke(wanted: Platform) -> tuple[float, float]:
+    """Return the lengths [m] of a platform's linear legs."""
+    hexapod = wanted.six_legs()
+    if hexapod.cranks is not None:
+        bound = f"given: {wanted.name} is on cranks, and linear legs are what is fitted"
+        raise InputError("--leg", "missing", bound)
+    return hexapod.stroke
 
 
 def _stroke(text: str) -> tuple[float, float]:

@@ -59,8 +59,17 @@ def _tilt_rate(axis: str, platform: "Platform | None") -> Column:
 
 
 def _leg(k: int, platform: "Platform | None") -> Column:
-    stroke = None if platform is None or platform.hexapod is None else platform.six_legs().stroke
-    return Column(name=f"leg_{k}", label=f"leg {k}", unit="m", group="Legs", axis=f"leg {k}", limits=stroke)
+    if platform is None or platform.hexapod is None:
+        return Column(name=f"leg_{k}", label=f"leg {k}", unit="m", group="Legs", axis=f"leg {k}")
+    drives = platform.six_legs().drives
+    return Column(
+        name=f"leg_{k}",
+        label=f"{drives.kind} {k}",
+        unit=drives.unit,
+        group="Legs",
+        axis=f"{drives.kind} {k}",
+        limits=drives.span,
+    )
 
 
 def columns(platform: "Platform | None" = None) -> tuple[Column, ...]:
@@ -95,7 +104,8 @@ def rows_of(loop: "ClosedLoop", run: "Run", other: "Run | None") -> Singles:
     n, every = len(run.time), loop.every
     legs = np.full((n, 6), np.nan)
     if loop.platform.hexapod is not None:
-        legs = loop.platform.six_legs().lengths(run.pose)
+        hexapod = loop.platform.six_legs()
+        legs = hexapod.drives.size * hexapod.lengths(run.pose)
     decisions = np.column_stack([1e6 * run.step_time, run.changes, run.residual])
     forces = np.stack([run.reference_force, run.felt_force], axis=2).reshape(n, 6)
     pose, twist = run.pose.copy(), np.degrees(run.twist[:, [4, 3]])
@@ -106,13 +116,14 @@ def rows_of(loop: "ClosedLoop", run: "Run", other: "Run | None") -> Singles:
 
 
 def hexapod_of(platform: "Platform") -> dict[str, Any] | None:
-    """Return what a page needs to draw the legs, in m; None if the platform has none."""
+    """Return what a page needs to draw the legs, in m and for cranks deg; None if the platform has none."""
     if platform.hexapod is None:
         return None
     legs = platform.six_legs()
     return {
         "base": legs.anchors.tolist(),
         "platform": legs.joints.tolist(),
-        "neutral": legs.lengths(np.zeros(6)).tolist(),
-        "stroke": list(legs.stroke),
+        "neutral": (legs.drives.size * legs.lengths(np.zeros(6))).tolist(),
+        "stroke": list(legs.drives.span),
+        "cranks": None if legs.cranks is None else legs.cranks.plain(),
     }

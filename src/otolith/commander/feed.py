@@ -102,7 +102,7 @@ class Feed:
     def _row(self, now: float, motion: Mat, asked: Vec) -> Vec:
         pose, twist, acceleration = motion
         felt = specific_force(acceleration[:3], pose[3:])
-        legs = np.full(6, np.nan) if self._legs is None else self._legs.lengths(pose)
+        legs = np.full(6, np.nan) if self._legs is None else self._legs.drives.size * self._legs.lengths(pose)
         residual = np.nan if self._plan is None else self._plan.residual
         return np.concatenate(
             [

@@ -22,7 +22,8 @@ from otolith.plant.dynamics import advance
 from otolith.plant.ideal import stepped
 from otolith.plant.servo_targets import PERIOD, Drive, ServoTargets, tick
 from otolith.platforms import Platform
-from otolith.platforms.hexapod import Hexapod, NoPose
+from otolith.platforms.hexapod import Hexapod
+from otolith.platforms.unreachable import NoPose
 from otolith.safety.supervisor import Intervention
 
 

@@ -17,6 +17,7 @@ import mujoco  # type: ignore[import-untyped,import-not-found,unused-ignore]
 import numpy as np
 
 from otolith.core.arrays import Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY
 from otolith.core.rotation import place_of, velocity_of
 from otolith.interfaces import Command, PlatformState
@@ -39,6 +40,10 @@ class MujocoHexapod:
     Parameters
     ----------
     steps : MuJoCo's steps in a servo period; more steps make the joints stiffer.
+
+    Raises
+    ------
+    InputError : the platform is on cranks, which this model lacks, or its servos are unstable.
     """
 
     dead_time: Final = 0.0
@@ -46,6 +51,8 @@ class MujocoHexapod:
     def __init__(
         self, hexapod: Hexapod, *, lag: float = 0.01, period: float = PERIOD, steps: int = STEPS
     ) -> None:
+        if hexapod.cranks is not None:
+            raise InputError("plant", "hexapod-mujoco", "hexapod, for a platform on cranks")
         self.servo_targets, self._steps = ServoTargets(hexapod, lag=lag, period=period), steps
         self.model: Any = mujoco.MjModel.from_xml_string(mjcf(hexapod, period / steps))
         self.data: Any = mujoco.MjData(self.model)

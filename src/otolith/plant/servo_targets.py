@@ -17,8 +17,9 @@ from otolith.core.rotation import place_of, pose_of, twist_of
 from otolith.interfaces import PlatformState
 from otolith.plant.dynamics import Machine, carry, damping_bounds, machine
 from otolith.plant.ideal import axis_dynamics, move_axes
-from otolith.platforms.hexapod import MOST, Hexapod, NoPose
+from otolith.platforms.hexapod import MOST, Hexapod
 from otolith.platforms.kinematics import forward, inverse, leg_motion, solve
+from otolith.platforms.unreachable import NoPose
 from otolith.safety.supervisor import Keeps, Log, Supervisor, record, supervise
 
 PERIOD: Final = 1e-3  # [s] servo period

@@ -11,12 +11,11 @@ numerics.
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from otolith.core.arrays import Bools, Mat, Vec, freeze
-from otolith.core.errors import OtolithError
 from otolith.core.rotation import place_of, pose_of, velocity_of
 from otolith.platforms.kinematics import (
     Actuators,
@@ -25,6 +24,14 @@ from otolith.platforms.kinematics import (
     leg_motion,
     lengths_along,
 )
+from otolith.platforms.unreachable import (
+    CrankOutsideRange,
+    LeansTooFar,
+    LegOutsideStroke,
+    NoPose,
+    RodDoesNotReach,
+    Singular,
+)
 
 TOLERANCE: Final = 1e-13  # [m] on leg lengths; double precision has 2e-16 at a metre
 MOST: Final = 30  # largest number of Newton iterations; from the neutral pose 4 or 5 suffice
@@ -32,62 +39,6 @@ MOST: Final = 30  # largest number of Newton iterations; from the neutral pose 4
 SINGULAR_CONDITION: Final = 50.0
 # Share n·t of a tip's motion along its rod below which a crank counts as at its dead centre: 6 deg from it
 DEAD_CENTRE: Final = 0.1
-
-
-class LegOutsideStroke(OtolithError):
-    """A pose needs a leg longer or shorter than its actuator allows."""
-
-    def __init__(self, leg: int, length: float, stroke: tuple[float, float]) -> None:
-        low, high = stroke
-        super().__init__(f"leg {leg + 1} needs {length:.4f} m, its stroke is {low:.4f} to {high:.4f} m")
-        self.leg, self.length, self.stroke = leg, length, stroke
-
-
-class CrankOutsideRange(OtolithError):
-    """A pose needs a crank angle that its actuator does not allow."""
-
-    def __init__(self, leg: int, angle: float, span: tuple[float, float]) -> None:
-        found, low, high = (math.degrees(one) for one in (angle, *span))
-        super().__init__(f"crank {leg + 1} needs {found:.2f} deg, its range is {low:g} to {high:g} deg")
-        self.leg, self.angle, self.span = leg, angle, span
-
-
-class RodDoesNotReach(OtolithError):
-    """No angle of a crank brings its rod to the platform, or only one close to the crank's dead centre."""
-
-    def __init__(self, leg: int, *, leverage: float | None = None) -> None:
-        why = "for no angle of the crank"
-        if leverage is not None:
-            found = f"n·t = {leverage:.3g}, must be above {DEAD_CENTRE:g}"
-            why = f"only with the crank near its dead centre ({found})"
-        super().__init__(f"the rod of crank {leg + 1} reaches the platform in this pose {why}")
-        self.leg, self.leverage = leg, leverage
-
-
-class NoPose(OtolithError):
-    """Newton's method found no pose of the given leg lengths."""
-
-
-class Singular(OtolithError):
-    """In this pose the legs cannot hold the platform, or hardly."""
-
-    def __init__(self, condition: float, bound: float) -> None:
-        super().__init__(
-            f"the legs' condition number is {condition:.3g} in this pose, must be below {bound:g}"
-        )
-        self.condition, self.bound = condition, bound
-
-
-class LeansTooFar(OtolithError):
-    """In this pose a leg leans further than its joint allows."""
-
-    def __init__(self, leg: int, joint: str, lean: float, most: float) -> None:
-        found, bound = math.degrees(lean), math.degrees(most)
-        super().__init__(
-            f"leg {leg + 1} leans {found:.1f} deg at its {joint} joint in this pose, "
-            f"must be at most {bound:g} deg"
-        )
-        self.leg, self.joint, self.lean, self.most = leg, joint, lean, most
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +62,21 @@ class Cranks:
 
     def __post_init__(self) -> None:
         freeze(self, zero=(6, 3), quarter=(6, 3))
+
+    def plain(self) -> dict[str, Any]:
+        """Return what drawing needs as plain JSON values, in m."""
+        directions = {"zero": self.zero.tolist(), "quarter": self.quarter.tolist()}
+        return directions | {"radius": self.radius, "rod": self.rod, "push": 1 if self.push else -1}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drives:
+    """How what drives the legs is told to people: as lengths of legs in m, or as angles of cranks in deg."""
+
+    kind: str  # "leg" or "crank"
+    unit: str  # m or deg
+    size: float  # of one metre of a coordinate, in this unit
+    span: tuple[float, float]  # lowest and highest, in this unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,6 +138,15 @@ class Hexapod:
         return Actuators(
             self.joints, self.anchors, cranks.zero, cranks.quarter, cranks.radius, cranks.rod, push
         )
+
+    @property
+    def drives(self) -> Drives:
+        """Return how the drives of the legs are told to people."""
+        low, high = self.stroke
+        if self.cranks is None:
+            return Drives(kind="leg", unit="m", size=1.0, span=(low, high))
+        size = math.degrees(1.0 / self.cranks.radius)
+        return Drives(kind="crank", unit="deg", size=size, span=(size * low, size * high))
 
     def angles(self, lengths: Mat) -> Mat:
         """Return the crank angles [rad] of coordinates [m] of any shape."""
@@ -357,7 +332,9 @@ class Hexapod:
         if self.cranks is not None:
             leverages = self.leverages(pose[None])[0]
             if not leverages.min() > DEAD_CENTRE:
-                raise RodDoesNotReach(int(np.argmin(leverages)), leverage=float(leverages.min()))
+                raise RodDoesNotReach(
+                    int(np.argmin(leverages)), leverage=float(leverages.min()), bound=DEAD_CENTRE
+                )
         for joint, leans, most in zip(
             ("base", "platform"), self.leans(pose[None])[0], self.lean, strict=True
         ):

@@ -60,7 +60,6 @@ def platform_summary(platform: Platform) -> dict[str, Any]:
         factor, unit = _shown(axis)
         found = {f"reach_{unit}": [factor * end.at for end in ends], "ends": [end.why for end in ends]}
         ranges[axis] = found | allowed.get(axis, {})
-    neutral = hexapod.lengths(np.zeros(6))
     table_of_legs = platform.hexapod
     angles = None if table_of_legs is None else table_of_legs.joint_angles
     return {
@@ -68,13 +67,27 @@ def platform_summary(platform: Platform) -> dict[str, Any]:
         "legs": "" if table_of_legs is None else table_of_legs.source,
         "ranges": ranges,
         "joint_angles_deg": None if angles is None else [angles.base_deg, angles.platform_deg],
-        "neutral_lengths_m": neutral.tolist(),
-        "leg_stroke_m": list(hexapod.stroke),
+        **_drives(hexapod),
         "condition_neutral": hexapod.condition(np.zeros(6)),
         "reachable_share_of_box": box_share(hexapod),
         "reachable_share_of_file": file_share(platform),
         "together": _together(platform),
         "servo_frequencies_hz": frequencies(hexapod).tolist(),
+    }
+
+
+def _drives(hexapod: Hexapod) -> dict[str, Any]:
+    """Return where the drives of the legs stand in the neutral pose, and their range."""
+    drives = hexapod.drives
+    neutral = (drives.size * hexapod.lengths(np.zeros(6))).tolist()
+    if hexapod.cranks is None:
+        return {"neutral_lengths_m": neutral, "leg_stroke_m": list(drives.span)}
+    return {
+        "neutral_angles_deg": neutral,
+        "crank_range_deg": list(drives.span),
+        "crank_m": hexapod.cranks.radius,
+        "rod_m": hexapod.cranks.rod,
+        "leverage_neutral": float(hexapod.leverages(np.zeros((1, 6))).min()),
     }
 
 
@@ -138,16 +151,34 @@ def sentences(summary: Mapping[str, Any]) -> list[str]:
             "(a table [hexapod] describes them)."
         ]
     found = [f"Of the legs: {summary['legs']}."] if summary["legs"] else []
-    angles = summary["joint_angles_deg"]
-    if angles is None:
-        found.append(
-            "Joint angles are not given: reach ends with the legs' strokes and at singular poses only."
-        )
-    else:
-        found.append(
-            f"Legs lean up to {angles[0]:g} deg at the base's joints, {angles[1]:g} deg at the platform's."
-        )
+    found += _joint_sentences(summary)
     return [*found, *_box_sentences(summary), *filter(None, [together_sentence(summary)])]
+
+
+def _joint_sentences(summary: Mapping[str, Any]) -> list[str]:
+    """Describe the cranks, where there are some, and the joints' limits."""
+    angles, cranks = summary["joint_angles_deg"], "crank_m" in summary
+    if angles is None:
+        ends = "cranks' ranges, near their dead centres" if cranks else "legs' strokes"
+        given = [f"Joint angles are not given: reach ends with the {ends} and at singular poses only."]
+    elif cranks:
+        out = f"Rods lean up to {angles[0]:g} deg out of their cranks' planes"
+        given = [f"{out}, {angles[1]:g} deg at the platform's joints."]
+    else:
+        out = f"Legs lean up to {angles[0]:g} deg at the base's joints"
+        given = [f"{out}, {angles[1]:g} deg at the platform's."]
+    if not cranks:
+        return given
+    low, high = summary["crank_range_deg"]
+    leverage = summary["leverage_neutral"]
+    angles_deg = [round(angle, 1) + 0.0 for angle in summary["neutral_angles_deg"]]  # no −0.0
+    stand = " to ".join(f"{angle:g}" for angle in sorted({min(angles_deg), max(angles_deg)}))
+    described = (
+        f"Cranks of {1e3 * summary['crank_m']:g} mm with rods of {1e3 * summary['rod_m']:g} mm turn from "
+        f"{low:g} to {high:g} deg; in the neutral pose they stand at {stand} deg, "
+        f"and {100.0 * leverage:.0f} % of a tip's motion is along its rod."
+    )
+    return [described, *given]
 
 
 def _box_sentences(summary: Mapping[str, Any]) -> list[str]:
@@ -237,8 +268,10 @@ def platform_figure(platform: Platform) -> Figure:
 
 def _drawing(axes: Any, hexapod: Hexapod) -> None:
     joints, anchors = hexapod.joints, hexapod.anchors
-    for a, b in zip(anchors, joints, strict=True):
-        axes.plot(*zip(a, b, strict=True), color=VERMILION, lw=1.6)
+    knees = hexapod.tips(hexapod.lengths(np.zeros((1, 6))))[0]  # the tips of cranks; of legs, their anchors
+    for a, knee, b in zip(anchors, knees, joints, strict=True):
+        axes.plot(*zip(a, knee, strict=True), color=ORANGE, lw=3.0, solid_capstyle="round")
+        axes.plot(*zip(knee, b, strict=True), color=VERMILION, lw=1.6)
     for points, color in ((anchors, GREY), (joints, BLUE)):
         axes.plot(*np.vstack([points, points[:1]]).T, color=color, lw=1.4)
     axes.scatter(*hexapod.head, s=14, color=ORANGE)
@@ -350,7 +383,10 @@ def _moving(hexapod: Hexapod, run: Run | None) -> str:
     """Return the animation, and a line that states what moves it."""
     view = platform_view(hexapod, *frames_of(run)) if run else platform_view(hexapod, *tour(hexapod))
     moving = f"{run.cueing} on {run.scenario}" if run else "every axis to both of its ends"
-    return f"<p>Shown: {escape(moving)}. Legs turn from blue, short, to red, long.</p>\n{view}"
+    meaning = "Legs turn from blue, short, to red, long"
+    if hexapod.cranks is not None:
+        meaning = "Rods turn from blue, with their cranks at the lowest angle, to red, at the highest"
+    return f"<p>Shown: {escape(moving)}. {meaning}.</p>\n{view}"
 
 
 def _row(axis: str, entry: dict[str, Any]) -> list[str]:

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from otolith.platforms import load
+from otolith.platforms import Platform, load, parse_platform
+from otolith.platforms.template import template
 from tests.commander.web.conftest import Server, Watched
+
+CRANKS = parse_platform(template("cranks"), "cranks.toml")
 
 
 @pytest.fixture
@@ -39,15 +42,19 @@ def test_a_minute_is_kept_and_a_jump_is_marked(page: Page) -> None:
     assert kept["early"] == -1
 
 
-def test_legs_are_as_long_as_the_kinematics_say(page: Page) -> None:
-    hexapod = load("davsi").six_legs()
-    poses = np.random.default_rng(2).uniform(-0.3, 0.3, size=(20, 6))
+@pytest.mark.parametrize("platform", [load("davsi"), CRANKS], ids=["legs", "cranks"])
+def test_legs_are_as_long_as_the_kinematics_say(page: Page, platform: Platform) -> None:
+    """Or cranks at their angles [deg], as the stream has them."""
+    hexapod = platform.six_legs()
+    size = 0.3 if hexapod.cranks is None else 0.05
+    poses = np.random.default_rng(2).uniform(-size, size, size=(20, 6))
     shown = poses.copy()
     shown[:, 3:] = np.degrees(shown[:, 3:])
     legs = {
         "base": hexapod.anchors.tolist(),
         "platform": hexapod.joints.tolist(),
-        "stroke": list(hexapod.stroke),
+        "stroke": list(hexapod.drives.span),
+        "cranks": None if hexapod.cranks is None else hexapod.cranks.plain(),
     }
     drawn: Any = page.evaluate(
         """async ([legs, poses]) => {
@@ -58,7 +65,8 @@ def test_legs_are_as_long_as_the_kinematics_say(page: Page) -> None:
         }""",
         [legs, shown.tolist()],
     )
-    np.testing.assert_allclose(drawn, [hexapod.lengths(pose) for pose in poses], atol=1e-12)
+    expected = hexapod.drives.size * hexapod.lengths(poses)
+    np.testing.assert_allclose(drawn, expected, atol=1e-10)
 
 
 def test_the_error_so_far_is_the_root_of_the_mean_square(page: Page) -> None:

@@ -35,21 +35,21 @@ export class HexapodView {
     this.draw();
   }
 
-  /** Take the geometry of six legs {base, platform, stroke} in m, or null: then only a plate is drawn. */
+  /** Take the geometry of six legs {base, platform, stroke, cranks} in m, or null: then only a plate is drawn. */
   describe(legs) {
     this.known = legs;
     this.base = legs?.base ?? PLATE.map(([x, y]) => [1.5 * x, 1.5 * y, -1]);
     this.plate = legs?.platform ?? PLATE;
     const {turn, tilt} = this.drawing ?? {};
-    this.drawing = new Drawing(this.canvas, this.base, this.plate, css, 2.6);
+    this.drawing = new Drawing(this.canvas, this.base, this.plate, css, 2.6, legs?.cranks ?? null);
     if (turn !== undefined) Object.assign(this.drawing, {turn, tilt});
     this.draw();
   }
 
-  /** Return the length [m] of every leg at a pose; none where no legs are known. */
+  /** Return the length [m], or crank angle [deg], of every leg at a pose; none where no legs are known. */
   lengths() {
     if (!this.known) return [];
-    return this.base.map((foot, k) => Math.hypot(...placed(this.pose, this.plate[k]).map((value, i) => value - foot[i])));
+    return this.base.map((_, k) => this.drawing.leg(k, placed(this.pose, this.plate[k]))[0]);
   }
 
   draw(pose = this.pose) {
@@ -58,7 +58,7 @@ export class HexapodView {
     drawing.begin();
     if (this.known) {
       const [low, high] = this.known.stroke;
-      drawing.legs(joints, (length) => css(colour((length - low) / (high - low))));
+      drawing.legs(joints, (value) => css(colour((value - low) / (high - low))));
     }
     drawing.line([...joints, joints[0]], css("--s0"), 4, css("--plate"));
     const centre = plate.reduce((sum, p) => sum.map((v, i) => v + p[i] / plate.length), [0, 0, 0]);

@@ -37,7 +37,7 @@ export class Platform {
   }
 
   describeLegs() {
-    this.meters = this.legs.map((_, k) => element("meter", {min: 0, max: 1, low: 0.15, high: 0.85, optimum: 0.5, "aria-label": `leg ${k + 1}`}));
+    this.meters = this.legs.map((_, k) => element("meter", {min: 0, max: 1, low: 0.15, high: 0.85, optimum: 0.5, "aria-label": `${this.geometry.cranks ? "crank" : "leg"} ${k + 1}`}));
     const body = byId("legs").tBodies[0];
     this.cells = this.legs.map(() => [element("td"), element("td")]);
     body.replaceChildren(...this.cells.map(([length, use], k) => element("tr", {}, element("th", {scope: "row"}, String(k + 1)), element("td", {className: "wide"}, this.meters[k]), length, use)));
@@ -54,7 +54,7 @@ export class Platform {
     this.legs.forEach((at, k) => {
       const length = at < 0 ? NaN : history.value(at, row), share = (length - low) / (high - low), known = Number.isFinite(share);
       this.meters[k].value = known ? share : 0;
-      this.cells[k][0].textContent = known ? `${length.toFixed(3)} m` : "–";
+      this.cells[k][0].textContent = known ? (this.geometry.cranks ? `${length.toFixed(1)}°` : `${length.toFixed(3)} m`) : "–";
       this.cells[k][1].textContent = known ? `${Math.round(100 * share)} % ${WORDS[colour(share)]}` : "–";
     });
   }

@@ -1,8 +1,11 @@
 // A platform on legs on a 2D canvas: reports hold this text, and the Commander's page loads it as a module.
 class Drawing {
-  /** `base` and `points` [m] are all that must fit; `ink` returns the value of a CSS variable; `zoom` fills the canvas. */
-  constructor(canvas, base, points, ink, zoom) {
-    Object.assign(this, { canvas, pen: canvas.getContext("2d"), base, ink, zoom, turn: -0.9, tilt: 0.3 });
+  /**
+   * `base` and `points` [m] are all that must fit; `ink` returns the value of a CSS variable; `zoom` fills the canvas.
+   * `cranks` {zero, quarter, radius, rod, push} are on the base's points; null for legs that extend.
+   */
+  constructor(canvas, base, points, ink, zoom, cranks = null) {
+    Object.assign(this, { canvas, pen: canvas.getContext("2d"), base, ink, zoom, cranks, turn: -0.9, tilt: 0.3 });
     const heights = [...base, ...points].map((point) => point[2]), mean = (k) => base.reduce((sum, p) => sum + p[k], 0) / base.length;
     this.middle = [mean(0), mean(1), (Math.min(...heights) + Math.max(...heights)) / 2];
     this.size = Math.max(...base.map((p) => Math.hypot(p[0] - this.middle[0], p[1] - this.middle[1])));
@@ -44,15 +47,27 @@ class Drawing {
     }
   }
 
-  /** Draw base and legs to joints [m] in world, the farthest first; `colour` is a function of a leg's length [m]. */
+  /** Return what a leg's drive shows for a joint [m] in world, length [m] or crank angle [deg], and the knee to draw. */
+  leg(k, joint) {
+    const foot = this.base[k], way = foot.map((value, i) => joint[i] - value);
+    if (!this.cranks) return [Math.hypot(...way), foot.map((value, i) => value + 0.5 * way[i])];
+    const {zero, quarter, radius, rod, push} = this.cranks, dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
+    const along = dot(way, zero[k]), across = dot(way, quarter[k]);
+    const share = (dot(way, way) + radius ** 2 - rod ** 2) / (2 * radius * Math.hypot(along, across));
+    let angle = Math.atan2(across, along) - push * Math.acos(share);  // NaN where the rod does not reach
+    angle -= 2 * Math.PI * Math.round(angle / (2 * Math.PI));
+    const tip = foot.map((value, i) => value + radius * (Math.cos(angle) * zero[k][i] + Math.sin(angle) * quarter[k][i]));
+    return [angle * 180 / Math.PI, tip];
+  }
+
+  /** Draw base and legs to joints [m] in world, the farthest first; `colour` is a function of what a drive shows. */
   legs(joints, colour) {
     this.line([...this.base, this.base[0]], this.ink("--soft"), 3, "rgba(128,128,128,0.18)");
-    const legs = this.base.map((foot, k) => [foot, joints[k]]);
+    const legs = this.base.map((foot, k) => [foot, joints[k], ...this.leg(k, joints[k])]);
     legs.sort((one, two) => this.seen(two[0])[2] - this.seen(one[0])[2]);
-    for (const [foot, joint] of legs) {
-      const half = foot.map((value, k) => value + 0.5 * (joint[k] - value));
-      this.line([foot, half], this.ink("--soft"), 9);
-      this.line([half, joint], colour(Math.hypot(...foot.map((value, k) => joint[k] - value))), 5);
+    for (const [foot, joint, value, knee] of legs) {
+      this.line([foot, knee], this.ink("--soft"), 9);
+      this.line([knee, joint], colour(value), 5);
     }
   }
 }

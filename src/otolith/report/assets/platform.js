@@ -6,7 +6,7 @@ const button = figure.querySelector("button"), slider = figure.querySelector("in
 const output = figure.querySelector("output");
 slider.max = data.time.length - 1;
 const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim() || "#888";
-const drawing = new Drawing(canvas, data.anchors, [...data.joints, data.head], ink, 1.75);
+const drawing = new Drawing(canvas, data.anchors, [...data.joints, data.head], ink, 1.75, data.cranks);
 
 // R q: the quaternion (w, x, y, z) turns v, then the place moves it.
 function placed(place, v) {
@@ -19,9 +19,9 @@ function placed(place, v) {
   ];
 }
 
-function colour(length) {
+function colour(value) {
   const [low, high] = data.stroke;
-  const share = Math.min(1, Math.max(0, (length - low) / (high - low)));
+  const share = Math.min(1, Math.max(0, (value - low) / (high - low)));
   return `hsl(${210 - 195 * share}, 85%, 45%)`;
 }
 
