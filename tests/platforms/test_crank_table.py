@@ -64,7 +64,7 @@ def test_limits_of_angles_become_those_of_the_tips() -> None:
     rho = 0.18415
     assert_allclose(hexapod.stroke, rho * np.radians([-45.0, 60.0]))
     assert_allclose([hexapod.speed, hexapod.acceleration], rho * np.radians([300.0, 3000.0]))
-    assert_allclose([hexapod.force * rho, hexapod.leg_mass * rho**2], [110.0, 0.35])
+    assert_allclose([hexapod.force * rho, hexapod.leg_mass * rho**2], [220.0, 0.35])
     assert_allclose([hexapod.stiffness * rho**2, hexapod.damping * rho**2], [5e4, 700.0])
 
 
