@@ -396,11 +396,10 @@ def make_cueing(name: str, design: "Design", *, dead_time: float | None = None) 
         cueing: Cueing = _OUTSIDE.load()(entry.load(), design, name=name)
     else:
         cueing = entry.load()(design)
-    if dead_time is not None and getattr(cueing, "carriers", 1) > 1:
-        bound = "without a dead time or servos (ideal): the base's commands are not looked ahead"
-        raise InputError(f"the plant for {name}", f"late by {dead_time:g} s", bound)
     if dead_time is not None and entry.limited:
-        cueing = _AHEAD.load()(cueing, lag=design.mpc.lag_on(design.platform), dead_time=dead_time)
+        lag, base = design.mpc.lag_on(design.platform), design.platform.base
+        below = 0.0 if base is None else base.lag_s
+        cueing = _AHEAD.load()(cueing, lag=lag, dead_time=dead_time, base_lag=below)
     return cueing
 
 

@@ -201,3 +201,33 @@ def test_a_run_on_a_base_is_stored_and_read_as_it_was(name: str, tmp_path: Path)
     assert again.platform == ULTIMATE
     with files.open_run(tmp_path / "run.h5") as stored:
         np.testing.assert_array_equal(stored.base, run.base)
+
+
+def test_the_rail_comes_home_unfelt() -> None:
+    """From 2 m of its 2.6 m, while nothing is wanted: to a millimetre within a minute, as the platform."""
+    cueing, plant = algorithm("joint"), registry.make_plant("ideal", ULTIMATE)
+    state = PlatformState(base=PlatformState(pose=np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    cueing.reset(state)
+    plant.reset(state)
+    felt = []
+    for _ in range(6000):
+        state = plant.step(cueing.step(state, Reference(specific_force=np.zeros(3))), 0.01)
+        assert state.specific_force is not None
+        felt.append(state.specific_force[0])
+    assert state.base is not None
+    assert abs(state.base.pose[0]) < 1e-3
+    assert np.abs(state.pose).max() < 1e-3
+    assert np.abs(felt).max() < 0.02
+
+
+@pytest.mark.parametrize("name", FOUR)
+def test_a_late_plant_is_looked_ahead_for_both_carriers(name: str) -> None:
+    """On actuators with a dead time the limits of both hold at the nodes, to what timing leaves."""
+    plant = registry.make_plant("actuator", ULTIMATE)
+    cueing = registry.make_cueing(name, Design(platform=ULTIMATE), dead_time=plant.dead_time)
+    run = simulate(cueing, plant, jumps([1.0, 2.0, -4.0, 3.0, 0.0]), platform=ULTIMATE, dofs=("surge-pitch",))
+    assert set(run.status) == {"decided"}
+    assert run.base is not None
+    assert np.abs(run.base[:, 0]).max() > 0.05
+    for excess in metrics.excesses(run):
+        assert excess.at_nodes < 1e-6, excess

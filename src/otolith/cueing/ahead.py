@@ -12,6 +12,8 @@ file, the measured motion and the effect of the commands differ for a moment, by
 difference corrects what would have passed by itself, and oscillates. So the model's own state is kept, and
 drawn towards the measured state with the time constant `SETTLING`. A difference that the timing cannot
 explain (another start, a supervisor that held the legs, a push) is adopted at once.
+
+A base below the platform has an estimate of its own, with its own lag and the platform's dead time.
 """
 
 import math
@@ -57,7 +59,6 @@ def correct(believed: Mat, measured: Mat, commands: Mat, T: float, delay: float,
 class _Estimate(NamedTuple):
     """The estimated state, and what leads from it to the moment at which a command takes effect."""
 
-    inner: Method  # of the algorithm at work
     lag: float  # T [s]
     dead_time: float  # d [s]
     period: float  # Δ [s]
@@ -67,6 +68,16 @@ class _Estimate(NamedTuple):
     believed: Mat  # (3, 6)
     ahead: Mat  # (3, 6) where the commands on their way will have led
     fresh: Ints  # (1,) one before the first decision
+
+
+class _Both(NamedTuple):
+    """The estimates of a platform and of its base, and the algorithm at work."""
+
+    inner: Method
+    own: _Estimate
+    base: _Estimate
+    based: bool  # whether the algorithm moves a base
+    ahead: Mat  # (3, 6), or with a base (6, 6): the memory of `ahead` of both estimates
 
 
 @kernel
@@ -123,15 +134,33 @@ _inner = DECIDE.call
 
 
 @kernel
+def _estimate_both(of: Any, motion: Mat) -> int:
+    """Estimate the motion of the platform, and that of its base if it moves."""
+    _estimate(of.own, motion)
+    if of.based:
+        _estimate(of.base, motion[3:])
+    return 0
+
+
+@kernel
+def _remember_both(of: Any, command: Vec) -> int:
+    """Remember a command (6,) of the platform or, with a base, (12,) of both."""
+    _remember(of.own, command)
+    if of.based:
+        _remember(of.base, command[6:])
+    return 0
+
+
+@kernel
 def _decide(
     of: Any, motion: Mat, now: Vec, preview: Mat, age: float, again: int, command: Vec, result: Vec
 ) -> int:
     """Decide for a dead time from now; see `otolith.compiled.DECIDE`."""
     if again == 0:
-        _estimate(of, motion)
-    request = _inner(of.inner, (of.ahead, now, preview, age + of.dead_time, again, command, result))
+        _estimate_both(of, motion)
+    request = _inner(of.inner, (of.ahead, now, preview, age + of.own.dead_time, again, command, result))
     if request == NOTHING:
-        _remember(of, command)
+        _remember_both(of, command)
     done: int = request
     return done
 
@@ -145,35 +174,48 @@ class Ahead:
     ----------
     lag : T [s] between commanded and actual acceleration.
     dead_time : d [s] before a command takes effect.
+    base_lag : [s] that of the base, if the algorithm moves one; else it does not matter.
 
     Raises
     ------
     InputError : the dead time is not between 0 and 1 s.
     """
 
-    def __init__(self, cueing: Cueing, *, lag: float, dead_time: float) -> None:
+    def __init__(self, cueing: Cueing, *, lag: float, dead_time: float, base_lag: float = 0.0) -> None:
         if not 0.0 <= dead_time <= LONGEST:
             raise InputError("dead time", dead_time, f"between 0 and {LONGEST:g} s")
         self.inner, self._dead_time = cueing, dead_time
-        count = math.ceil(dead_time / cueing.period - 1e-9)
-        shown = count + 1 + math.ceil((dead_time + _LASTING * lag) / cueing.period)
-        self._estimate = _Estimate(
+        self.carriers: int = getattr(cueing, "carriers", 1)
+        ahead = np.zeros((6, 6))
+        self._both = _Both(
             inner=NO_METHOD,
+            own=self._estimate_of(ahead[:3], lag),
+            base=self._estimate_of(ahead[3:], base_lag),
+            based=self.carriers > 1,
+            ahead=ahead[: 3 * self.carriers],
+        )
+        self._believed, self._motion = self._both.own.believed, np.zeros((3 * self.carriers, 6))
+        self._held, _ = hold(self._both)
+        _estimate_both(self._held, self._motion)  # compiled now, so that no decision waits for the compiler
+        _remember_both(self._held, np.zeros(6 * self.carriers))
+        self.reset(PlatformState())
+
+    def _estimate_of(self, ahead: Mat, lag: float) -> _Estimate:
+        """Return the estimate of one carrier at rest, whose motion a dead time from now is in `ahead`."""
+        period, dead_time = self.period, self._dead_time
+        count = math.ceil(dead_time / period - 1e-9)
+        shown = count + 1 + math.ceil((dead_time + _LASTING * lag) / period)
+        return _Estimate(
             lag=lag,
             dead_time=dead_time,
-            period=cueing.period,
+            period=period,
             waiting=count,
-            share=1.0 - math.exp(-cueing.period / SETTLING),
+            share=1.0 - math.exp(-period / SETTLING),
             given=np.zeros((shown, 6)),
             believed=np.zeros((3, 6)),
-            ahead=np.zeros((3, 6)),
+            ahead=ahead,
             fresh=np.ones(1, dtype=np.int64),
         )
-        self._believed, self._motion = self._estimate.believed, np.zeros((3, 6))
-        self._held, _ = hold(self._estimate)
-        _estimate(self._held, self._motion)  # compiled now, so that no decision waits for the compiler
-        _remember(self._held, np.zeros(6))
-        self.reset(PlatformState())
 
     @property
     def period(self) -> float:
@@ -187,20 +229,20 @@ class Ahead:
 
     def reset(self, state: PlatformState) -> None:
         """Start from `state`, with no command on its way."""
-        of = self._estimate
-        of.given[:], of.fresh[:] = 0.0, 1
-        of.believed[0], of.believed[1], of.believed[2] = state.pose, state.twist, state.acceleration
-        _propagate(self._held)
-        self.inner.reset(PlatformState.of_motion(of.ahead, state.specific_force))
+        motion = np.zeros((6, 6))
+        state.write(motion)
+        for of, rows in ((self._both.own, motion[:3]), (self._both.base, motion[3:])):
+            of.given[:], of.fresh[:], of.believed[:] = 0.0, 1, rows
+            _propagate(of)
+        self.inner.reset(PlatformState.of_motion(self._both.ahead, state.specific_force))
 
     def step(self, state: PlatformState, reference: Reference) -> Command:
         """Decide for a dead time from now."""
-        motion = self._motion
-        motion[0], motion[1], motion[2] = state.pose, state.twist, state.acceleration
-        _estimate(self._held, motion)
-        ahead = PlatformState.of_motion(self._estimate.ahead, state.specific_force)
+        state.write(self._motion)
+        _estimate_both(self._held, self._motion)
+        ahead = PlatformState.of_motion(self._both.ahead, state.specific_force)
         command = self.inner.step(ahead, self._later(reference))
-        _remember(self._held, command.acceleration)
+        _remember_both(self._held, command.accelerations(self.carriers))
         return command
 
     def compiled(self) -> Bound | None:
@@ -209,7 +251,7 @@ class Ahead:
         if inner is None:
             return None
         self._inner = inner  # keeps its data alive
-        return DECIDE.bind(_decide, self._estimate._replace(inner=inner.method))
+        return DECIDE.bind(_decide, self._both._replace(inner=inner.method))
 
     def answer(self, request: int, reference: Reference) -> None:
         """Pass the request of the algorithm's kernel on to the algorithm."""

@@ -13,6 +13,12 @@ serves small and large platforms. Half-way between the extremes of `liveliness`,
 threshold of perception (0.05 to 0.1 m/s²). A horizon of 1.5 s sees less of the benefit than the
 infinite-horizon regulator: the platform returns in about 10 s, and with c = 5/4 it would take 30 s. An angle
 whose rate is tracked (yaw) returns as θ̇ = −ω θ, at 2 deg/s from its end.
+
+A base has weights of its own by its own, larger reach. Of a return that takes half a minute the horizon sees
+so little that with this ω a rail of 2.6 m is still half a metre from home a minute after 2 m. With four times
+ω² on its position it is home to a millimetre in half a minute. The driver feels less than 0.01 m/s² of it,
+since the platform and its tilt act against it, and errors change in the fourth digit
+(benchmarks/redundant.py).
 """
 
 from collections.abc import Sequence
@@ -28,6 +34,7 @@ from otolith.platforms import Platform
 
 HOMING: Final = 0.0387  # a_h [m/s²] at a liveliness of 1/2
 HOMING_RATE: Final = radians(2.0)  # [rad/s] for an angle whose rate is tracked
+RETURN: Final = 4.0  # factor on ω² of a base in the weight of its position
 RANGE: Final = 30.0  # largest factor by which liveliness changes the square of the homing
 DAMPING: Final = 0.45  # c
 TILT_RATE: Final = 0.05  # weight on the rate of a tilt [(rad/s)⁻²], small enough to decide only ties
@@ -92,6 +99,7 @@ def _weights(
         return constant({"position": chosen.objective.rate * price * (HOMING_RATE / S) ** 2}, base=base)
     if pairs_of(dofs) and len(dofs) > 1 and platform.circle is not None:
         S = min(S, platform.circle)
+    more = RETURN if dofs[0].is_base else 1.0
     square = HOMING / S * price**0.5  # ω²
-    weights = {"position": square**2, "velocity": DAMPING * square}
+    weights = {"position": (more * square) ** 2, "velocity": DAMPING * square}
     return constant(weights | ({"tilt_rate": TILT_RATE} if pairs_of(dofs) else {}), base=base)
