@@ -1,19 +1,22 @@
 """What the Commander's page costs in a browser: CPU per drawn frame, frames per second, bytes, and memory.
 
-    python benchmarks/commander_page.py [--seconds 15] [--size 1280x720]
+    python benchmarks/commander_page.py [--seconds 15] [--size 1280x720] [--json FILE]
 
-The page shows a run of the tests' stand-in for the server (30 frames per second of 28 signals, four plots and
-the hexapod) in the system's chromium, headless, which draws in software. CPU is that of all of chromium's
+The page shows a run of a real Commander (`classical` in two degrees of freedom; 30 frames per second, four
+plots and the hexapod) in the system's chromium, headless, which draws in software. Bytes are those of the
+websocket's messages, before masks and heads of its frames. CPU is that of all of chromium's
 processes together, from /proc; frames are counted by the page's own animation clock as those in which a plot
 was drawn. Frames per second measure the neighbours of a busy machine too, CPU per frame does not.
 """
 
 import argparse
+import json
 import os
 import shutil
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.request
 from pathlib import Path
@@ -21,7 +24,8 @@ from typing import Final
 
 from playwright.sync_api import Page, sync_playwright
 
-HERE: Final = Path(__file__).resolve().parents[1]
+PROGRAM: Final = "import sys; from otolith.cli import main; main(sys.argv[1:])"
+DRIVE: Final = "sine:amplitude=0.5,frequency=0.2,duration={:g}"
 COUNT: Final = """() => {
   const draw = CanvasRenderingContext2D.prototype.clearRect;
   window.drawn = 0;
@@ -41,6 +45,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=15.0)
     parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--json", type=Path, help="File for the rows of the table of speed.")
     given = parser.parse_args()
     chromium = shutil.which("chromium")
     if chromium is None:
@@ -48,14 +53,17 @@ def main() -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    command = [sys.executable, "-m", "tests.commander.web.fake_server", str(port)]
-    server = subprocess.Popen(command, cwd=HERE)  # noqa: S603 (our own program)
-    try:
-        wait_for(f"http://127.0.0.1:{port}/")
-        measure(chromium, f"http://127.0.0.1:{port}/", given.seconds, given.size)
-    finally:
-        server.terminate()
-        server.wait()
+    with tempfile.TemporaryDirectory(prefix="otolith-") as folder:
+        command = [sys.executable, "-c", PROGRAM, "commander", "--port", str(port), "--folder", folder]
+        server = subprocess.Popen(command, stdout=subprocess.DEVNULL)  # noqa: S603 (our own program)
+        try:
+            wait_for(f"http://127.0.0.1:{port}/")
+            rows = measure(chromium, f"http://127.0.0.1:{port}/", given.seconds, given.size)
+        finally:
+            server.terminate()
+            server.wait()
+    if given.json is not None:
+        given.json.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
 
 
 def wait_for(address: str) -> None:
@@ -68,22 +76,30 @@ def wait_for(address: str) -> None:
     sys.exit("the server does not answer")
 
 
-def measure(chromium: str, address: str, seconds: float, size: str) -> None:
+def measure(chromium: str, address: str, seconds: float, size: str) -> list[dict[str, object]]:
     width, height = map(int, size.split("x"))
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": width, "height": height})
+        came: list[int] = []  # lengths of the messages of the websocket
+        page.on("websocket", lambda line: line.on("framereceived", lambda text: came.append(len(text))))
         page.goto(address, wait_until="load")
         page.wait_for_selector("#run:enabled")
         weight, paint = page.evaluate(WEIGHT)
+        page.select_option("#field-cueing", "classical")
+        page.fill("#field-scenario", DRIVE.format(seconds + 60.0))
+        page.keyboard.press("Tab")
+        page.wait_for_selector("#run:enabled")
         page.click("#run")
-        page.wait_for_selector(".panel")
+        page.wait_for_selector(".panel", timeout=120_000)
         page.evaluate(COUNT)
-        time.sleep(2.0)
+        page.wait_for_timeout(3_000)
         heap = heap_of(page)
+        came.clear()
         before, frames, begun = cpu_of_children(), page.evaluate("window.drawn"), time.monotonic()
-        time.sleep(seconds)
+        page.wait_for_timeout(1e3 * seconds)
         after, frames_then, ended = cpu_of_children(), page.evaluate("window.drawn"), time.monotonic()
+        received = sum(came) / (ended - begun)
         grown = heap_of(page) - heap
         browser.close()
     drawn, used = frames_then - frames, after - before
@@ -91,7 +107,13 @@ def measure(chromium: str, address: str, seconds: float, size: str) -> None:
     rate, cost = drawn / (ended - begun), 1e3 * used / drawn
     print(f"{size}: {rate:.1f} frames/s, {cost:.1f} ms CPU per frame (load {load:.1f})")
     print(f"page: {weight / 1e3:.0f} kB on the wire, first paint after {paint / 1e3:.2f} s")
+    print(f"stream: {received / 1e3:.1f} kB/s")
     print(f"memory: {heap / 1e6:.1f} MB of the page's objects, {grown / 1e6:+.2f} MB within {seconds:g} s")
+    return [
+        {"what": "stream of the page", "now": received / 1e3, "unit": "kB/s", "goal": "20"},
+        {"what": "CPU of the browser per frame", "now": cost, "unit": "ms", "goal": "30"},
+        {"what": "page on the wire", "now": weight / 1e3, "unit": "kB", "goal": "300"},
+    ]
 
 
 def heap_of(page: Page) -> float:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import typer
+from websockets.exceptions import ConnectionClosed
 
 from otolith import files
 from otolith.cli.commander import listening, setup_for
@@ -264,6 +265,31 @@ def test_raw_samples_come_on_request_and_end_by_themselves(page: Page) -> None:
         began = time.monotonic()
         until(lambda: stream.frame().kind == ENVELOPE, 20.0, 0.0)
         assert time.monotonic() - began < 15.0
+
+
+def test_columns_that_are_chosen_come_finely_after_what_is_kept_of_the_past(page: Page) -> None:
+    generation = page.run(**LONG)
+    with page.stream() as stream:
+        first = stream.until("schema", generation=generation)
+        assert first["offered"] == first["columns"]
+        until(lambda: stream.frame().rows[-1, 0] > 2.0, every=0.0)
+        assert {stream.frame().decimation, stream.frame().decimation} == {10}
+        moving = until(lambda: "felt_x" in (told := stream.until("state")["moving"]) and told)
+        assert {"wanted_x", "pose_x", "pose_pitch", "step_us"} <= set(moving)
+        assert {"time", "felt_y", "felt2_x", "pose_yaw"}.isdisjoint(moving)  # still, or unknown
+        stream.send({"want": "envelope", "columns": ["pose_x", "felt_x", "pose_x"]})
+        schema = stream.until("schema")
+        assert [column["name"] for column in schema["columns"]] == ["time", "pose_x", "felt_x"]
+        assert (schema["offered"], schema["rate"]) == (first["offered"], 400.0)
+        past = stream.frame()
+        assert past.rows[0, 0] < 0.01
+        assert past.rows[-1, 0] > 2.0
+        assert past.rows.shape[1] == 3
+        assert stream.frame().decimation == 5
+        for k in range(12):
+            stream.send({"want": "envelope", "columns": ["felt_x"][: k % 2]})
+        with pytest.raises(ConnectionClosed, match="8 choices of columns within a second"):
+            until(lambda: stream.next() is None, every=0.0)
 
 
 def test_a_client_that_does_not_acknowledge_gets_three_frames_and_then_the_present(page: Page) -> None:

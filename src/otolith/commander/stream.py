@@ -18,11 +18,15 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from otolith.commander.frames import ENVELOPE, PROTOCOL, RAW, WINDOW, Frame, envelope, gap
 from otolith.commander.security import CLIENTS, Rate, Refused
 from otolith.commander.session import Session
-from otolith.core.arrays import Ints, Singles
+from otolith.core.arrays import Bools, Ints, Singles
 
 FRAMES: Final = 30.0  # per second
-BUCKET: Final = 10  # samples; two rows each, so 200 rows per second of a signal at 1 kHz
+BUCKET: Final = 10  # samples; two rows each, so 200 rows per second of a signal at 1 kHz …
+FINE: Final = 5  # … or 400, where few columns are sent
+FEW: Final = 12  # columns that are sent in fine buckets: they are 19 kB/s
 MOST: Final = 600  # buckets in a frame; where more wait, they are wider
+PAST: Final = 2_400  # buckets in the frame that shows what is kept of the past
+CHOICES: Final = 8  # of columns per second that a client may make: each is answered with the past
 RAW_ROWS: Final = 1_024  # in a raw frame
 RAW_FOR: Final = 10.0  # [s] after which raw frames end by themselves
 PATIENCE: Final = 1.0  # [s] that a client may be held up without a gap
@@ -47,7 +51,9 @@ class Client:
         self._told: dict[str, Any] = {}
         self._rig: dict[str, Any] = {}
         self._told_at, self._event, self._done = -math.inf, 0, -1
-        self._rate = Rate(MESSAGES)
+        self._moved = -1  # generation of `_moving`
+        self._rate, self._choices = Rate(MESSAGES), Rate(CHOICES)
+        self._moving: Bools = np.zeros(session.rows.columns, dtype=np.bool_)  # columns that were ever not 0
 
     def waits(self, now: float) -> bool:
         """Return whether as many frames are on their way as may be.
@@ -59,9 +65,14 @@ class Client:
             return True
         if now - self._held > PATIENCE:
             written = self._session.rows.written
-            self._cursor, self._gap = max(self._cursor, written - written % BUCKET - BUCKET), True
+            bucket = self._bucket
+            self._cursor, self._gap = max(self._cursor, written - written % bucket - bucket), True
         self._held = math.inf
         return False
+
+    @property
+    def _bucket(self) -> int:
+        return FINE if self._chosen is not None and len(self._chosen) <= FEW else BUCKET
 
     def hear(self, message: Mapping[str, Any], now: float) -> str | None:
         """Take a message of the client; return a word for the worker if it is one.
@@ -92,6 +103,8 @@ class Client:
             raise Violation("want must be envelope or raw")
         self._raw_until = now + RAW_FOR if message["want"] == "raw" else -math.inf
         if "columns" in message:
+            if not self._choices.allows(""):
+                raise Violation(f"more than {CHOICES} choices of columns within a second")
             self._chosen = _indices(message["columns"], self._session.card.look().get("columns", []))
             self.generation = -1  # the schema is sent again, with these columns
 
@@ -118,18 +131,21 @@ class Client:
 
     def _schema(self, card: Mapping[str, Any]) -> dict[str, Any]:
         new = card["generation"] != self._done and self.generation not in (-1, card["generation"])
+        if card["generation"] != self._moved:
+            self._moved, self._moving[:] = card["generation"], False
         self.generation, self._cursor, self._gap = card["generation"], 0, False
         if new:
             self._done = -1
-        columns = card["columns"]
+        offered = columns = card["columns"]
         if self._chosen is not None:
-            columns = [columns[k] for k in self._chosen]
+            columns = [offered[k] for k in self._chosen]
         return {
             "kind": "schema",
             "generation": self.generation,
             "t0": 0.0,
             "columns": columns,
-            "rate": 200.0,
+            "offered": offered,
+            "rate": 2e3 / self._bucket,
             "values": card["values"],
             "command": card["command"],
         }
@@ -142,7 +158,10 @@ class Client:
     def _shown(self, state: Mapping[str, Any]) -> dict[str, Any]:
         shown = {name: value for name, value in state.items() if name not in ("events", "reached")}
         held = self._session.in_control()
-        return {"kind": "state", **shown, "control": held == self.name != "", "controlled": held != ""}
+        columns = self._session.card.look().get("columns", [])
+        moving = [one["name"] for one, moves in zip(columns, self._moving, strict=False) if moves]
+        control = {"control": held == self.name != "", "controlled": held != ""}
+        return {"kind": "state", **shown, **control, "moving": moving}
 
     def frame(self, now: float) -> bytes | None:
         """Return the next frame, or None if there is nothing new."""
@@ -151,13 +170,15 @@ class Client:
             return None
         raw = now < self._raw_until
         waiting = rows.written - self._cursor
-        wide = 1 if raw else BUCKET * max(1, math.ceil(waiting / (BUCKET * MOST)))
+        bucket, most = self._bucket, MOST if self._cursor else PAST
+        wide = 1 if raw else bucket * max(1, math.ceil(waiting / (bucket * most)))
         ended = not self._session.state.look().get("running", False)
         count = min(waiting, RAW_ROWS) if raw else waiting if ended else waiting - waiting % wide
         if count <= 0:
             return None
         first, found = rows.read(self._cursor, count)
         self._gap = self._gap or first > self._cursor
+        self._moving[1:] |= ((found != 0.0) & ~np.isnan(found)).any(axis=0)[1:]
         self._cursor = first + len(found)
         return self._packed(found, raw, wide) if len(found) else None
 

@@ -7,7 +7,9 @@ does not fail when a test wants it to.
 import asyncio
 import json
 import math
+import re
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -33,6 +35,8 @@ PLATFORM: Final = load("davsi")
 COLUMNS: Final = described(PLATFORM)
 HEXAPOD: Final = PLATFORM.six_legs()
 VALUES: Final = Form().model_dump()
+MOVES: Final = r"(wanted|felt|pose)_x|(pose|tilt_rate)_pitch|leg_.|step_us|changes|residual"
+MOVING: Final = [column["name"] for column in COLUMNS if re.fullmatch(MOVES, column["name"])]
 PARAMETERS: Final = {"scale": 1.0, "liveliness": 0.5}  # of a live session
 
 
@@ -65,14 +69,17 @@ class Fake:
         self.words: list[str] = []
         self.acknowledged = 0
         self.sockets: set[WebSocket] = set()
+        self.chosen: dict[WebSocket, list[int]] = {}  # columns that a page asked for, until it has the schema
+        self.asked: list[list[str]] = []  # for
         self.changes: list[dict[str, Any]] = []
         self.lamps: dict[str, Any] = {}  # that differ
         self.parameters: dict[str, float] = {}  # of a live session
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self, chosen: Sequence[int] = range(len(COLUMNS))) -> dict[str, Any]:
         values = {"values": {"dofs": "surge-pitch"}} if self.mode == "live" else {}
-        said = {"kind": "schema", "generation": self.generation, "t0": 0.0, "columns": COLUMNS, "rate": 200}
-        return said | values
+        columns = [COLUMNS[k] for k in chosen]
+        said = {"kind": "schema", "generation": self.generation, "t0": 0.0, "rate": 400}
+        return said | values | {"columns": columns, "offered": COLUMNS}
 
     def status(self) -> dict[str, Any]:
         lamps = {"telemetry_age_s": None, "missed": 0, "gate_refused": 0, "log": None, "clock": 0.0}
@@ -85,6 +92,7 @@ class Fake:
             "running": self.running,
             "lamps": lamps | self.lamps,
             "control": True,
+            "moving": MOVING if self.time else [],
             "generation": self.generation,
             "words": ["return", "stop"] if self.running else ["arm", "stop"],
         }
@@ -253,7 +261,7 @@ async def fault(body: dict[str, Any]) -> dict[str, Any]:
     """Do what a test asks for, and return what was seen."""
     if body.get("reset"):
         fake.silent, fake.deaf, fake.mode = False, False, body.get("mode", "offline")
-        fake.words, fake.changes, fake.acknowledged, fake.lamps = [], [], 0, {}
+        fake.words, fake.changes, fake.acknowledged, fake.lamps, fake.asked = [], [], 0, {}, []
         fake.parameters = dict(PARAMETERS)
         await fake.set("idle", running=False)
     fake.silent, fake.deaf = body.get("silent", fake.silent), body.get("deaf", fake.deaf)
@@ -274,14 +282,15 @@ async def fault(body: dict[str, Any]) -> dict[str, Any]:
         "time": fake.time,
         "clients": len(fake.sockets),
         "changes": fake.changes,
+        "asked": fake.asked,
     }
 
 
-def frame(sequence: int, first: float, last: float) -> bytes:
-    """Return the envelope of the signals between two times as the message of a frame."""
+def frame(sequence: int, first: float, last: float, chosen: Sequence[int]) -> bytes:
+    """Return the envelope of chosen signals between two times as the message of a frame."""
     count = max(0, math.floor((last - first) / BUCKET))
     time = first + BUCKET * np.arange(count)
-    rows = np.repeat(signals(time), 2, axis=0)
+    rows = np.repeat(signals(time)[:, list(chosen)], 2, axis=0)
     return Frame(kind=ENVELOPE, sequence=sequence, t0=first, age=0.01, decimation=5, rows=rows).pack()
 
 
@@ -290,19 +299,27 @@ async def listen(socket: WebSocket) -> None:
         message = json.loads(await socket.receive_text())
         if "ack" in message:
             fake.acknowledged += 1
+        if "columns" in message:
+            names = [column["name"] for column in COLUMNS]
+            fake.asked.append(message["columns"])
+            fake.chosen[socket] = [names.index(name) for name in message["columns"]]
         if "word" in message and not fake.deaf:
             await word(message)
 
 
 async def send(socket: WebSocket) -> None:
     sequence, sent, generation = 0, 0.0, fake.generation
+    chosen: Sequence[int] = range(len(COLUMNS))
     while True:
         await asyncio.sleep(PERIOD)
+        if socket in fake.chosen:
+            chosen, sent = fake.chosen.pop(socket), 0.0
+            await socket.send_text(json.dumps(fake.schema(chosen)))
         if generation != fake.generation:
-            sent, generation = 0.0, fake.generation
+            sent, generation, chosen = 0.0, fake.generation, range(len(COLUMNS))
         if fake.running and not fake.silent and fake.time > sent:
             sequence += 1
-            await socket.send_bytes(frame(sequence, sent, fake.time))
+            await socket.send_bytes(frame(sequence, sent, fake.time, chosen))
             sent += BUCKET * math.floor((fake.time - sent) / BUCKET)
         if sequence % 10 == 0:
             await socket.send_text(json.dumps(fake.status()))

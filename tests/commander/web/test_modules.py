@@ -42,6 +42,37 @@ def test_a_minute_is_kept_and_a_jump_is_marked(page: Page) -> None:
     assert kept["early"] == -1
 
 
+def test_what_was_not_asked_for_is_filled_from_the_past_but_no_gap_is(page: Page) -> None:
+    """x comes only in the second half; then the past comes again in buckets of 40 ms."""
+    kept: Any = page.evaluate("""async () => {
+      const {History} = await import("/web/history.js");
+      const history = new History([{name: "time"}, {name: "pose_x"}, {name: "x"}]);
+      const pairs = (from, to, wide) => {
+        const length = 2 * Math.round((to - from) / wide);
+        return Float32Array.from({length}, (_, k) => from + wide * Math.floor(k / 2));
+      };
+      const x = (time, off) => time.map((t, k) => 3 * t + (k % 2 ? off : -off));
+      for (let t = 0; t < 10; t += 1) {
+        const time = pairs(t, t + 1, 0.01), one = time.map(() => 1);
+        const surge = t === 4 ? time.map(() => NaN) : one;
+        history.append(history.newer([time, surge, t < 5 ? null : x(time, 0.015)]));
+      }
+      const past = pairs(0.02, 11, 0.04), all = x(past, 0.06);
+      const gap = past.map((t, k) => t > 4.02 && t < 4.98 ? NaN : all[k]);
+      const rest = history.newer([past, past.map(() => 1), gap]);
+      const plain = (k) => [...history.view(k)].map((one) => Number.isNaN(one) ? null : one);
+      return {time: plain(0), x: plain(2), rest: [rest[0][0], rest[2].length]};
+    }""")
+    time, x = np.array(kept["time"]), np.array(kept["x"], dtype=float)
+    hole = (time >= 4.0) & (time < 4.995)
+    assert np.isnan(x[hole]).all()
+    np.testing.assert_allclose(x[~hole], 3 * time[~hole], atol=3 * 0.025 + 0.061)
+    early = (time < 3.9) & (np.arange(len(x)) % 2 == 1)
+    assert (x[early] >= 3 * time[early] - 1e-4).all()  # the second of a pair is the largest
+    assert kept["rest"][0] > 9.99
+    assert kept["rest"][1] == pytest.approx(2 * 25, abs=2)
+
+
 @pytest.mark.parametrize("platform", [load("davsi"), CRANKS], ids=["legs", "cranks"])
 def test_legs_are_as_long_as_the_kinematics_say(page: Page, platform: Platform) -> None:
     """Or cranks at their angles [deg], as the stream has them."""

@@ -23,6 +23,19 @@ INK = """([first, last]) => {  // blue pixels of the first plot between two time
 }"""
 
 
+LEGS = """() => {  // coloured pixels of the last plot in its first 3 s
+  const chart = [...document.querySelectorAll(".panel canvas")].at(-1), box = chart.getBoundingClientRect();
+  const over = [...document.querySelectorAll(".panel .u-over")].at(-1).getBoundingClientRect();
+  const scale = chart.width / box.width, wide = scale * over.width * 3 / 20, tall = scale * over.height;
+  const x = scale * (over.left - box.left), y = scale * (over.top - box.top);
+  const {data} = chart.getContext("2d").getImageData(x, y, wide, tall);
+  let coloured = 0;
+  for (let k = 0; k < data.length; k += 4) {
+    const [red, green, blue] = data.slice(k, k + 3);
+    if (data[k + 3] > 60 && Math.max(red, green, blue) - Math.min(red, green, blue) > 60) coloured += 1;
+  }
+  return coloured;
+}"""
 ORANGE = INK.replace("data[k + 2] > data[k] + 60", "data[k] > data[k + 2] + 60")  # marks of changes
 
 
@@ -62,6 +75,22 @@ def test_numbers_are_those_of_the_samples(watched: Watched, fake: Server) -> Non
     surge = page.locator("#pose td").first.inner_text()
     shown = float(surge.removesuffix(" m").replace("−", "-"))
     assert shown == pytest.approx(0.2 * math.sin(reached), abs=0.2 * 0.01 + 0.0006)  # a bucket, and rounding
+
+
+def test_the_page_asks_only_for_what_is_on_screen(watched: Watched, fake: Server) -> None:
+    page = begin(watched, fake, at=6.0)
+    shown = ["time", "wanted_x", "felt_x", "pose_x", "pose_pitch", "tilt_rate_pitch"]
+    shown += ["step_us", "changes", "residual"]
+    soon(lambda: fake.fault()["asked"][-1:] == [shown], "other signals were asked for")
+    legs = page.locator("#legs td").nth(1).inner_text()
+    assert legs.endswith(" m")  # made of the pose
+    page.select_option("#add", "Legs")
+    soon(lambda: set(fake.fault()["asked"][-1]) == {*shown, *(f"leg_{k}" for k in range(1, 7))}, "no legs")
+    panel = page.locator(".panel", has_text="Legs")
+    expect(panel.locator("output").first).not_to_have_text("–")
+    soon(lambda: page.evaluate(LEGS) > 500, "the past of a plot that was added is missing")
+    panel.locator("button").click()
+    soon(lambda: fake.fault()["asked"][-1] == shown, "signals of a closed plot still come")
 
 
 def test_old_samples_are_never_shown_as_if_they_were_new(watched: Watched, fake: Server) -> None:

@@ -16,7 +16,7 @@ export class Effort {
   }
 
   take(signals) {
-    if (this.at.step_us < 0) return;
+    if (!signals[this.at.step_us]) return;
     const steps = signals[this.at.step_us], changes = signals[this.at.changes], residual = signals[this.at.residual];
     for (let k = 0; k < steps.length; k += 1) {
       if (Number.isNaN(steps[k])) continue;

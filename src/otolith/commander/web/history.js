@@ -6,12 +6,14 @@ const ROWS = 65536;  // more than 60 s of 1 kHz samples
 export class History {
   constructor(columns) {
     this.columns = columns;
+    this.always = Math.max(1, columns.findIndex(({name}) => name === "pose_x"));
     this.clear();
   }
 
   clear() {
     this.store = this.columns.map(() => new Float32Array(2 * ROWS));
     this.awake = this.columns.map(() => false);  // signals that have ever been a number other than 0
+    this.seen = this.columns.map(() => false);  // signals that have ever been a number
     this.first = 0;
     this.end = 0;
   }
@@ -21,7 +23,40 @@ export class History {
   get start() { return this.length ? this.store[0][this.first] : NaN; }
 
   /**
-   * Append a frame; `signals[0]` is time. A jump in time leaves a row of NaN, so that no curve bridges it.
+   * Return what of a frame is newer than all that is kept; what is older fills signals that did not come before.
+   * A signal that does not come is null.
+   */
+  newer(signals) {
+    const [time] = signals;
+    let from = 0;
+    if (this.length) while (from < time.length && time[from] <= this.last) from += 1;
+    if (!from) return signals;
+    signals.forEach((signal, k) => { if (k && signal) this.fill(k, time.subarray(0, from), signal); });
+    return signals.map((signal) => signal && signal.subarray(from));
+  }
+
+  /** Fill a signal where it is unknown and surge, which always comes, is not: there it is no gap. */
+  fill(k, time, signal) {
+    const row = this.store[k], times = this.store[0], always = this.store[this.always];
+    for (let at = this.first, j = 0; at < this.end; at += 1) {
+      if (!Number.isNaN(row[at]) || Number.isNaN(always[at])) continue;
+      while (j + 2 < time.length && Math.abs(time[j + 2] - times[at]) <= Math.abs(time[j] - times[at])) j += 2;
+      const second = at > this.first && times[at - 1] === times[at] && j + 1 < time.length;
+      row[at] = signal[second ? j + 1 : j];
+    }
+    this.wake([null, ...this.store.slice(1).map((_, n) => (n + 1 === k ? signal : null))]);
+  }
+
+  /** Take the names of signals that the server has seen moving; return whether one is new. */
+  know(moving) {
+    const asleep = (name) => { const k = this.columns.findIndex((one) => one.name === name); return k > 0 && !this.awake[k] ? k : 0; };
+    const woken = moving.map(asleep).filter(Boolean);
+    for (const k of woken) this.awake[k] = this.seen[k] = true;
+    return woken.length > 0;
+  }
+
+  /**
+   * Append a frame; `signals[0]` is time, null is NaN throughout. A jump in time leaves a row of NaN, so that no curve bridges it.
    * Return whether a signal moves that did not move before.
    */
   append(signals) {
@@ -29,7 +64,7 @@ export class History {
     if (!rows) return false;
     if (this.length && signals[0][0] > this.last + 0.1) this.mark(signals[0][0]);
     this.make(rows);
-    this.store.forEach((row, k) => row.set(signals[k], this.end));
+    this.store.forEach((row, k) => { if (signals[k]) row.set(signals[k], this.end); else row.fill(NaN, this.end, this.end + rows); });
     this.end += rows;
     const oldest = this.last - KEPT, time = this.store[0];
     while (time[this.first] < oldest || this.length > ROWS) this.first += 1;
@@ -39,6 +74,8 @@ export class History {
   wake(signals) {
     let woken = false;
     signals.forEach((signal, k) => {
+      if (!signal) return;
+      this.seen[k] ||= signal.some(Number.isFinite);
       if (this.awake[k] || !signal.some((value) => value && Number.isFinite(value))) return;
       this.awake[k] = woken = true;
     });

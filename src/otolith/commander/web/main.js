@@ -10,6 +10,7 @@ import {Result} from "/web/result.js";
 import {Rig} from "/web/rig.js";
 import {Settings} from "/web/settings.js";
 import {Setup} from "/web/setup.js";
+import {Signals} from "/web/signals.js";
 import {SoFar} from "/web/sofar.js";
 import {bindStop, lampsOf, showLamps, showState, tellEvent} from "/web/state.js";
 import {Stream} from "/web/stream.js";
@@ -37,6 +38,8 @@ class Page {
     this.form();
     if (given.mode === "live") byId("hint").textContent = "Plots open when the session sends samples.";
     this.stream = new Stream();
+    this.signals = new Signals(this.stream);
+    this.plots.addEventListener("changed", () => this.ask());
     bindStop(this.stream);
     this.listen();
     this.tools = new Tools(this);
@@ -73,19 +76,16 @@ class Page {
   }
 
   /** Take the signals of a run; a new generation is a new run, and its history begins empty. */
-  async describe({columns, generation, rate, values}) {
-    const another = generation !== this.generation;
-    Object.assign(this, {columns, generation, rate});
-    if (another || this.history.columns.length !== columns.length) this.history = new History(columns);
-    this.history.columns = columns;
+  async describe({offered: columns, columns: came, generation, values}) {
+    this.signals.describe({offered: columns, columns: came});
+    if (generation === this.generation) return this.ask();  // the same run: other signals of it
+    Object.assign(this, {generation, history: new History(columns)});
     this.plots.describe(columns, this.history, (values ?? this.settings.values()).dofs);
-    if (another) {
-      if (values) this.settings.show(values);
-      this.result.clear();
-      this.result.effort.describe(columns);
-      this.sofar.describe(columns);
-      this.tools.hold(false);
-    }
+    if (values) this.settings.show(values);
+    this.result.clear();
+    this.result.effort.describe(columns);
+    this.sofar.describe(columns);
+    this.tools.hold(false);
     await this.platform.describe(columns);
     this.map.describe(await get("/api/map"));
     this.dirty = true;
@@ -96,6 +96,7 @@ class Page {
     this.state = state;
     this.settings.running = state.busy;
     if (state.busy) this.watched = state.generation;
+    if (state.moving && state.generation === this.generation && this.history.know(state.moving)) this.plots.begin();
     if (state.parameters) this.settings.follow(state.parameters);
     byId("hint").hidden = this.history.length > 0 || state.busy;
     showState(state.state, state.text);
@@ -127,15 +128,17 @@ class Page {
   take({sequence, age, signals, kind}) {
     this.age = age;
     this.unanswered.push(sequence);
-    if (signals.length === this.history.columns.length) {
-      const first = !this.history.length;
-      if (this.history.append(signals) || first) this.plots.begin();
-      this.result.effort.take(signals);
-      this.sofar.take(signals, kind === KIND.ENVELOPE);
+    if (signals.length === this.signals.came.length) {
+      const first = !this.history.length, fresh = this.history.newer(this.signals.spread(signals));
+      if (this.history.append(fresh) || first) this.plots.begin();
+      this.result.effort.take(fresh);
+      this.sofar.take(fresh, kind === KIND.ENVELOPE);
       this.dirty = true;
     }
     if (document.hidden || !this.dirty) this.answer();
   }
+
+  ask() { this.signals.ask(this.plots.plotted, this.history.awake); }
 
   answer() {
     for (const sequence of this.unanswered.splice(0)) this.stream.acknowledge(sequence);

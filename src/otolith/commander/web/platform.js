@@ -28,7 +28,7 @@ export class Platform {
 
   async describe(columns) {
     this.poses = Object.keys(POSE).map((name) => columns.findIndex((column) => column.name === `pose_${name}`));
-    this.legs = [1, 2, 3, 4, 5, 6].map((number) => columns.findIndex((column) => column.name === `leg_${number}`));
+    this.legs = [1, 2, 3, 4, 5, 6];
     const geometry = await get("/api/hexapod");
     this.geometry = geometry?.base ? geometry : null;
     byId("legs").hidden = !this.geometry;
@@ -37,7 +37,7 @@ export class Platform {
   }
 
   describeLegs() {
-    this.meters = this.legs.map((_, k) => element("meter", {min: 0, max: 1, low: 0.15, high: 0.85, optimum: 0.5, "aria-label": `${this.geometry.cranks ? "crank" : "leg"} ${k + 1}`}));
+    this.meters = this.legs.map((number) => element("meter", {min: 0, max: 1, low: 0.15, high: 0.85, optimum: 0.5, "aria-label": `${this.geometry.cranks ? "crank" : "leg"} ${number}`}));
     const body = byId("legs").tBodies[0];
     this.cells = this.legs.map(() => [element("td"), element("td")]);
     body.replaceChildren(...this.cells.map(([length, use], k) => element("tr", {}, element("th", {scope: "row"}, String(k + 1)), element("td", {className: "wide"}, this.meters[k]), length, use)));
@@ -45,17 +45,18 @@ export class Platform {
 
   /** Show a row of the history; `all` also writes the numbers, which change too fast to read 30 times a second. */
   show(history, row, all) {
-    const pose = this.poses.map((k) => (k < 0 ? 0 : history.value(k, row)));
+    const known = this.poses[0] < 0 || Number.isFinite(history.value(this.poses[0], row));
+    const pose = this.poses.map((k) => (known && (k < 0 || !history.awake[k]) ? 0 : history.value(k, row)));
     if (pose.every(Number.isFinite)) this.view.draw(pose);
     if (!all) return;
     pose.forEach((value, k) => { this.pose[k].textContent = k < 3 ? `${shown(value)} m` : `${shown(value, 2)}°`; });
     if (!this.geometry) return;
-    const [low, high] = this.geometry.stroke;
-    this.legs.forEach((at, k) => {
-      const length = at < 0 ? NaN : history.value(at, row), share = (length - low) / (high - low), known = Number.isFinite(share);
-      this.meters[k].value = known ? share : 0;
-      this.cells[k][0].textContent = known ? (this.geometry.cranks ? `${length.toFixed(1)}°` : `${length.toFixed(3)} m`) : "–";
-      this.cells[k][1].textContent = known ? `${Math.round(100 * share)} % ${WORDS[colour(share)]}` : "–";
+    const [low, high] = this.geometry.stroke, lengths = pose.every(Number.isFinite) ? this.view.lengths() : null;
+    this.legs.forEach((_, k) => {
+      const share = lengths ? (lengths[k] - low) / (high - low) : NaN;
+      this.meters[k].value = lengths ? share : 0;
+      this.cells[k][0].textContent = lengths ? (this.geometry.cranks ? `${lengths[k].toFixed(1)}°` : `${lengths[k].toFixed(3)} m`) : "–";
+      this.cells[k][1].textContent = lengths ? `${Math.round(100 * share)} % ${WORDS[colour(share)]}` : "–";
     });
   }
 }

@@ -46,7 +46,7 @@ export class Plots extends EventTarget {
 
   /** Open the plots that the user chose, or else those that matter most, of the signals that are cued or move. */
   begin() {
-    const {awake} = this.history, known = ({index}) => this.history.view(index).some(Number.isFinite);
+    const {awake, seen} = this.history, known = ({index}) => seen[index];
     const moves = ({index, axis}) => awake[index] || (this.axes.includes(axis) && known({index}));
     this.all = this.every.filter(({columns}) => columns.some(moves)).map((panel) => ({
       ...panel, columns: panel.columns.filter((column) => moves(column) || (column.name.startsWith("felt_") && known(column))),
@@ -80,6 +80,9 @@ export class Plots extends EventTarget {
     this.open.delete(title);
     this.changed();
   }
+
+  /** Return the columns of all open plots. */
+  get plotted() { return [...this.open.values()].flatMap(({panel}) => panel.columns); }
 
   changed() {
     this.fit();

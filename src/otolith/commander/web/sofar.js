@@ -22,6 +22,7 @@ export class SoFar {
     const step = paired ? 2 : 1;
     for (const error of this.errors) {
       const wanted = signals[error.wanted], felt = signals[error.felt];
+      if (!wanted || !felt) continue;
       for (let k = 0; k + step <= wanted.length; k += step) {
         const difference = 0.5 * (wanted[k] - felt[k] + wanted[k + step - 1] - felt[k + step - 1]);
         if (Number.isNaN(difference)) continue;

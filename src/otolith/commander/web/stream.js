@@ -77,4 +77,7 @@ export class Stream extends EventTarget {
     this.wanted = kind;
     this.send({want: kind});
   }
+
+  /** Ask for columns by their names; the schema comes again, and what is kept of the past. */
+  choose(columns) { this.send({want: this.wanted, columns}); }
 }
