@@ -73,7 +73,7 @@ COMMANDS: Final = {
     ),
     "tune": (
         "tune:tune_",
-        "Find constant washout weights of the implicit MPC that track the scenarios with little travel.",
+        "Find the settings of an algorithm that serve a platform and a drive best, and what they cost.",
     ),
     "study": (
         "study:app",

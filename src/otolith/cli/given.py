@@ -17,6 +17,7 @@ _CUED: Final = dict.fromkeys(_OF_LOGS, "log")
 NEEDS: Final[Mapping[str, Mapping[str, str]]] = {
     "run": _CUED,
     "compare": _CUED,
+    "tune": _CUED,
     "drive": {"seed": "roughness"},
     "hint verify": {"lowpass": "log", "force": "out"},
     "platform new": {"force": "out"},

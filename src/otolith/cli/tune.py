@@ -1,17 +1,30 @@
-"""`otolith tune`: find constant washout weights by optimisation."""
+"""`otolith tune`: the best settings of an algorithm for a platform and a drive; constant washout weights."""
 
-from typing import Annotated, Final
+import functools
+import shlex
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
+from rich.console import Console
 from rich.table import Table
 
-from otolith import files
-from otolith.cli.output import Jobs, described_bar, print_json, screen
+from otolith import files, registry
+from otolith.cli.options import RunOptions, with_run_options
+from otolith.cli.output import Jobs, described_bar, print_json, screen, warn, working
+from otolith.core.errors import InputError
 from otolith.core.jobs import number_of_jobs
-from otolith.scenarios import scenario
+from otolith.scenarios import Scenario, scenario
 from otolith.tuning import TRAVEL_PRICE, Tuned, tune
 
+if TYPE_CHECKING:  # imported on use: a study needs an extra, and constant weights none
+    from otolith.studies import tune as studies
+    from otolith.studies.search import Progress
+
 WORTH: Final = 3000.0  # [s] of drives to cue that are worth the start of a process
+WEIGHTS: Final = 40  # evaluations of constant weights, by default
+SETTINGS: Final = 80  # trials of an algorithm's settings, by default
 TABLE_5_3: Final = (
     "sine-0.5",
     "sine-1",
@@ -25,21 +38,193 @@ TABLE_5_3: Final = (
 )
 
 
+@with_run_options
 def tune_(
-    scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="SCENARIO", help="Default: those of Table 5.3.")
+    choices: RunOptions,
+    more: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="MORE", help="Further scenarios (default: those of Table 5.3, unless --log)."),
     ] = None,
-    on: Annotated[str, typer.Option(metavar="STATE,...", help="States to weigh.")] = "velocity,position",
-    platform: Annotated[str, typer.Option(help="A shipped platform's name or a file (.toml).")] = "thesis",
-    evaluations: Annotated[int, typer.Option(help="How often all scenarios are cued, at most.")] = 40,
-    price: Annotated[float, typer.Option(help="Price of RMS travel in reaches.")] = TRAVEL_PRICE,
+    cueing: Annotated[
+        str | None,
+        typer.Option(help="Tune this algorithm: classical, optimal, predictive, implicit or hybrid-all."),
+    ] = None,
+    tuning: Annotated[
+        str | None,
+        typer.Option(help="Tuning with which a washout begins: a shipped name or a file (the platform's)."),
+    ] = None,
+    on: Annotated[
+        str, typer.Option(metavar="STATE,...", help="Without --cueing: states to weigh.")
+    ] = "velocity,position",
+    evaluations: Annotated[
+        int | None, typer.Option(help="How many settings are tried (80), or weights without --cueing (40).")
+    ] = None,
+    price: Annotated[float, typer.Option(help="Price of travel in reaches.")] = TRAVEL_PRICE,
+    out: Annotated[
+        Path | None, typer.Option(help="File of the tuning that is found (default: out/tuned-CUEING.toml).")
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(help="Draw before and after to this file, on what was held out (.png, .pdf)."),
+    ] = None,
     jobs: Jobs = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")] = False,
 ) -> None:
-    """Find constant washout weights of the implicit MPC that track the scenarios with little travel."""
+    """Find the settings of an algorithm that serve a platform and a drive best, and what they cost.
+
+    With --cueing: the last part of a drive (--log) is held out, and before and after are judged on it.
+    Without: constant washout weights of the implicit MPC for scenarios.
+    """
+    names = [name for name in (choices.scenario, *(more or [])) if name is not None]
+    if cueing is None:
+        _refuse_what_weights_ignore(choices, tuning=tuning, out=out, figure=figure)
+        _weights(choices.platform, names or list(TABLE_5_3), on, evaluations or WEIGHTS, price, jobs, json)
+        return
+    found = _settings(choices, names, cueing, tuning, evaluations or SETTINGS, price, jobs)
+    _tell(found, choices, names, out or Path("out") / f"tuned-{cueing}.toml", figure, json)
+
+
+def _settings(
+    choices: RunOptions,
+    names: list[str],
+    cueing: str,
+    tuning: str | None,
+    evaluations: int,
+    price: float,
+    jobs: int | None,
+) -> "studies.Tuned":
+    """Tune the settings of an algorithm."""
+    from otolith.studies import tune as studies
+    from otolith.studies.executors import Processes
+    from otolith.studies.jobs import JUDGING, TRAINING
+
+    console = screen()
+    registry.check_options([cueing], choices.given | ({"tuning"} if tuning is not None else frozenset()))
+    design = choices.design()
+    if tuning is not None:
+        design = replace(design, washout=files.read_tuning(tuning))
+    design = studies.started(cueing, design)
+    references, held_out = _references(choices, names, design, console)
+    study = studies.study_for(cueing, design, evaluations, references)
+    with described_bar(console, "preparing; kernels are compiled on first use") as progress:
+
+        def tell(now: "Progress") -> None:
+            progress(f"{now.text}; {now.per_hour:,.0f} loops/h", min(now.trials / now.of, 1.0))
+
+        return studies.tuned(
+            study,
+            design,
+            choices.plant or registry.cueing_named(cueing).plant,
+            {TRAINING: references, JUDGING: held_out},
+            lambda problems: Processes(number_of_jobs(jobs), problems),
+            price=price,
+            progress=tell,
+        )
+
+
+def _references(
+    choices: RunOptions, names: list[str], design: Any, console: Console
+) -> tuple[list[Scenario], list[Scenario]]:
+    """Return what is trained on, and what is held out, which is a part of a drive or nothing."""
+    from otolith.studies.tune import pieces
+
+    note = functools.partial(warn, console)
+    if choices.log is not None:
+        if names:
+            raise InputError("the reference", "given twice", "either scenarios or --log FILE")
+        return pieces(choices.wanted().along(design, note=note))
+    return [
+        replace(choices, scenario=name).wanted().along(design, note=note) for name in names or TABLE_5_3
+    ], []
+
+
+def _tell(
+    found: "studies.Tuned", choices: RunOptions, names: list[str], out: Path, figure: Path | None, json: bool
+) -> None:
+    """Print and write what was found."""
+    from otolith.studies.export import tuning_text
+
+    console = screen()
+    text = tuning_text(found.design, found.after.settings, f"tuned by otolith tune for {choices.platform}")
+    if text:
+        files.write_text(out, text)
+    if figure is not None:
+        _draw(found, figure, console)
+    if json:
+        print_json(found.as_json())
+    else:
+        screen(stderr=False, wide=True).print(_settings_grid(found))
+        screen(stderr=False, wide=True).print(_cost_grid(found))
+    console.print(_command(found, choices, names, out if text else None), highlight=False, soft_wrap=True)
+
+
+def _command(found: "studies.Tuned", choices: RunOptions, names: list[str], tuning: Path | None) -> str:
+    """Return the command that uses the settings."""
+    from otolith.studies.settings import options
+
+    log = f"--log {shlex.quote(str(choices.log))}" if choices.log else ""
+    words = ["otolith run", log or (names or TABLE_5_3)[0]]
+    words += [f"--road {shlex.quote(str(choices.road))}"] if choices.road else []
+    words += [f"--cueing {found.study.cueing}", f"--platform {shlex.quote(choices.platform)}"]
+    words += [f"--dofs {choices.dofs}"] if choices.dofs != "surge-pitch" else []
+    words += options(found.after.settings) if tuning is None else [f"--tuning {shlex.quote(str(tuning))}"]
+    return " ".join(words)
+
+
+def _draw(found: "studies.Tuned", path: Path, console: Console) -> None:
+    """Draw the motion before and after on what was held out, or else on the first reference."""
+    from otolith.report import comparison_figure, save_figure
+    from otolith.studies.jobs import Job, closed
+
+    files.check_file(path, *files.PICTURES)
+    with working(console, "drawing before and after"):
+        problem = found.shown
+        runs = [
+            replace(closed(problem, Job(tuple(one.settings.items()), 0)), cueing=f"{problem.cueing}, {name}")
+            for name, one in (("before", found.before), ("tuned", found.after))
+        ]
+        drawn = comparison_figure(runs, runs[0].dofs[0])
+        files.write_figure(path, lambda temporary: save_figure(drawn, temporary))
+    console.print(f"drawn to {path}", highlight=False, soft_wrap=True)
+
+
+def _settings_grid(found: "studies.Tuned") -> Table:
+    grid = Table("setting", "before", "tuned")
+    for name, value in found.after.settings.items():
+        grid.add_row(name, f"{found.before.settings[name]:.4g}", f"{value:.4g}")
+    return grid
+
+
+def _cost_grid(found: "studies.Tuned") -> Table:
+    """Return error, travel and passed limits before and after, on what was trained on and held out."""
+    from otolith.studies.jobs import JUDGING, TRAINING
+
+    grid = Table("", "RMSE / RMS wanted", "share of the reach, p99", "decisions beyond limits")
+    for kind, words in ((TRAINING, "trained on"), (JUDGING, "held out")):
+        for name, trial in (("before", found.before), ("tuned", found.after)):
+            measured = found.measured(trial, kind)
+            if measured is not None:
+                beyond = f"{100.0 * measured['violations']:.1f} %"
+                cells = f"{measured['tracking']:.4f}", f"{measured['travel']:.3f}", beyond
+                grid.add_row(f"{words}, {name}", *cells)
+    return grid
+
+
+def _refuse_what_weights_ignore(choices: RunOptions, **others: object) -> None:
+    """Refuse options that are read with --cueing only."""
+    given = [name for name, value in others.items() if value is not None]
+    shared = {one.name for one in fields(RunOptions)} - {"scenario", "platform"}
+    for name in (*sorted(choices.given & shared), *given):
+        raise InputError(f"--{name.replace('_', '-')}", "given", "used together with --cueing")
+
+
+def _weights(
+    platform: str, names: list[str], on: str, evaluations: int, price: float, jobs: int | None, json: bool
+) -> None:
+    """Find constant washout weights of the implicit MPC."""
     console = screen()
     described = files.read_platform(platform)
-    chosen = [scenario(name) for name in scenarios or TABLE_5_3]
+    chosen = [scenario(name) for name in names]
     seconds = evaluations * sum(one.duration for one in chosen)
     processes = number_of_jobs(jobs, most=int(seconds / WORTH))
     with described_bar(console, "preparing") as progress:

@@ -5,6 +5,7 @@ worker does one job at a time, whatever its number of threads, since kernels are
 """
 
 import itertools
+import logging
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
@@ -71,7 +72,9 @@ class Cluster:
     def __init__(self, address: str, shared: Any, workers: int = 2) -> None:
         self._own: Any = None
         if address == "local":
-            self._own = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+            self._own = LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
+            )
         try:
             self.client: Any = Client(self._own or address, timeout=WAIT, set_as_default=False)
         except (OSError, ValueError) as error:

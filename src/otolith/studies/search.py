@@ -4,7 +4,7 @@ It depends neither on how many jobs are done at once, nor on which is done first
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -60,6 +60,11 @@ class Search:
 
     def run(self) -> list[Trial]:
         """Do all trials that are left, judge the front, and return all trials."""
+        self.judge(front(self._study, self.train()))
+        return self._store.trials()
+
+    def train(self) -> list[Trial]:
+        """Do all trials that are left, and return all trials."""
         budget, store = self._study.budget, self._store
         memory = Memory(self._study, store)
         for first in range(0, budget.trials, budget.batch):
@@ -71,10 +76,12 @@ class Search:
                 trials[trial.number] = self._finished(trial)
             for number in numbers:
                 memory.tell(trials[number])
-        found = front(self._study, store.trials())
-        for _ in self._done(JUDGING, found):
-            pass
         return store.trials()
+
+    def judge(self, trials: Iterable[Trial]) -> None:
+        """Run trials on the references for judging."""
+        for _ in self._done(JUDGING, list(trials)):
+            pass
 
     def _done(self, kind: str, trials: Sequence[Trial]) -> Iterator[Trial]:
         """Do the jobs that trials lack, and yield each trial once it lacks none."""

@@ -1,0 +1,270 @@
+"""The best settings of one algorithm for one platform and one drive, and what they cost.
+
+It is a small study: the settings that the algorithm has without tuning are tried first, and TPE chooses the
+others. Of those that keep all limits and that no other beats in tracking and travel, the one with the least
+
+    J = ln(RMSE / RMS of the wanted force) + μ · (share of the reach, p99)
+
+is chosen, as `otolith.tuning` does for constant weights. The end of a drive is held out, to judge before and
+after on what was not trained on.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from otolith import registry
+from otolith.core.errors import InputError, one_of
+from otolith.core.frames import AXES, Dof
+from otolith.cueing.design import Design
+from otolith.cueing.washout.tuning import Classical, Optimal, load_tuning, tunings
+from otolith.platforms.axes import Translation
+from otolith.scenarios import Scenario
+from otolith.studies.definition import Budget, Objective, Parameter, Reference, Study
+from otolith.studies.executors import Executor
+from otolith.studies.jobs import JUDGING, TRAINING, Done, Problem, work
+from otolith.studies.problem import problem
+from otolith.studies.results import State, Trial, front, values
+from otolith.studies.search import Progress, Search
+from otolith.studies.settings import Settings
+from otolith.studies.store import Store
+
+PRICE: Final = 0.5  # μ: all of the reach counts as much as 65 % of error
+TRAINED: Final = 0.7  # share of a drive that is trained on
+PIECE, PIECES = 60.0, 5  # [s] length of a piece of a drive, and how many are cued of each share at most
+BATCH: Final = 10
+_REACH: Final = 0.5  # [m] of the platform for which the tuning is made that others begin with
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tuned:
+    """The settings before and after, and how both were judged."""
+
+    study: Study
+    design: Design  # with what is not varied
+    before: Trial
+    after: Trial
+    trials: tuple[Trial, ...]
+    shown: Problem  # what was held out, or else what was trained on
+
+    def measured(self, trial: Trial, kind: str) -> dict[str, float] | None:
+        """Return error, travel and passed limits of a trial on one set of references, if they are known."""
+        results: Mapping[int, Done] = getattr(trial, kind)
+        if not results or any(done.refused for done in results.values()):
+            return None
+        error, travel = values(self.study, results)
+        passed = max(done.measures["violations"] for done in results.values())
+        return {"tracking": error, "travel": travel, "violations": passed}
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain values."""
+        return {
+            name: {
+                "settings": dict(trial.settings),
+                TRAINING: self.measured(trial, TRAINING),
+                "held_out": self.measured(trial, JUDGING),
+            }
+            for name, trial in (("before", self.before), ("after", self.after))
+        } | {"trials": len(self.trials), "cueing": self.study.cueing}
+
+
+def pieces(drive: Scenario) -> tuple[list[Scenario], list[Scenario]]:
+    """Return pieces of a drive for training, and of its held-out end for judging."""
+    border = TRAINED * drive.duration
+    return _spread(drive, 0.0, border), _spread(drive, border, drive.duration)
+
+
+def _spread(drive: Scenario, begin: float, end: float) -> list[Scenario]:
+    """Return at most `PIECES` pieces of equal length, evenly spread over a part of a drive."""
+    count = min(PIECES, math.ceil((end - begin) / PIECE))
+    length = min(PIECE, (end - begin) / count)
+    gap = 0.0 if count == 1 else (end - begin - length) / (count - 1)
+    return [drive.part(begin + k * gap, min(begin + k * gap + length, end)) for k in range(count)]
+
+
+def study_for(cueing: str, design: Design, evaluations: int, references: Sequence[Scenario]) -> Study:
+    """Return the study that tunes an algorithm; `design` has the tuning with which a washout begins.
+
+    Raises
+    ------
+    InputError : the algorithm has nothing that is tuned here, or there are too few evaluations.
+    """
+    if cueing not in _SPACES:
+        raise InputError("--cueing", repr(cueing), one_of(_SPACES, cueing))
+    if evaluations < BATCH:
+        raise InputError("--evaluations", evaluations, f"at least {BATCH}")
+    parameters, start = _SPACES[cueing](design)
+    return Study(
+        name=f"tune-{cueing}",
+        cueing=cueing,
+        platform=design.platform.name,
+        dofs=",".join(dof.name for dof in design.dofs),
+        parameters=parameters,
+        start=(start,),
+        training=tuple(Reference(scenario=one.name) for one in references),
+        objectives=(Objective(measure="tracking"), Objective(measure="travel", over="worst")),
+        budget=Budget(trials=evaluations, sampler="tpe", batch=BATCH),
+    )
+
+
+def started(cueing: str, design: Design) -> Design:
+    """Return the design with the tuning with which a washout begins, if it has none of its own.
+
+    It is the platform's, or that of the thesis's platform with the travel's frequencies fitted to the reach.
+    """
+    if "tuning" not in registry.cueing_named(cueing).reads or design.washout is not None:
+        return design
+    if design.platform.name in tunings():
+        return replace(design, washout=load_tuning(design.platform.name))
+    known = load_tuning("thesis")
+    fields = known.of(Classical).model_dump()
+    for name in ("surge", "sway", "heave"):
+        limits = getattr(design.platform, name)
+        if isinstance(limits, Translation):
+            faster = math.sqrt(_REACH / min(-limits.position_m[0], limits.position_m[1]))
+            fields[name]["natural_radps"] = min(20.0, fields[name]["natural_radps"] * faster)
+    own = {"name": design.platform.name, "description": "", "classical": Classical(**fields)}
+    return replace(design, washout=known.model_copy(update=own))
+
+
+def tuned(
+    study: Study,
+    design: Design,
+    plant: str,
+    references: Mapping[str, Sequence[Scenario]],
+    executor_of: Callable[[Mapping[str, Problem]], Executor],
+    *,
+    price: float = PRICE,
+    progress: Callable[[Progress], None] = lambda _: None,
+) -> Tuned:
+    """Tune an algorithm.
+
+    Parameters
+    ----------
+    references : for training and for judging, by the name of the set.
+    executor_of : makes what does the jobs, given the problems.
+    price : μ.
+
+    Raises
+    ------
+    InputError : no settings that were tried keep all limits.
+    """
+    problems = {kind: problem(study, design, plant, references[kind]) for kind in (TRAINING, JUDGING)}
+    counts = {kind: len(one.items) for kind, one in problems.items()}
+    store = Store.create("", study.name, len(study.objectives), {})
+    with executor_of(problems) as executor:
+        search = Search(study, store, counts, executor, do_one=work, progress=progress)
+        trials = search.train()
+        best = cheapest(study, trials, price)
+        search.judge({0: trials[0], best.number: best}.values())
+    trials = store.trials()
+    return Tuned(
+        study=study,
+        design=design,
+        before=trials[0],
+        after=trials[best.number],
+        trials=tuple(trials),
+        shown=problems[JUDGING if counts[JUDGING] else TRAINING],
+    )
+
+
+def cheapest(study: Study, trials: Sequence[Trial], price: float) -> Trial:
+    """Return the trial of the front with the least J.
+
+    Raises
+    ------
+    InputError : no trial keeps all limits.
+    """
+    found = front(study, trials)
+    if not found:
+        done = sum(one.state is State.DONE for one in trials)
+        bound = "at least 1: a platform with more reach, a smaller --scale, or more --evaluations"
+        raise InputError("settings within all limits", f"0 of {done} tried", bound)
+
+    def J(trial: Trial) -> float:
+        error, travel = values(study, trial.training)
+        return math.log(error) + price * travel
+
+    return min(found, key=lambda one: (J(one), one.number))
+
+
+Space = tuple[dict[str, Parameter], Settings]
+
+
+def _log(low: float, high: float) -> Parameter:
+    return Parameter(scale="log", low=low, high=high)
+
+
+def _classical(design: Design) -> Space:
+    """Return six parameters for one travelling axis, and three more for each other one."""
+    tuning = design.tuning
+    table = tuning.of(Classical)
+    space: dict[str, Parameter] = {"tuning.scaling.force.slope": Parameter(low=0.1, high=1.0)}
+    if any(dof.is_pair for dof in design.dofs):
+        space["tuning.classical.tilt.natural_radps"] = _log(1.0, 10.0)
+        space["tuning.classical.tilt.damping"] = Parameter(low=0.5, high=1.5)
+    for axis in _travelling(design.dofs):
+        space[f"tuning.classical.{axis}.natural_radps"] = _log(0.5, 20.0)
+        space[f"tuning.classical.{axis}.damping"] = Parameter(low=0.5, high=2.0)
+        space[f"tuning.classical.{axis}.washout_radps"] = _log(0.05, 3.0)
+    known = {"scaling": tuning.scaling.model_dump(), "classical": table.model_dump()}
+    return space, {name: _inside(space[name], _at(known, name)) for name in space}
+
+
+def _optimal(design: Design) -> Space:
+    """Return the weights of the optimal washout relative to that of the sensed force, and the scaling."""
+    tuning = design.tuning
+    known = {"scaling": tuning.scaling.model_dump(), "optimal": tuning.of(Optimal).model_dump()}
+    space: dict[str, Parameter] = {"tuning.scaling.force.slope": Parameter(low=0.1, high=1.0)}
+    for name in ("integral", "position", "velocity", "acceleration", "rate"):
+        value = known["optimal"][name]
+        space[f"tuning.optimal.{name}"] = _log(value / 30.0, 30.0 * value)
+    return space, {name: _inside(space[name], _at(known, name)) for name in space}
+
+
+def _predictive(design: Design) -> Space:
+    """Return liveliness, and the times of the adaptive prediction unless another one is chosen."""
+    space = {"liveliness": Parameter(low=0.0, high=1.0)}
+    start: dict[str, float | int | str] = {"liveliness": design.liveliness}
+    if design.mpc.prediction is None:
+        from otolith.cueing.prediction.adaptive import Adaptive
+
+        for name in ("near", "far", "slope"):
+            value = getattr(Adaptive(), name)
+            space[f"prediction.{name}"] = _log(value / 4.0, 4.0 * value)
+            start[f"prediction.{name}"] = value
+    return space, start
+
+
+def _implicit(design: Design) -> Space:  # noqa: ARG001 (as all of them)
+    """Return constant washout weights, beginning with the preset `constant-fit`."""
+    space = {"weight.velocity": _log(1e-3, 1e2), "weight.position": _log(1e-4, 1e2)}
+    return space, {"weight.velocity": 0.411, "weight.position": 0.0131}
+
+
+_SPACES: Final[Mapping[str, Callable[[Design], Space]]] = {
+    "predictive": _predictive,
+    "implicit": _implicit,
+    "hybrid-all": _implicit,
+    "classical": _classical,
+    "optimal": _optimal,
+}
+TUNED: Final = tuple(_SPACES)
+
+
+def _travelling(dofs: Sequence[Dof]) -> list[str]:
+    return [AXES[i] for dof in dofs for i in dof.axes if i < len(AXES) // 2]
+
+
+def _at(tables: Mapping[str, Any], name: str) -> float:
+    """Return a value of a tuning by the name of its setting."""
+    value: Any = tables
+    for part in name.split(".")[1:]:
+        value = value[part]
+    return float(value)
+
+
+def _inside(parameter: Parameter, value: float) -> float:
+    low, high = parameter.low, parameter.high
+    return value if low is None or high is None else min(max(value, low), high)
