@@ -69,6 +69,16 @@ def _brute(machine: Hexapod, axis: str, far: float) -> float:
     return float(poses[max(int(np.argmax(out)) - 1, 0), AXES.index(axis)]) if out.any() else far
 
 
+def test_heave_ends_above_the_legs_own_base() -> None:
+    """Legs of 0.3 to 1.6 m, 0.55 m below: their lengths alone would let it sink far under the base."""
+    low = _machine(0.55, 0.40, halves=(8.0, 8.0), height=0.55, stroke=(0.3, 1.6))
+    assert leg_end(low.joints, low.anchors, low.stroke, 2, -1.0) > 1.0
+    end, why = reach_ends(low)["heave"][0]
+    assert -0.55 < end < -0.4
+    assert why == "a singular pose"
+    assert end == pytest.approx(_brute(low, "heave", -0.55), abs=1e-4)
+
+
 @pytest.mark.parametrize("turn", [-1.0, 1.0])
 def test_legs_fold_at_90_degrees_of_yaw_and_reach_ends_before(turn: float) -> None:
     """Joints in three pairs on two circles: lengths taken out, the determinant goes as cos(yaw).
