@@ -1,5 +1,6 @@
 """A rig that is set up in the page, against the real server."""
 
+import contextlib
 import os
 import signal
 import time
@@ -11,18 +12,25 @@ from typing import Any
 import pytest
 
 from otolith.cli.live_run import Choices
+from otolith.commander import trials
 from otolith.commander.errands import Ended
 from otolith.commander.learning import Ear, learn_axes
 from otolith.commander.machine import form
-from otolith.commander.rig import Rig, field_of, keep_rig, session_of_rig
+from otolith.commander.rig import Rig, field_of, keep_rig, lacking, session_of_rig
 from otolith.core.errors import InputError
+from otolith.live.core.times import Times
+from otolith.live.permits import SelfTest, keep_axis_test, why_late
 from otolith.live.shell.datagrams import opened
+from otolith.live.shell.processes import OUTPUT
+from otolith.live.shell.rights import real_time_is_granted
 from otolith.live.wire.axes import axes_from_toml
 from otolith.live.wire.forza import Forza
 from otolith.platforms import parse_platform
 from tests.commander.client import Page
 from tests.commander.conftest import Commander, until
-from tests.commander.test_server import child, finished
+from tests.commander.test_server import LONG, QUICK, child, finished
+from tests.live.shell.rig import PATIENCE
+from tests.live.shell.rig import Rig as Machine
 from tests.live.wire.minute import DRIVE, forza_packet
 
 SMALL = {"surge_position_m_low": 0.1, "surge_position_m_high": 0.2, "surge_velocity_mps": 0.5}
@@ -50,7 +58,7 @@ def test_a_platform_of_ones_own_is_made_listed_changed_run_and_deleted(
     values = page.ask("/api/platforms/small.toml").json
     assert (values["kind"], values["values"]["surge_position_m_high"]) == ("axes", 0.2)
 
-    chosen = {"platform": "small.toml", "scenario": "step:amplitude=0.3,duration=61", "speed": 0.0}
+    chosen = QUICK | {"platform": "small.toml", "scenario": "step:amplitude=0.3,duration=61", "speed": 0.0}
     checked = page.ask("/api/check", chosen).json
     assert f"--platform {file}" in checked["command"] or "platforms/small.toml" in checked["command"]
     done = finished(page, page.run(**chosen))
@@ -267,3 +275,134 @@ def test_a_file_of_the_game_is_for_the_command_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="needs no file"):
         learn_axes(tmp_path, talk, {"source": "wrc:../x.json", "listen": "127.0.0.1:0"})
     assert field_of(InputError("nothing of it", 1, "2")) == ""
+
+
+def waits(stream: Any) -> dict[str, Any]:
+    """Return what an axis test says when it waits to be let begin; a cold compiler may take a while."""
+    end, began = time.monotonic() + PATIENCE, False
+    while time.monotonic() < end:
+        told = stream.until("rig")
+        began = began or bool(told["busy"])
+        assert told["busy"] or not began, told
+        if told["shown"].get("asks") == "ready":
+            return dict(told)
+    raise TimeoutError(f"not within {PATIENCE} s: {told}")
+
+
+def test_a_stop_of_anybody_ends_an_axis_test_and_the_platform_parks(page: Page, commander: Commander) -> None:
+    with Machine() as machine, page.stream() as stream:
+        page.ask("/api/rig", {"address": f"127.0.0.1:{machine.device}"})
+        assert errand(page, "axis", what="wheels") == 422
+        assert errand(page, "axis", what="axes") == 202
+        asked = waits(stream)
+        assert (asked["shown"]["axis"], asked["shown"]["seen"]) == ("surge", "forward by 10 mm")
+        assert asked["shown"]["axes"] == ["surge", "sway", "roll", "pitch"]
+        assert not machine.farthest[0] > 1e-3  # it waits
+        refused = page.ask("/api/run", LONG)
+        assert (refused.status, "being tested" in refused.json["sentence"]) == (409, True)
+        assert page.ask("/api/errand", {"word": "move"}, Cookie=commander.page().cookie).status == 403
+        assert errand(page, "move") == 202
+        until(lambda: machine.farthest[0] > 3e-3)
+        assert commander.page().say("stop") == 204
+        ended = stream.until("rig", busy="")
+        assert ended["phase"] == "stopped"
+        assert any(said.startswith("returning: stop") for said in ended["said"])
+        machine.is_at_home()
+        assert machine.base.faults == 0
+    for name in ("rig.json", "rig.toml"):
+        (commander.setup.folder / name).unlink()
+
+
+def test_a_platform_parks_by_itself_when_the_process_that_moves_it_is_killed(
+    page: Page, commander: Commander
+) -> None:
+    with Machine() as machine, page.stream() as stream:
+        page.ask("/api/rig", {"address": f"127.0.0.1:{machine.device}"})
+        assert errand(page, "axis", what="axes") == 202
+        waits(stream)
+        assert errand(page, "move") == 202
+        until(lambda: machine.farthest[0] > 3e-3)
+        os.kill(child(commander, "rig"), signal.SIGKILL)
+        assert "ended unexpectedly" in stream.until("rig", phase="failed")["sentence"]
+        machine.is_at_home()
+        assert machine.base.faults == 0
+    for name in ("rig.json", "rig.toml"):
+        (commander.setup.folder / name).unlink()
+
+
+def test_a_rig_is_not_tested_while_a_run_goes_on(page: Page) -> None:
+    page.run(**LONG)
+    assert errand(page, "axis", what="axes") == 409
+    assert errand(page, "check") == 409
+    page.say("stop")
+
+
+def test_what_is_lacking_before_a_ride_is_said_until_it_is_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+    def missing() -> list[str]:
+        checks = lacking(tmp_path)
+        assert all(one["sentence"] for one in checks)
+        return [one["leads"] for one in checks if not one["ok"]]
+
+    assert missing() == ["device"]
+    rig = Rig(source="forza", listen="127.0.0.1:5300")
+    keep_rig(rig, tmp_path)
+    assert missing() == ["telemetry", "check", "axis"]
+    keep_axis_test(session_of_rig(rig, tmp_path), ["surge", "sway", "roll", "pitch"])
+    assert missing() == ["telemetry", "check"]
+    late = Times()
+    late.note(1_000)  # [ns]
+    SelfTest.of(late, seconds=60.0, real_time=real_time_is_granted(OUTPUT)).keep()
+    assert missing() == ["telemetry"]
+    keep_rig(Rig(), tmp_path)  # another game, in our axes: the device is the same
+    assert missing() == []
+    keep_rig(Rig(address="127.0.0.1:9911"), tmp_path)
+    assert missing() == ["axis"]
+    (tmp_path / "rig.json").write_text('{"platform": "gone.toml"}')
+    assert missing() == ["device"]
+
+
+def test_this_computer_is_tested_by_a_session_and_the_record_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setattr(trials, "SECONDS", 1.0)
+    keep_rig(Rig(cueing="classical", tuning="davsi"), tmp_path)
+    talk: Any = Talk()
+    talk.tell = lambda sentence: talk.shown.setdefault("said", []).append(sentence)
+    with contextlib.suppress(trials.NotPassed):  # the machine decides
+        assert "this computer passes" in trials.try_host(tmp_path, talk, {})
+    late = why_late(real_time=real_time_is_granted(OUTPUT))
+    assert late == "" or "in the self-test of" in late
+    assert talk.shown["of"] == 1
+
+
+def test_an_answer_counts_for_what_was_asked_and_nobody_waits_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    talk: Any = Talk()
+    orders: list[Any] = []
+    monkeypatch.setattr(talk, "heard", lambda: [orders.pop()] if orders else [])
+    beside = trials.Beside(talk)
+    assert beside.ready("surge") is False
+    orders.append(Save)  # some other word
+    beside.look()
+    assert beside.ready("surge") is False
+    for word in ("yes", "move"):  # said too early: it is asked whether surge may move
+        orders.append(type("Word", (), {"word": word, "values": {}}))
+        beside.look()
+        assert beside.ready("surge") is (word == "move")
+    assert beside.saw("surge") is None
+    orders.append(type("Word", (), {"word": "no", "values": {}}))
+    beside.look()
+    assert beside.saw("surge") is False
+    assert talk.shown["answers"] == {"surge": "no"}
+    assert beside.ready("sway") is False
+    monkeypatch.setattr(trials, "PATIENCE", -1.0)
+    with pytest.raises(trials.NotPassed, match="nobody answered"):
+        beside.ready("sway")

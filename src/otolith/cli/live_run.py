@@ -290,24 +290,19 @@ def drive(
 
 def _converse(live: "Live", seconds: float | None, of_pages: Callable[[], tuple["Word", ...]]) -> None:
     """Pass on words, those of the user and of pages or, for a time, our own."""
-    from otolith.live.messages import State, Word
+    from otolith.live.shell.timed import cued_for
 
-    engaged_at: float | None = None
-    words = {State.IDLE: Word.ARM, State.READY: Word.ENGAGE}
-    while live.alive("output"):
-        state = live.look()
+    def pages() -> None:
         if said := of_pages():
             live.say(*said)
-        if seconds is not None:
-            if engaged_at is None and state in words:
-                live.say(words[state])
-            if engaged_at is None and state is State.ENGAGED:
-                engaged_at = time.monotonic()
-            if state is State.FAULT or (engaged_at is not None and time.monotonic() - engaged_at > seconds):
-                return
-            live.sign()
-            time.sleep(LOOK)
-        elif not _listen(live):
+
+    if seconds is not None:
+        cued_for(live, seconds, pages)
+        return
+    while live.alive("output"):
+        live.look()
+        pages()
+        if not _listen(live):
             return
 
 

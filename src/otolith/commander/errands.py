@@ -29,14 +29,15 @@ class Talk:
     def __init__(self, note: Note, inbox: Inbox, asked: Sequence[int]) -> None:
         self._note, self._inbox, self._asked = note, inbox, asked
         self._said: list[str] = []
-        self._shown: dict[str, Any] = {}
+        self.shown: dict[str, Any] = {}  # values beside the sentences
+        self._last = ("idle", "", "")
         self._errand, self._count = "", int(note.look().get("count", 0))
 
     def begin(self, errand: str) -> None:
         """Begin an errand."""
-        self._errand, self._said, self._shown = errand, [], {}
+        self._errand, self._said, self.shown = errand, [], {}
         self._count += 1
-        self._state("begun", "")
+        self._state("begun", "", errand)
 
     def end(self, phase: str, sentence: str) -> None:
         """Say how the errand ended: done, stopped or failed."""
@@ -49,10 +50,15 @@ class Talk:
 
     def show(self, **shown: Any) -> None:
         """Show values; those that were shown before stay."""
-        self._shown |= shown
+        self.shown |= shown
         self._state("running", "", busy=self._errand)
 
+    def again(self) -> None:
+        """State the same again, because orders came that are void now."""
+        self._state(*self._last)
+
     def _state(self, phase: str, sentence: str, busy: str = "") -> None:
+        self._last = (phase, sentence, busy)
         self._note.state(
             {
                 "errand": self._errand,
@@ -60,7 +66,7 @@ class Talk:
                 "phase": phase,
                 "sentence": sentence[:500],
                 "said": self._said,
-                "shown": self._shown,
+                "shown": self.shown,
                 "count": self._count,
                 "reached": self._inbox.reached,
             }
@@ -90,7 +96,7 @@ class Runner:
     def __init__(self, note: Note, inbox: Inbox, errands: Mapping[str, Errand], asked: Sequence[int]) -> None:
         before = note.look()
         self._inbox, self._errands = inbox, errands
-        self._talk = Talk(note, inbox, asked)
+        self._talk, self._reached = Talk(note, inbox, asked), inbox.reached
         if before.get("busy"):
             self._talk.begin(str(before["busy"]))
             self._talk.end("failed", "it ended unexpectedly: its process died and was started anew")
@@ -99,9 +105,13 @@ class Runner:
 
     def look(self) -> None:
         """Carry out the errand that was ordered last, unless a stop came after it."""
-        orders = [order for order in self._inbox.new() if order.word in (*self._errands, *STOPS)]
+        fresh = self._inbox.new()
+        orders = [order for order in fresh if order.word in (*self._errands, *STOPS)]
         if orders and orders[-1].word not in STOPS:
             self._carry_out(orders[-1])
+        elif self._inbox.reached > self._reached:
+            self._talk.again()
+        self._reached = self._inbox.reached
 
     def _carry_out(self, order: Order) -> None:
         self._talk.begin(order.word)

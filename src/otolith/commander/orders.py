@@ -41,6 +41,11 @@ class Orders:
         """Return the number of the last order; 0 before the first."""
         return int(self._given[-1]["number"]) if self._given else 0
 
+    @property
+    def last(self) -> dict[str, Any] | None:
+        """Return the last order; None before the first."""
+        return self._given[-1] if self._given else None
+
     def give(self, word: str, values: Mapping[str, Any]) -> int:
         """Give an order and return its number.
 

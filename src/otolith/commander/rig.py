@@ -13,11 +13,14 @@ from typing import Any, Final
 from otolith.commander.schema import FILE, PLATFORM_WORDS, Offered, checked_as, is_file, setting
 from otolith.commander.session import MAPS, PLATFORMS
 from otolith.core.disk import read_text, write_text
-from otolith.core.errors import InputError
+from otolith.core.errors import InputError, OtolithError
 from otolith.core.frames import AXES
 from otolith.live.axis_test import movable
+from otolith.live.permits import why_late, why_untested
 from otolith.live.session import Session, session_of
 from otolith.live.settings import settings_from
+from otolith.live.shell.processes import OUTPUT
+from otolith.live.shell.rights import real_time_is_granted
 from otolith.live.wire.axes import AxisMap, axes_from_toml, with_axes
 from otolith.live.wire.sources import SOURCES
 from otolith.registry import CUEING as ALGORITHMS
@@ -287,6 +290,32 @@ def field_of(error: InputError) -> str:
     name = error.field.partition(" ")[0].split(".")[-1]
     name = "map" if error.field.startswith("axis map") else _RENAMED.get(name, name)
     return name if name in Rig.model_fields else ""
+
+
+def lacking(folder: Path) -> list[dict[str, Any]]:
+    """Return what must be in order before a rig is ridden, each with a sentence and the step it leads to."""
+    if not (folder / KEPT).is_file():
+        return [_check("rig", "device", "nothing is kept yet: say which platform and device it is")]
+    rig = read_rig(folder)
+    try:
+        session = session_of_rig(rig, folder)
+    except OtolithError as error:
+        return [_check("rig", "device", str(error))]
+    checks = [_check("rig", "device", "", f"{rig.platform} on {rig.device} at {rig.address}")]
+    evidence = None if session.axes is None else dict(session.axes.evidence)
+    told = "in our axes already" if evidence is None else f"{rig.map}, learned with {evidence}"
+    unknown = rig.source != OURS and evidence is None
+    why = f"the axes of {rig.source} are not known: learn them, or choose a map" if unknown else ""
+    return [
+        *checks,
+        _check("telemetry", "telemetry", why, told),
+        _check("this computer", "check", why_late(real_time=real_time_is_granted(OUTPUT)), "wakes in time"),
+        _check("axes", "axis", why_untested(session), "all were seen to move as they should"),
+    ]
+
+
+def _check(name: str, leads: str, why: str, passed: str = "") -> dict[str, Any]:
+    return {"name": name, "leads": leads, "ok": not why, "sentence": why or passed}
 
 
 def axes_to_test(session: Session) -> list[str]:

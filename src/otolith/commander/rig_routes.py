@@ -1,13 +1,15 @@
 """What a page asks for to set up a rig: platform files of its own, by their names."""
 
+import shlex
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Final
 
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse
 
 from otolith.commander.machine import field_of, forms, kind_of, text_of, values_of
-from otolith.commander.rig import KEPT, Rig, keep_rig, read_rig, session_of_rig
+from otolith.commander.rig import FILE_OF_SESSION, KEPT, Rig, keep_rig, lacking, read_rig, session_of_rig
 from otolith.commander.rig import field_of as rig_field
 from otolith.commander.schema import TOML, checked_as, is_file, schema
 from otolith.commander.security import Refused
@@ -20,6 +22,7 @@ from otolith.report.platform_page import platform_summary, range_lines, sentence
 
 ERRANDS: Final = ("learn", "check", "axis")
 ANSWERS: Final = ("save", "move", "yes", "no", "cancel")
+TRIED: Final = ("axes", "legs")  # what an axis test moves
 PORTS: Final = {name: one.port for name, one in SOURCES.items()}
 
 
@@ -54,6 +57,15 @@ def _rig(router: APIRouter, session: Session) -> None:
         keep_rig(rig, session.folder)
         return {"field": "", "sentence": ""}
 
+    @router.get("/api/rig/lacks")
+    def lacks() -> dict[str, Any]:
+        where = session.folder / FILE_OF_SESSION
+        here = where.relative_to(Path.cwd()) if where.is_relative_to(Path.cwd()) else where
+        return {
+            "checks": lacking(session.folder),
+            "command": f"otolith live run --session {shlex.quote(str(here))} --commander 0",
+        }
+
     @router.post("/api/errand", status_code=202)
     def errand(request: Request, values: dict[str, Any]) -> dict[str, Any]:
         count(request, session)
@@ -78,7 +90,7 @@ def order(session: Session, values: Mapping[str, Any]) -> dict[str, Any]:
     if word in ERRANDS:
         if session.errand():
             raise Refused(409, "another part of the rig is being set up; stop it first")
-        if word in MEASURING and session.state.look().get("busy", True):
+        if word in MEASURING and session.running():
             raise Refused(409, "a run is going on, which would disturb the test; stop it first")
     session.errands.give(word, _needed(session, word, values))
     return {"word": word}
@@ -93,6 +105,10 @@ def _needed(session: Session, word: str, values: Mapping[str, Any]) -> dict[str,
     if word == "learn":
         rig = read_rig(session.folder)
         return {"source": rig.sender, "listen": rig.listen}
+    if word == "axis":
+        if values.get("what") not in TRIED:
+            raise Refused(422, f"what is to be moved must be one of {', '.join(TRIED)}")
+        return {"what": values["what"]}
     return {}
 
 

@@ -104,9 +104,19 @@ class Session:
             )
         return self.desk
 
+    def running(self) -> bool:
+        """Return whether a run goes on, or is ordered and has not begun."""
+        state = self.state.look()
+        return bool(state.get("busy", True)) or int(state["reached"]) < self.orders.number
+
     def errand(self) -> str:
-        """Return the errand of the rig that goes on; empty if none does."""
-        return "" if self.rig is None else str(self.rig.look().get("busy", ""))
+        """Return the errand of the rig that goes on, or is ordered and has not begun; empty if none is."""
+        if self.rig is None or self.errands is None:
+            return ""
+        told, last = self.rig.look(), self.errands.last
+        if last is not None and int(told.get("reached", 0)) < last["number"]:
+            return str(last["word"])
+        return str(told.get("busy", ""))
 
     def control(self, client: str) -> None:
         """Let a client have control if nobody has.

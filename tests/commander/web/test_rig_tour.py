@@ -14,7 +14,9 @@ from playwright.sync_api import Browser, Page, expect
 from otolith.live.settings import settings_from_toml
 from otolith.live.wire.axes import axes_from_toml
 from tests.commander.web.conftest import Server, Watched, free_port
+from tests.commander.web.test_page import soon
 from tests.commander.web.test_tour import COMMAND
+from tests.live.shell.rig import Rig as Machine
 from tests.live.wire.minute import DT, SHORT, driven, forza_packet
 
 SLOW: Final = 60_000  # [ms]
@@ -113,9 +115,50 @@ def test_a_rig_from_nothing(browser: Browser, real: Server, folder: Path) -> Non
     expect(page.locator("#wizard")).to_be_hidden()
     expect(page.locator("#rig-verdict")).to_contain_text("kept")
 
+    soon(lambda: "[axes]" in (folder / "rig.toml").read_text(), "the axis map is not in the session file")
     kept = (folder / "rig.toml").read_text()
     assert settings_from_toml(kept, "rig.toml").platform == str(folder / "platforms" / "my-rig.toml")
     axes = axes_from_toml(kept, "rig.toml")
     assert (axes.source, axes.force) == ("forza", ("1", "2", "3"))  # its parser has turned them already
+    with Machine() as machine:
+        every_axis(page, machine)
+    open_(page, "First ride")
+    lacks = page.locator("#rig .lacks")
+    expect(lacks).to_contain_text("this host has not been tested")
+    expect(lacks.locator("li.bad")).to_have_count(1)
+    lacks.locator("button", has_text="This computer").click()
+    page.click("#rig-check")
+    expect(page.locator("#trial")).to_contain_text("Testing this computer", timeout=SLOW)
+    page.click("#stop")
+    expect(page.locator("#trial")).to_be_hidden(timeout=SLOW)
+    expect(page.locator("#events")).to_contain_text("stopped")
     watched.check()
     context.close()
+
+
+def every_axis(page: Page, machine: Machine) -> None:
+    """Move a platform in software, axis by axis, and stop once in between by Escape."""
+    open_(page, "Platform and device")
+    fill(page, "rig-platform", "davsi-4dof")
+    fill(page, "rig-dofs", "surge-pitch")
+    fill(page, "rig-address", f"127.0.0.1:{machine.device}")
+    open_(page, "Every axis")
+    for stopped in (True, False):
+        expect(page.locator("#rig-axis")).to_be_enabled()
+        page.click("#rig-axis")
+        for name in ("surge", "sway", "roll", "pitch"):
+            expect(page.locator("#trial .now")).to_contain_text(name, timeout=SLOW)
+            expect(page.locator("#trial-move")).to_be_enabled()
+            page.click("#trial-move")
+            expect(page.locator("#state")).to_contain_text("moving")
+            if stopped:
+                soon(lambda: bool(machine.farthest[0] > 3e-3), "the platform does not move")
+                page.keyboard.press("Escape")
+                break
+            expect(page.locator("#trial-yes")).to_be_visible(timeout=SLOW)
+            page.click("#trial-yes")
+        expect(page.locator("#trial")).to_be_hidden(timeout=SLOW)
+        machine.is_at_home()
+        expect(page.locator("#rig .note", has_text="stopped" if stopped else "may arm")).to_be_visible()
+    assert machine.farthest[0] == pytest.approx(10e-3, rel=0.05)
+    assert machine.base.faults == 0

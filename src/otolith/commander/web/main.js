@@ -67,7 +67,7 @@ class Page {
     on("event", (event) => this.happened(event));
     on("done", () => this.finished());
     on("refused", ({sentence}) => tellEvent({level: "warn", text: sentence}));
-    on("rig", (told) => this.rig?.hear(told));
+    on("rig", (told) => { this.rig?.hear(told); showState(this.rig?.word || this.state.state || "idle"); });
     on("frame", (frame) => this.take(frame));
     on("closed", (pause) => { this.lost ??= performance.now(); this.next = performance.now() + 1000 * pause; });
     on("open", () => { this.lost = null; });
@@ -99,7 +99,7 @@ class Page {
     if (state.moving && state.generation === this.generation && this.history.know(state.moving)) this.plots.begin();
     if (state.parameters) this.settings.follow(state.parameters);
     byId("hint").hidden = this.history.length > 0 || state.busy;
-    showState(state.state, state.text);
+    showState(this.rig?.word || state.state, state.text);
     this.setup.follow(state);
     this.tune.follow(state);
     this.rig?.follow(state);

@@ -3,22 +3,38 @@ import {get, post, Refused} from "/web/api.js";
 import {Field} from "/web/form.js";
 import {byId, element} from "/web/look.js";
 import {Machine} from "/web/machine.js";
+import {Trial} from "/web/trial.js";
 import {Wizard} from "/web/wizard.js";
 
 const PREFIX = "rig-";
+const ABOUT = {
+  check: "A session with a platform in software, which shows whether the output wakes in time. No session arms without it.",
+  axis: "Nobody aboard or in reach, a hand at the emergency stop. Each moves by 10 mm or 1 degree, out and back, when you let it; then you say what you saw. No session arms without it.",
+  ride: "When all is ticked, end this Commander, run the command, and open the address that it prints: Arm, then Engage. Begin with a small scale.",
+};
 
 export class Rig {
   constructor(root, {settings, setup, tell}) {
     Object.assign(this, {settings, setup, tell, fields: {}, running: false, told: {}});
     this.machine = new Machine({tell, saved: (name, text) => this.saved(name, text), dropped: (name) => this.dropped(name)});
     this.wizard = new Wizard(byId("wizard"), {order: (word, values) => this.order(word, values)});
+    this.trial = new Trial(byId("trial"), {order: (word) => this.order(word)});
     this.places = Object.fromEntries(["Platform", "Device", "Telemetry", "First ride"].map((group) => [group, element("div")]));
     this.verdict = element("p", {className: "judged", role: "status", id: "rig-verdict"});
     this.learn = this.button("Learn the axes …", () => this.order("learn"), "learn");
-    this.heard = element("p", {className: "about", role: "status"});
-    const section = (title, ...parts) => element("details", {open: title.startsWith("1")}, element("summary", {}, element("h2", {}, title)), ...parts);
-    root.append(section("1 Your machine", this.machine.root), section("2 Platform and device", this.places.Platform, this.places.Device),
-      section("3 Telemetry", this.places.Telemetry, this.learn, this.heard), section("4 First ride", this.places["First ride"]), this.verdict);
+    this.check = this.button("Test this computer (60 s)", () => this.order("check"), "check");
+    this.what = element("select", {id: "rig-what", "aria-label": "What is moved"}, element("option", {value: "axes"}, "every axis"), element("option", {value: "legs"}, "every leg"));
+    this.axis = this.button("Begin", () => this.order("axis", {what: this.what.value}), "axis");
+    this.heard = Object.fromEntries(["learn", "check", "axis"].map((errand) => [errand, element("p", {className: "note", role: "status"})]));
+    this.lacks = element("ul", {className: "checks lacks"});
+    this.command = element("code");
+    this.steps = {};
+    const section = (name, title, ...parts) => (this.steps[name] = element("details", {open: name === "machine"}, element("summary", {}, element("h2", {}, title)), ...parts));
+    root.append(section("machine", "1 Your machine", this.machine.root), section("device", "2 Platform and device", this.places.Platform, this.places.Device),
+      section("telemetry", "3 Telemetry", this.places.Telemetry, this.learn, this.heard.learn),
+      section("check", "4 This computer", element("p", {className: "about"}, ABOUT.check), this.check, this.heard.check),
+      section("axis", "5 Every axis alone", element("p", {className: "about"}, ABOUT.axis), element("div", {className: "row"}, this.what, this.axis), this.heard.axis),
+      section("ride", "6 First ride", this.lacks, this.places["First ride"], element("p", {className: "about"}, ABOUT.ride), this.command), this.verdict);
     byId("tab-rig").addEventListener("click", () => this.attempt(() => this.begin()), {once: true});
   }
 
@@ -80,21 +96,45 @@ export class Rig {
     this.verdict.classList.toggle("bad", Boolean(sentence));
     for (const [name, one] of Object.entries(this.fields)) one.refuse(name === field ? sentence : "");
     this.enable();
+    await this.look();
+  }
+
+  /** Show what is still lacking before a ride, each with the button that leads to it. */
+  async look() {
+    const {checks, command} = await get("/api/rig/lacks");
+    this.lacks.replaceChildren(...checks.map(({name, ok, sentence, leads}) => {
+      const button = element("button", {type: "button"}, `To ${this.steps[leads].querySelector("h2").textContent}`);
+      button.addEventListener("click", () => this.go(leads));
+      return element("li", {className: ok ? "ok" : "bad"}, element("i", {"aria-label": ok ? "passed" : "lacking"}, ok ? "✓" : "✗"),
+        element("span", {}, element("b", {}, name), ` ${sentence}`, ...(ok ? [] : [element("br"), button])));
+    }));
+    this.command.textContent = checks.every(({ok}) => ok) ? command : "";
+    this.command.hidden = !this.command.textContent;
+  }
+
+  /** Open a step, close the others, and go there. */
+  go(name) {
+    for (const [one, step] of Object.entries(this.steps)) step.open = one === name;
+    this.steps[name].querySelector("summary").focus();
+    this.steps[name].scrollIntoView({block: "start"});
   }
 
   /** Follow the errand of the rig's process. */
   async hear(told) {
     const before = this.told;
     this.told = told;
+    this.word = {learn: "learning", check: "testing", axis: "moving"}[told.busy] ?? "";  // in the top bar, in place of idle
     this.wizard.follow(told);
+    this.trial.follow(told);
     this.enable();
     if (!before.busy || told.busy) return;
     this.tell({level: told.phase === "failed" ? "fault" : told.phase === "stopped" ? "warn" : "info", text: told.sentence});
+    this.heard[told.errand].textContent = told.sentence;
     if (told.errand === "learn") await this.learned(told);
+    await this.attempt(() => this.look());
   }
 
-  async learned({phase, sentence, shown}) {
-    this.heard.textContent = sentence;
+  async learned({phase, shown}) {
     if (phase !== "done") return;
     const name = shown.map, {map} = this.fields;
     if (![...map.input.options].some(({value}) => value === name)) map.input.append(element("option", {value: name}, name));
@@ -124,5 +164,6 @@ export class Rig {
   enable() {
     const free = this.control !== false && !this.told.busy && this.sound === true;
     this.learn.disabled = !free;
+    for (const one of [this.check, this.axis]) one.disabled = !free || this.running;
   }
 }

@@ -73,6 +73,7 @@ def played(
         live = Live(session, watcher.tell, lock=lock, controller=partial(run_axis_test, tuple(names)))
         try:
             live.start()
+            watcher.look()  # who said stop while it started does not see it rise
             live.say(Word.ARM)
             _reach(live, State.READY, watcher)
             for name in names:
