@@ -17,7 +17,7 @@ from otolith.core.arrays import Vec
 from otolith.interfaces import Cueing
 from otolith.live.audit import audit
 from otolith.live.compilations import compiled
-from otolith.live.faults.matrix import PARK
+from otolith.live.faults.matrix import park_of
 from otolith.live.messages import DeviceState, Flag, State, Word
 from otolith.live.world import MS, World
 from otolith.platforms import Platform
@@ -95,7 +95,7 @@ def endurance(
     ----------
     tick : [s] of the output.
     """
-    world = World(cueing, platform, drive=Adversary(seed), park=PARK, seed=seed, tick=tick)
+    world = World(cueing, platform, drive=Adversary(seed), park=park_of(platform), seed=seed, tick=tick)
     account, rng = Account(), np.random.default_rng((seed, 1))
     injected: set[str] = set()
     _schedule(world, rng, account, injected)
