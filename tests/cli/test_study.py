@@ -95,3 +95,14 @@ def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     other.write_text("no journal\n", encoding="utf-8")
     assert "is no sound study" in refusal(["study", "show", str(other)], capsys)
     assert "did you mean classical" in refusal(["study", "run", "clasical"], capsys)
+
+
+def test_weights_are_read_off_a_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    wanted = "sine:amplitude=1,frequency=0.2,duration=5"
+    called(f"run {wanted} --cueing implicit --weight velocity=0.1 --out a --no-optimum", capsys)
+    found = json.loads(called("study inverse a/run.h5 --on velocity --json", capsys)[0])
+    assert found["weights"]["velocity"] == pytest.approx(0.1, rel=1e-6)
+    assert "0.1" in called("study inverse a/run.h5 --on velocity", capsys)[0]

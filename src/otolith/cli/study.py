@@ -2,6 +2,7 @@
 
 import json as json_text
 from contextlib import ExitStack
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -13,6 +14,7 @@ from otolith import files
 from otolith.cli.output import Jobs, described_bar, file_name, group, print_json, screen, working
 from otolith.core.errors import InputError
 from otolith.core.jobs import number_of_jobs
+from otolith.experiment import Experiment
 from otolith.studies.definition import Study, load_study, parse_study
 from otolith.studies.export import command, settings_text, table, tuning_text
 from otolith.studies.jobs import JUDGING, TRAINING, work
@@ -165,6 +167,35 @@ def export(
     files.write_text(out, text or settings_text(study, chosen.settings, about, _reference(study)))
     _say(console, f"written to {out}: {about}")
     _use(study, chosen, console, tuning=str(out) if text else "")
+
+
+@app.command()
+def inverse(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run.h5 of an MPC with constant weights.")],
+    on: Annotated[
+        str, typer.Option(metavar="STATE,...", help="States that are weighed.")
+    ] = "velocity,position",
+    json: Json = False,
+) -> None:
+    """Recover the constant washout weights of an MPC from its motion: those whose motion is the same."""
+    from otolith.studies.inverse import START, recover
+
+    console = screen()
+    recorded = files.read_run(run)
+    made = Experiment.of(recorded)
+    start = {state.strip(): START for state in on.split(",")}
+    with working(console, "closing the loop with candidate weights"):
+        found = recover(
+            recorded.pose, made.design, made.wanted.along(made.design), start, plant=made.plant_name
+        )
+    if json:
+        print_json(asdict(found))
+        return
+    grid = Table("state", "weight", "relative standard error")
+    for state, weight in found.weights.items():
+        grid.add_row(state, f"{weight:.5g}", f"{found.spread[state]:.1g}")
+    screen(stderr=False, wide=True).print(grid)
+    _say(console, f"{100.0 * found.difference:.2g} % of the motion is left unexplained; {found.loops} loops")
 
 
 def _search(

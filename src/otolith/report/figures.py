@@ -31,6 +31,7 @@ from otolith.report.panels import (
     Panel,
     changes_panel,
     effort_panels,
+    solves,
 )
 from otolith.report.ranking import ByCueing
 
@@ -91,7 +92,7 @@ def comparison_figure(
         *motion_comparison(runs, dof, best),
         *false_cue_panels(runs, dof),
         use_panel(runs),
-        changes_panel(runs),
+        *([changes_panel(runs)] if any(solves(run) for run in runs) else []),
     )
     return _draw(panels, width)
 

@@ -153,11 +153,11 @@ def changes_panel(runs: Sequence[Run]) -> Panel:
     """Return a panel of how often each run needed at least k working-set changes in one step."""
     curves = []
     for k, (name, run) in enumerate(zip(labels(runs), runs, strict=True)):
-        solves = not len(run.residual) or bool(run.residual.any())  # a run without certificates has no solver
-        changes = effort(run).changes if solves else np.zeros(0)
+        solver = solves(run)
+        changes = effort(run).changes if solver else np.zeros(0)
         x, y = survival(changes)
         color, dash = _style(k)
-        label = f"{name}: {_spread(changes) if solves else 'no solver'}"
+        label = f"{name}: {_spread(changes) if solver else 'no solver'}"
         curves.append(Curve(label=label, x=x, y=y, color=color, kind="points", dash=dash, width=1.0))
     smallest = min((float(c.y.min()) for c in curves if len(c.y)), default=0.1)
     highest = max((float(c.x.max()) for c in curves if len(c.x)), default=1.0)
@@ -169,6 +169,11 @@ def changes_panel(runs: Sequence[Run]) -> Panel:
         x_label="working-set changes in one step, at least",
         x_span=(-0.03 * max(1.0, highest), 1.03 * max(1.0, highest)),
     )
+
+
+def solves(run: Run) -> bool:
+    """Return whether the algorithm of a run solved anything: then its decisions have certificates."""
+    return not len(run.residual) or bool(run.residual.any())
 
 
 def require_one_scenario(runs: Sequence[Run]) -> None:
