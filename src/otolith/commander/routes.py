@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from fastapi import APIRouter, Request, Response
-from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
+from fastapi.responses import JSONResponse, PlainTextResponse
 
 from otolith import __version__, registry
+from otolith.commander.runs_routes import file_of, files_of, runs_routes, saved
 from otolith.commander.schema import CUEING, TOML, Form, checked, live_schema, schema
 from otolith.commander.security import CLIENT, Refused
 from otolith.commander.session import (
@@ -25,15 +26,9 @@ from otolith.core.disk import write_text
 from otolith.platforms.library import descriptions
 from otolith.scenarios.catalog import SCENARIOS
 
-_ENDINGS: Final = (".html", ".h5", ".json")  # of results
 DRIVES: Final = (".csv", ".tsv", ".txt", ".json")  # endings: a format that runs code has none here
 SAMPLES: Final = "samples.csv"
 _YEAR: Final = 31_536_000  # [s] that a browser keeps its name
-# A report carries its own style and pictures, and needs nothing from anywhere.
-_REPORT_POLICY: Final = (
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; "
-    "frame-ancestors 'none'; sandbox allow-scripts"
-)
 
 
 def routes(session: Session) -> APIRouter:
@@ -46,6 +41,7 @@ def routes(session: Session) -> APIRouter:
         from otolith.commander.rig_routes import rig_routes
 
         rig_routes(router, session)
+    runs_routes(router, session)
     return router
 
 
@@ -144,41 +140,27 @@ def _files(router: APIRouter, session: Session) -> None:
     @router.get("/api/result")
     def result() -> Any:
         card = session.card.look()
-        files = _result_files(session)
+        files = files_of(_results(session))
         shown = {name: card.get(name) for name in ("generation", "summary", "second", "command")}
         more = {"false_cues": card.get("false_cues", []), "files": [*files, *([SAMPLES] if files else [])]}
         return shown | more
 
     @router.get("/api/result/{name}")
     def result_file(name: str) -> Response:
-        folder, files = _results(session), _result_files(session)
+        folder = _results(session)
+        files = files_of(folder)
         if name == SAMPLES and files:
             first = session.card.look()["summary"]["cueing"]
             run = folder / ("run.h5" if "run.h5" in files else f"{first}.h5")
             return PlainTextResponse(
-                session.desk_of_runs().samples(run), media_type="text/csv", headers=_saved(name)
+                session.desk_of_runs().samples(run), media_type="text/csv", headers=saved(name)
             )
-        if name not in files:
-            raise Refused(404, "there is no such result")
-        headers = {"content-security-policy": _REPORT_POLICY} if name == "report.html" else _saved(name)
-        return FileResponse(folder / name, headers=headers)
+        return file_of(folder, name)
 
 
 def _results(session: Session) -> Path:
     """Return the folder of the results of the run that is shown."""
     return session.folder / RESULTS / str(session.card.look().get("folder", "none"))
-
-
-def _result_files(session: Session) -> list[str]:
-    """Return the names of the results of the run that is shown."""
-    folder = _results(session)
-    return (
-        sorted(path.name for path in folder.iterdir() if path.suffix in _ENDINGS) if folder.is_dir() else []
-    )
-
-
-def _saved(name: str) -> dict[str, str]:
-    return {"content-disposition": f'attachment; filename="{name}"'}
 
 
 def _choices(session: Session) -> dict[str, Any]:

@@ -241,6 +241,28 @@ async def result() -> Any:
     return JSONResponse({"sentence": "no run has ended"}, 404)
 
 
+@app.get("/api/runs")
+async def runs() -> dict[str, Any]:
+    """Three runs, of which the first two came about together."""
+    made = [("b", 2000.0, "classical", 0.5), ("b", 2000.0, "optimal", 0.7), ("a", 1000.0, "predictive", 0.3)]
+    return {
+        "runs": [
+            {
+                "folder": folder,
+                "time": time,
+                "files": ["report.html"],
+                "scenario": "step-1",
+                "platform": "davsi",
+                "cueing": cueing,
+                "summary": {"rmse": rmse, "violations": 0},
+            }
+            for folder, time, cueing, rmse in made
+        ],
+        "refused": ["c: its summary.json is none of a run (ValueError)"],
+        "left_out": 0,
+    }
+
+
 @app.get("/api/hexapod")
 async def hexapod() -> dict[str, Any]:
     return {

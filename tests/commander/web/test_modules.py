@@ -100,6 +100,34 @@ def test_legs_are_as_long_as_the_kinematics_say(page: Page, platform: Platform) 
     np.testing.assert_allclose(drawn, expected, atol=1e-10)
 
 
+def test_the_car_on_the_map_is_where_it_was_at_that_time(page: Page) -> None:
+    """The middle of the coloured dot, against linear interpolation; the path is 1 px per m."""
+    times = [0.0, 1.0, 2.0, 4.0]
+    x, y = [0.0, 500.0, 552.0, 552.0], [0.0, 0.0, 104.0, 312.0]
+    asked = [-1.0, 0.0, 0.25, 1.5, 3.0, 4.0, 9.0]
+    found: Any = page.evaluate(
+        """async ([path, asked]) => {
+          const {LapMap} = await import("/web/map.js");
+          const canvas = Object.assign(document.createElement("canvas"), {width: 600, height: 360});
+          const map = new LapMap(canvas);
+          map.describe(path);
+          return asked.map((time) => {
+            map.draw(time);
+            const {data} = canvas.getContext("2d").getImageData(0, 0, 600, 360);
+            let [n, px, py] = [0, 0, 0];
+            for (let k = 0; k < data.length; k += 4) {
+              if (data[k + 3] < 200 || data[k] < data[k + 2] + 80) continue;
+              n += 1, px += k / 4 % 600, py += Math.floor(k / 2400);
+            }
+            return [px / n, py / n];
+          });
+        }""",
+        [{"x": x, "y": y, "time": times}, asked],
+    )
+    expected = [(24.0 + np.interp(t, times, x), 336.0 - np.interp(t, times, y)) for t in asked]
+    np.testing.assert_allclose(found, expected, atol=1.0)
+
+
 def test_the_error_so_far_is_the_root_of_the_mean_square(page: Page) -> None:
     wanted, felt = np.random.default_rng(3).normal(size=(2, 500)).astype(np.float32)
     felt[100:120] = np.nan

@@ -19,6 +19,14 @@ export class LapMap {
     this.draw(0);
   }
 
+  /** Return where the car was [m]: between two points of the path in proportion to the time, at an end beyond it. */
+  placeAt(time) {
+    const {x, y, time: times} = this.path, after = times.findIndex((value) => value >= time);
+    if (after <= 0) return after ? [x.at(-1), y.at(-1)] : [x[0], y[0]];
+    const share = (time - times[after - 1]) / (times[after] - times[after - 1]);
+    return [x, y].map((of) => of[after - 1] + share * (of[after] - of[after - 1]));
+  }
+
   /** Draw the car where it was at a time [s] of the run. */
   draw(time) {
     if (!this.path) return;
@@ -31,10 +39,8 @@ export class LapMap {
     pen.lineJoin = "round";
     pen.stroke();
     if (!times || !Number.isFinite(time)) return;
-    let k = times.findIndex((value) => value >= time);
-    if (k < 0) k = times.length - 1;
     pen.beginPath();
-    pen.arc(...this.seen(x[k], y[k]), 10, 0, 7);
+    pen.arc(...this.seen(...this.placeAt(time)), 10, 0, 7);
     pen.fillStyle = css("--s1");
     pen.fill();
   }
