@@ -51,7 +51,10 @@ def test_a_study_from_its_file_to_a_tuning_that_run_takes(
     assert shown["trials"] == {"of": 4, "open": 0, "done": 4, "rejected": 0}
     assert shown["agreement"]["different"] == []
     assert all(one["judging"] is not None for one in shown["front"])
-    assert "4 of 4 trials done" in called(f"study show {store}", capsys)[1]
+    assert "4 of 4 trials done" in called(f"study show {store} --page front.html", capsys)[1]
+    page = Path("front.html").read_text("utf-8")
+    assert "otolith study export out/tiny.journal --preset calm --out calm.toml" in page
+    assert f'<th scope="row">{shown["front"][0]["trial"]}</th>' in page
 
     best = json.loads(called(f"study best {store} --preset calm --json", capsys)[0])
     assert best["training"]["travel"] == min(one["training"]["travel"] for one in shown["front"])

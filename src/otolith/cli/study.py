@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
+import numpy as np
 import typer
 from rich.console import Console
 from rich.table import Table
@@ -15,11 +16,12 @@ from otolith.cli.output import Jobs, described_bar, file_name, group, print_json
 from otolith.core.errors import InputError
 from otolith.core.jobs import number_of_jobs
 from otolith.experiment import Experiment
-from otolith.studies.definition import Study, load_study, parse_study
+from otolith.studies.definition import Objective, Study, load_study, parse_study
 from otolith.studies.export import command, settings_text, table, tuning_text
 from otolith.studies.jobs import JUDGING, TRAINING, work
+from otolith.studies.measures import MEASURES
 from otolith.studies.problem import Prepared, problem_of
-from otolith.studies.results import State, Trial, best_of, front, preset_of, values
+from otolith.studies.results import State, Trial, allowed, best_of, front, preset_of, values
 
 if TYPE_CHECKING:  # imported on use: it needs an extra
     from otolith.studies.search import Progress
@@ -93,7 +95,14 @@ def resume(
 
 
 @app.command()
-def show(store: Where, name: Name = None, json: Json = False) -> None:
+def show(
+    store: Where,
+    name: Name = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Write a page (.html): what costs what, presets, their commands.")
+    ] = None,
+    json: Json = False,
+) -> None:
     """Say how far a study is, and what it found: the settings that no others beat."""
     from otolith.studies.store import Store
 
@@ -102,6 +111,10 @@ def show(store: Where, name: Name = None, json: Json = False) -> None:
         of = _tried(opened) or study.budget.trials
     found = front(study, trials)
     counts = {state.value: sum(trial.state is state for trial in trials) for state in State}
+    said = f"{study.name}: {counts['done']} of {of} trials done, {counts['rejected']} rejected"
+    if page is not None:
+        checked = "" if agreed is None else f"; {_agreed(agreed)}"
+        _write_page(page, store, study, trials, f"{said}{checked}")
     if json:
         print_json(
             {
@@ -114,7 +127,7 @@ def show(store: Where, name: Name = None, json: Json = False) -> None:
         return
     screen(stderr=False, wide=True).print(_grid(study, found))
     console = screen()
-    _say(console, f"{study.name}: {counts['done']} of {of} trials done, {counts['rejected']} rejected")
+    _say(console, said)
     _say(console, f"{len(found)} trials that no other beats within the constraints")
     if agreed is not None:
         _say(console, _agreed(agreed))
@@ -307,6 +320,43 @@ def _grid(study: Study, trials: list[Trial]) -> Table:
             row += [f"{value:.4f}" for value in values(study, trial.judging)] if sound else ["-"] * len(names)
         grid.add_row(str(trial.number), *row)
     return grid
+
+
+def _write_page(path: Path, store: str, study: Study, trials: list[Trial], said: str) -> None:
+    """Write the page of a study."""
+    from otolith.report.study import Best, Found, render_study
+
+    files.check_file(path, ".html")
+    sound = [values(study, one.training) for one in trials if allowed(study, one)]
+    best = [
+        Best(
+            number=one["trial"],
+            values=tuple(one["training"].values()),
+            judged=tuple(one["judging"].values()) if one["judging"] else None,
+            settings={k: f"{v:.6g}" if isinstance(v, float) else str(v) for k, v in one["settings"].items()},
+        )
+        for one in (_as_json(study, trial) for trial in front(study, trials))
+    ]
+    presets = {name: preset_of(study, trials, name).number for name in study.presets if best}
+    found = Found(
+        name=study.name,
+        description=study.description,
+        objectives={one.measure: _in_words(one) for one in study.objectives},
+        tried=np.array(sound).reshape(-1, len(study.objectives)),
+        best=tuple(best),
+        presets=presets,
+        commands={
+            name: f"otolith study export {store} --preset {name} --out {name}.toml" for name in presets
+        },
+        said=said,
+    )
+    files.write_text(path, render_study(found))
+
+
+def _in_words(objective: Objective) -> str:
+    measure = MEASURES[objective.measure]
+    unit = f" [{measure.unit}]" if measure.unit else ""
+    return f"{measure.words}{unit}, {objective.over} of all references"
 
 
 def _as_json(study: Study, trial: Trial) -> dict[str, Any]:
