@@ -29,15 +29,19 @@ def test_the_template_goes_through_the_form_unchanged(kind: Any) -> None:
     assert values_of(text, kind) == form(kind)["values"]
 
 
-@pytest.mark.parametrize("entry", [one for one in ENTRIES["legs"] if within(one.path)], ids=lambda e: e.name)
-def test_a_value_beyond_its_bound_is_refused_in_the_words_of_a_platform_file(entry: Any) -> None:
+@pytest.mark.parametrize(
+    ("kind", "entry"),
+    [(kind, one) for kind in ("legs", "cranks") for one in ENTRIES[kind] if within(one.path)],
+    ids=lambda value: value if isinstance(value, str) else value.name,
+)
+def test_a_value_beyond_its_bound_is_refused_in_the_words_of_a_platform_file(kind: Any, entry: Any) -> None:
     """The bounds of the form are where the file's own model begins to refuse."""
     bound = within(entry.path)
     assert bound is not None
-    values = form("legs")["values"]
+    values = form(kind)["values"]
     for beyond in (0.99 * bound.low, 1.01 * bound.high):
         with pytest.raises(InputError) as refused:
-            text_of(values | {entry.name: beyond}, "legs", "rig.toml")
+            text_of(values | {entry.name: beyond}, kind, "rig.toml")
         assert field_of(refused.value).startswith(entry.name.removesuffix("_high").removesuffix("_low"))
         assert "in rig.toml is" in str(refused.value)
 

@@ -44,7 +44,7 @@ def test_a_platform_of_ones_own_is_made_listed_changed_run_and_deleted(
     page: Page, commander: Commander
 ) -> None:
     shown = page.ask("/api/platforms").json
-    assert set(shown["kinds"]) == {"axes", "legs"}
+    assert set(shown["kinds"]) == {"axes", "legs", "cranks"}
     saved = page.ask("/api/platforms/small.toml", machine(**SMALL, description="a sled"), method="PUT")
     assert saved.status == 200, saved.body
     assert "surge: -0.100 to 0.200 m (the file)" in saved.json["sentences"]

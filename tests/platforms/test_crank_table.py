@@ -122,7 +122,12 @@ def test_a_machine_on_cranks_survives_json() -> None:
         (
             "cranks.angle_deg",
             (60.0, -45.0),
-            "is [60.0, -45.0], must be [lowest, highest] with −175 ≤ lowest < highest ≤ 175 deg",
+            "is [60.0, -45.0], must be [lowest, highest] with lowest < highest, in deg",
+        ),
+        (
+            "cranks.angle_deg",
+            (-0.8, 45.0),
+            "is [-0.8, 45.0], must be between 1 and 175 deg (is it in rad?)",
         ),
         ("cranks.angle_deg", 1.0e-2, "is 0.01, must be between 1 and 175 deg (is it in rad?)"),
         ("cranks.speed_degps", 0.5, "is 0.5, must be between 2 and 10000 deg/s (is it in rad/s?)"),

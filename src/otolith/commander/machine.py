@@ -22,9 +22,14 @@ from otolith.platforms.validation_messages import toml_fields
 KINDS: Final[dict[Kind, str]] = {
     "axes": "axes that move one by one: a seat mover, a sled, a surge-pitch rig",
     "legs": "six legs: a hexapod, a Stewart platform",
+    "cranks": "six cranks: motors that turn, and rods to the platform",
 }
 LOW, HIGH = "low", "high"  # the two ends of a pair
-_LENGTH: Final = Within(0.05, 20.0, "m")  # of a leg; the file has both ends in one field
+# Of fields that hold both ends at once, so that their own bounds are not those of one number
+_ENDS: Final = {
+    "hexapod.legs.length_m": Within(0.05, 20.0, "m"),
+    "hexapod.cranks.angle_deg": Within(1.0, 175.0, "deg"),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +80,7 @@ def within(path: str) -> Within | None:
     for one in metadata:
         if isinstance(one, BeforeValidator):
             judge = getattr(one.func, "__self__", None)
-            return judge if isinstance(judge, Within) else _LENGTH
+            return judge if isinstance(judge, Within) else _ENDS.get(path)
     return None
 
 
@@ -170,12 +175,15 @@ _PLACES: Final = "where the legs are"
 _STROKES: Final = "what the legs can do"
 _RADIUS: Final = "(of the circle through its six joints; measure it) = (reach and stiffness)"
 _ANGLE: Final = "(half the angle between the two joints of a pair, seen from the centre) = (reach in yaw)"
-_LEGS: Final = (
+_LOAD: Final = _leg(
+    "payload.mass_kg", _STROKES, "Mass on top", "(platform, seat, screens, driver) = (the servos' load)"
+)
+_CIRCLES: Final = (
     _leg(
         "neutral_height_m",
         _PLACES,
         "Height",
-        "(from the base's joints up to the platform's, legs about half out) = (the neutral pose)",
+        "(from the base's joints, or shafts, up to the platform's, legs about half out) = (the neutral pose)",
     ),
     _leg("circles.base_radius_m", _PLACES, "Radius of the base", _RADIUS),
     _leg("circles.base_half_angle_deg", _PLACES, "Half angle, base", _ANGLE),
@@ -188,6 +196,9 @@ _LEGS: Final = (
         "(a pair of the platform's joints, or of the base's) = (which way the machine faces)",
         among=("platform", "base"),
     ),
+)
+_LEGS: Final = (
+    *_CIRCLES,
     _leg(
         "legs.length_m", _STROKES, "Leg drawn in", "(joint to joint) = (the shortest a leg may be)", end=LOW
     ),
@@ -201,13 +212,36 @@ _LEGS: Final = (
     ),
     _leg("legs.force_n", _STROKES, "Force of a leg", "(the most that it pushes or pulls) = (its limit)"),
     _leg("legs.mass_kg", _STROKES, "Mass of a leg", "(rod, nut, what turns with them) = (servos' load)"),
+    _LOAD,
+)
+_CRANKS: Final = (
+    *_CIRCLES,
     _leg(
-        "payload.mass_kg", _STROKES, "Mass on top", "(platform, seat, screens, driver) = (the servos' load)"
+        "cranks.radius_m", _PLACES, "Crank", "(from the shaft to the rod's joint) = (reach, and less force)"
     ),
+    _leg("cranks.rod_m", _PLACES, "Rod", "(from joint to joint) = (where the angles of the cranks begin)"),
+    _leg("cranks.angle_deg", _STROKES, "Angle below 0", "(how far it turns down) = (its limit)", end=LOW),
+    _leg("cranks.angle_deg", _STROKES, "Angle above 0", "(how far it turns up) = (its limit)", end=HIGH),
+    _leg("cranks.speed_degps", _STROKES, "Speed of a crank", "(under load, behind the gear) = (its limit)"),
+    _leg(
+        "cranks.acceleration_degps2",
+        _STROKES,
+        "Acceleration of a crank",
+        "(unknown: 10 times the speed) = (its limit)",
+    ),
+    _leg("cranks.torque_nm", _STROKES, "Torque of a crank", "(at the shaft, behind the gear) = (its limit)"),
+    _leg(
+        "cranks.inertia_kgm2",
+        _STROKES,
+        "Inertia of a crank",
+        "(of the motor times gear², and crank) = (load)",
+    ),
+    _LOAD,
 )
 ENTRIES: Final[dict[Kind, tuple[Entry, ...]]] = {
     "axes": (*_WHO, *_MOVES),
     "legs": (*_WHO, *_MOVES, *_LEGS),
+    "cranks": (*_WHO, *_MOVES, *_CRANKS),
 }
 
 
@@ -224,7 +258,10 @@ def forms() -> dict[str, dict[str, Any]]:
 
 def kind_of(text: str, name: str) -> Kind:
     """Return of which kind the machine of a platform file is; text that is no TOML is an InputError."""
-    return "legs" if "hexapod" in toml_fields(text, name) else "axes"
+    hexapod = toml_fields(text, name).get("hexapod")
+    if hexapod is None:
+        return "axes"
+    return "cranks" if isinstance(hexapod, dict) and "cranks" in hexapod else "legs"
 
 
 def values_of(text: str, kind: Kind) -> dict[str, Value]:
@@ -316,4 +353,5 @@ def _plain(path: str, value: Any, name: str) -> Value:
 def field_of(error: InputError) -> str:
     """Return the field of the form that an error is about; empty if it is none."""
     path = error.field.partition(" in ")[0].removeprefix("low end of ").removeprefix("high end of ")
-    return next((entry.name for entry in ENTRIES["legs"] if path in (entry.path, entry.name)), "")
+    entries = (entry for kind in ("legs", "cranks") for entry in ENTRIES[kind])
+    return next((entry.name for entry in entries if path in (entry.path, entry.name)), "")

@@ -28,8 +28,11 @@ def _range(value: object) -> tuple[float, float]:
     if len(value) != 2:
         raise refuse("one number, or [lowest, highest], in deg")
     low, high = (_ANGLE.finite(end) for end in value)
-    if not -_ANGLE.high <= low < high <= _ANGLE.high:
-        raise refuse(f"[lowest, highest] with −{_ANGLE.high:g} ≤ lowest < highest ≤ {_ANGLE.high:g} deg")
+    for end in (low, high):
+        if end != 0.0:
+            _ANGLE.number(abs(end))
+    if not low < high:
+        raise refuse("[lowest, highest] with lowest < highest, in deg")
     return low, high
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Final, Literal
 
-Kind = Literal["axes", "legs"]  # of machines, as forms know them
+Kind = Literal["axes", "legs", "cranks"]  # of machines, as forms know them
 Name = Literal["axes", "legs", "cranks", "posts", "seat"]  # of templates
 Value = float | str | tuple[float, ...] | None
 _FOLDER: Final = files("otolith.platforms") / "templates"
