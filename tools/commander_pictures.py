@@ -1,10 +1,12 @@
 """Take the pictures of docs/commander.md: the tour, with a real server, real runs and the system's chromium.
 
-    python tools/commander_pictures.py [FOLDER]
+    python tools/commander_pictures.py [FOLDER [rig]]
 
-FOLDER is docs/images by default. It takes a few minutes where nothing is compiled yet.
+FOLDER is docs/images by default; with `rig`, only those of a rig from nothing are taken. It takes a few
+minutes where nothing is compiled yet.
 """
 
+import os
 import shutil
 import socket
 import subprocess
@@ -19,6 +21,8 @@ from typing import Final
 
 from playwright.sync_api import Page, sync_playwright
 
+from otolith.live.shell.virtual import surroundings
+
 ROOT: Final = Path(__file__).parents[1]
 LONG: Final = 300_000  # [ms] for whatever has to be compiled first
 START: Final = "import sys; from otolith.cli import main; main(sys.argv[1:])"
@@ -30,7 +34,11 @@ def commander(folder: Path) -> Iterator[str]:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    server = subprocess.Popen([sys.executable, "-c", START, "commander", "--port", str(port)], cwd=folder)
+    server = subprocess.Popen(
+        [sys.executable, "-c", START, "commander", "--port", str(port)],
+        cwd=folder,
+        env={**os.environ, "XDG_STATE_HOME": str(folder / "state")},  # no test of this machine's own is shown
+    )
     address = f"http://127.0.0.1:{port}/"
     try:
         for _ in range(600):
@@ -84,6 +92,63 @@ def compare_on_a_log(page: Page, drive: Path, take: Path) -> None:
     page.screenshot(path=take / "commander-result.png")
 
 
+def rig_from_nothing(page: Page, take: Path) -> None:
+    """A rig's steps: platform, axes of a game, what is lacking before a ride, every axis alone."""
+    page.click("#tab-rig")
+    page.wait_for_selector("#rig-verdict:not(:empty)")
+    page.select_option("#machine-kind", "legs")
+    page.locator("#rig summary", has_text="surge").click()
+    write(page, "machine-surge_velocity_mps", "200")
+    page.screenshot(path=take / "commander-rig-machine.png")
+    write(page, "machine-surge_velocity_mps", "0.2")
+    page.click("#rig button:has-text('Save')")
+    page.wait_for_selector("#rig .reach li", timeout=LONG)
+    with surroundings() as (telemetry, base):
+        step(page, "3 Telemetry")
+        write(page, "rig-listen", f"127.0.0.1:{telemetry}")
+        page.click("#rig-learn")
+        page.wait_for_selector("#wizard:visible")
+        page.wait_for_timeout(34_000)
+        page.screenshot(path=take / "commander-rig-learn.png")
+        page.click("#wizard button:has-text('Cancel')")
+        step(page, "2 Platform and device")
+        page.select_option("#field-rig-platform", "davsi-4dof")
+        write(page, "rig-address", f"127.0.0.1:{base}")
+        step(page, "6 First ride")
+        page.wait_for_timeout(1_000)
+        page.screenshot(path=take / "commander-rig-lacks.png")
+        step(page, "5 Every axis alone")
+        page.click("#rig-axis:enabled")
+        page.click("#trial-move:visible", timeout=LONG)
+        page.click("#trial-yes:visible", timeout=LONG)
+        page.wait_for_selector("#trial-move:visible", timeout=LONG)
+        page.emulate_media(color_scheme="dark")
+        page.set_viewport_size({"width": 1024, "height": 768})
+        page.wait_for_timeout(500)
+        page.screenshot(path=take / "commander-rig-axis.png")
+        page.keyboard.press("Escape")
+        page.wait_for_selector("#trial", state="hidden", timeout=LONG)
+
+
+def step(page: Page, title: str) -> None:
+    """Open one step of the rig, and close the others."""
+    page.locator("#rig > details > summary", has_text=title).evaluate(
+        """(summary) => {
+          const steps = [...document.querySelectorAll("#rig > details")], chosen = summary.parentElement;
+          for (const one of steps) one.open = one === chosen;
+          chosen.scrollIntoView();
+        }"""
+    )
+    page.wait_for_timeout(500)
+
+
+def write(page: Page, name: str, value: str) -> None:
+    """Write into a field, and wait for what the server thinks of it."""
+    page.fill(f"#field-{name}", value)
+    page.keyboard.press("Tab")
+    page.wait_for_timeout(700)
+
+
 def main() -> None:
     """Take all pictures."""
     take = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images"
@@ -99,7 +164,9 @@ def main() -> None:
             page = browser.new_page(viewport={"width": 1280, "height": 720})
             page.goto(address, wait_until="domcontentloaded")
             checked(page)
-            compare_on_a_log(page, folder / "example" / "drive.csv", take)
+            if "rig" not in sys.argv[2:]:
+                compare_on_a_log(page, folder / "example" / "drive.csv", take)
+            rig_from_nothing(page, take)
             browser.close()
 
 

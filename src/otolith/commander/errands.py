@@ -16,6 +16,12 @@ IDLE: Final = 0.05  # [s] between looks for orders
 SAID: Final = 12  # latest sentences that are shown
 STOPS: Final = ("stop", "cancel")  # words that end an errand
 
+STOPPED: Final = {
+    "learn": "learning was stopped; nothing is kept",
+    "check": "the test of this computer was stopped; nothing is kept",
+    "axis": "the axis test was stopped; nothing is kept",
+}
+
 Errand = Callable[["Talk", Mapping[str, Any]], str]  # returns the sentence of its end
 
 
@@ -119,7 +125,7 @@ class Runner:
         try:
             self._talk.end("done", self._errands[order.word](self._talk, order.values))
         except Ended:
-            self._talk.end("stopped", "stopped")
+            self._talk.end("stopped", STOPPED[order.word])
         except OtolithError as error:
             self._talk.end("failed", str(error))
 

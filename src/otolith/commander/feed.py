@@ -53,6 +53,7 @@ class Feed:
     began_ns : [ns] time 0 of the page.
     generation : of its rows; a feed that follows a dead one has another.
     offered : names of the parameters that may change while the session runs.
+    forbids : why the platform must not be armed; empty if it may be.
     """
 
     def __init__(
@@ -63,8 +64,9 @@ class Feed:
         *,
         lamps: Lamps | None = None,
         offered: Sequence[str] = (),
+        forbids: str = "",
     ) -> None:
-        self._generation, self._offered = generation, offered
+        self._generation, self._offered, self._forbids = generation, offered, forbids
         self._lamps = Lamps() if lamps is None else lamps
         self._legs = None if platform.hexapod is None else platform.six_legs()
         self._began = began_ns
@@ -140,6 +142,7 @@ class Feed:
             "generation": self._generation,
             "speed": 1.0,
             "words": [str(word) for word in (Word.STOP, *WORDS.get(state, ()))],
+            "forbids": self._forbids,
             "lamps": self._lamps.shown(now_ns),
             "parameters": {name: getattr(self._vitals.parameters, name) for name in self._offered}
             if self._vitals is not None
@@ -159,7 +162,14 @@ def run_feed(setup: Setup, session: Session, names: Mapping[str, str], began_ns:
     with contextlib.ExitStack() as stack:
         rings = [stack.enter_context(ring_of(names, stream)) for stream in STREAMS]
         lamps = Lamps([ring for ring in rings if ring is not None])
-        feed = Feed(session.platform, began_ns, generation, lamps=lamps, offered=session.offered)
+        feed = Feed(
+            session.platform,
+            began_ns,
+            generation,
+            lamps=lamps,
+            offered=session.offered,
+            forbids=session.forbids,
+        )
         looking = _Looking(feed, names)
         wrote = told = 0.0
         while True:

@@ -94,6 +94,7 @@ class Fake:
             "control": True,
             "moving": MOVING if self.time else [],
             "generation": self.generation,
+            "forbids": "the axes are not tested",
             "words": ["return", "stop"] if self.running else ["arm", "stop"],
         }
 

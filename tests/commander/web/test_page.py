@@ -243,5 +243,8 @@ def test_in_a_live_session_only_possible_words_can_be_said(watched: Watched, fak
         False
     ] * 4
     assert page.locator("#run").count() == 0
+    expect(page.locator("#setup .bad")).to_have_count(2)
+    expect(page.locator("#setup .checks")).to_contain_text("axes are not tested; end this session")
+    expect(page.locator("#setup .checks")).to_contain_text("nothing arrives")
     page.click("#word-arm")
     soon(lambda: fake.fault()["words"] == ["arm"], "the word did not arrive")

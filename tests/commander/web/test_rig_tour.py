@@ -150,7 +150,7 @@ def every_axis(page: Page, machine: Machine) -> None:
             expect(page.locator("#trial .now")).to_contain_text(name, timeout=SLOW)
             expect(page.locator("#trial-move")).to_be_enabled()
             page.click("#trial-move")
-            expect(page.locator("#state")).to_contain_text("moving")
+            expect(page.locator("#state")).to_contain_text("axis test")
             if stopped:
                 soon(lambda: bool(machine.farthest[0] > 3e-3), "the platform does not move")
                 page.keyboard.press("Escape")

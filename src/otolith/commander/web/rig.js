@@ -3,6 +3,7 @@ import {get, post, Refused} from "/web/api.js";
 import {Field} from "/web/form.js";
 import {byId, element} from "/web/look.js";
 import {Machine} from "/web/machine.js";
+import {check} from "/web/setup.js";
 import {Trial} from "/web/trial.js";
 import {Wizard} from "/web/wizard.js";
 
@@ -105,8 +106,7 @@ export class Rig {
     this.lacks.replaceChildren(...checks.map(({name, ok, sentence, leads}) => {
       const button = element("button", {type: "button"}, `To ${this.steps[leads].querySelector("h2").textContent}`);
       button.addEventListener("click", () => this.go(leads));
-      return element("li", {className: ok ? "ok" : "bad"}, element("i", {"aria-label": ok ? "passed" : "lacking"}, ok ? "✓" : "✗"),
-        element("span", {}, element("b", {}, name), ` ${sentence}`, ...(ok ? [] : [element("br"), button])));
+      return check(name, ok, sentence, ...(ok ? [] : [element("br"), button]));
     }));
     this.command.textContent = checks.every(({ok}) => ok) ? command : "";
     this.command.hidden = !this.command.textContent;
@@ -123,7 +123,7 @@ export class Rig {
   async hear(told) {
     const before = this.told;
     this.told = told;
-    this.word = {learn: "learning", check: "testing", axis: "moving"}[told.busy] ?? "";  // in the top bar, in place of idle
+    this.word = {learn: "learning", check: "testing", axis: "axis test"}[told.busy] ?? "";  // in the top bar, in place of idle
     this.wizard.follow(told);
     this.trial.follow(told);
     this.enable();

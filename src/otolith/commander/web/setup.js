@@ -6,6 +6,14 @@ const LIVE = [["arm", "Arm"], ["engage", "Engage"], ["return", "Return"], ["park
 const LIVE_HINT = "A live session is set up on the command line. Arm checks and connects, Engage lifts the platform and follows the drive, Return comes back to neutral, Park lowers it; Rearm takes back a fault once its cause is gone.";
 const STEPS = [["1 Input", ["scenario", "log"]], ["2 Platform", ["platform", "dofs", "plant"]], ["3 Algorithm", ["cueing", "second"]]];
 
+const STALE = 0.5;  // [s] after which telemetry does not arrive
+
+/** Return a line of a list of checks; `more` stands below its sentence. */
+export function check(name, ok, sentence, ...more) {
+  return element("li", {className: ok ? "ok" : "bad"}, element("i", {"aria-label": ok ? "passed" : "failed"}, ok ? "✓" : "✗"),
+    element("span", {}, element("b", {}, name), sentence ? ` ${sentence}` : "", ...more));
+}
+
 /** Names of the settings that are chosen here; all others are tuned. */
 export const CHAIN = STEPS.flatMap(([, names]) => names);
 
@@ -23,7 +31,7 @@ export class Setup {
     this.command = element("code");
     this.verdict = element("p", {className: "verdict", role: "status"});
     const last = element("section", {}, element("h2", {}, "4 Checks"), this.checks);
-    if (mode === "live") root.append(element("p", {className: "about"}, LIVE_HINT), this.buttons());
+    if (mode === "live") root.append(element("p", {className: "about"}, LIVE_HINT), this.checks, this.buttons());
     else root.append(...steps, last, element("details", {}, element("summary", {}, "The same as a command"), this.command), this.buttons());
   }
 
@@ -129,8 +137,7 @@ export class Setup {
   /** Show what was checked: [{name, ok, sentence}]. */
   showChecks(checks, command) {
     this.ready = checks.every(({ok}) => ok);
-    this.checks.replaceChildren(...checks.map(({name, ok, sentence}) => element("li", {className: ok ? "ok" : "bad"},
-      element("i", {"aria-label": ok ? "passed" : "failed"}, ok ? "✓" : "✗"), element("span", {}, element("b", {}, name), sentence ? ` ${sentence}` : ""))));
+    this.checks.replaceChildren(...checks.map(({name, ok, sentence}) => check(name, ok, sentence)));
     const bad = checks.filter(({ok}) => !ok), said = bad.length ? `✗ ${bad[0].sentence || bad[0].name}` : `✓ ${checks.length} checks passed`;
     if (this.verdict.textContent !== said) this.verdict.textContent = said;
     this.verdict.classList.toggle("bad", bad.length > 0);
@@ -138,9 +145,20 @@ export class Setup {
     this.enable();
   }
 
+  /** Show what a live session still lacks before it may be armed and engaged. */
+  showLacks(forbids, age) {
+    const arrives = Number.isFinite(age) && age < STALE, rig = "; end this session, and do so under Rig of otolith commander";
+    const checks = [["tests", !forbids, forbids ? forbids + rig : "this computer and the axes are tested"], ["telemetry", arrives, arrives ? "arrives" : "nothing arrives: does the game send to this port?"]];
+    const said = JSON.stringify(checks);
+    if (said === this.lacked) return;
+    this.lacked = said;
+    this.checks.replaceChildren(...checks.map(([name, ok, sentence]) => check(name, ok, sentence)));
+  }
+
   /** Follow the state: what is possible now. */
-  follow({busy: running, control, words}) {
+  follow({busy: running, control, words, forbids, lamps}) {
     Object.assign(this, {running, control});
+    if (this.mode === "live" && forbids !== undefined) this.showLacks(forbids, lamps.telemetry_age_s);
     for (const input of this.inputs) input.disabled = running;
     this.take.hidden = control;
     if (words) this.words.forEach((button, k) => { button.disabled = !control || !words.includes(LIVE[k][0]); });

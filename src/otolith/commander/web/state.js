@@ -5,7 +5,7 @@ import {byId, element} from "/web/look.js";
 const SHAPES = {run: "▶", idle: "○", ready: "●", wait: "◆", halt: "■", fault: "✖"};
 const LOOKS = {  // of the states of a run, and of a live session; any other looks idle
   running: "run", engaged: "run", done: "ready", ready: "ready", stopped: "halt", failed: "fault", fault: "fault",
-  moving: "run", testing: "wait", learning: "wait", preparing: "wait", paused: "wait", writing: "wait", checking: "wait", engaging: "wait", holding: "wait",
+  "axis test": "run", testing: "wait", learning: "wait", preparing: "wait", paused: "wait", writing: "wait", checking: "wait", engaging: "wait", holding: "wait",
   returning: "wait", parking: "wait", "no connection": "fault",
 };
 const KEPT = 200;  // events

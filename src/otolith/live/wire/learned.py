@@ -29,6 +29,7 @@ from otolith.recordings.channels import Channel
 from otolith.recordings.checks.kinematics import CHANGE, TURNING
 from otolith.recordings.checks.relations import (
     LEAST,
+    QUIET,
     SLOPES,
     WINDOW,
     Relation,
@@ -47,7 +48,7 @@ LEVEL: Final = 0.1  # share of 1 g that other channels may show at rest: 6 deg o
 MOVING: Final = 3.0  # [m/s] from which a turn is judged
 TURNING_RATE: Final = 0.05  # [rad/s] below which a window counts as straight …
 CURVED: Final = 0.3  # … or this share of the largest rate, where its unit is unknown
-SEEN: Final = 1.0  # [m/s²] change of speed over a window that is told as accelerating or braking
+SEEN: Final = QUIET["ax"]  # [m/s²] change of speed over a window that is told as accelerating or braking
 TINY: Final = 1e-9
 QUARTER: Final = np.pi / 2.5  # [rad] least turn in all: 90 deg with some grace
 
