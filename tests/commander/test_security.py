@@ -1,6 +1,7 @@
 """Every line of what a request must bring, against the real server, and the guard by itself."""
 
 import asyncio
+import gzip
 import re
 import socket
 import time
@@ -351,3 +352,11 @@ def test_a_taken_port_is_said(capsys: pytest.CaptureFixture[str]) -> None:
         with pytest.raises(SystemExit):
             main(["commander", "--port", str(taken.getsockname()[1])])
     assert "not free" in capsys.readouterr().err
+
+
+def test_a_packed_file_of_the_page_is_the_same_file(page: Page) -> None:
+    plain, packed = page.ask("/web/main.js"), page.ask("/web/main.js", Accept_Encoding="gzip")
+    assert packed.headers["content-encoding"] == "gzip"
+    assert len(packed.body) < len(plain.body)
+    assert gzip.decompress(packed.body) == plain.body
+    assert "content-encoding" not in plain.headers

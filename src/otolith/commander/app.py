@@ -1,5 +1,6 @@
 """The application: routes, the stream and the page's files behind one guard."""
 
+import gzip
 from importlib.resources import files
 from typing import Final
 
@@ -44,26 +45,35 @@ def create_app(session: Session) -> FastAPI:
             moved = RedirectResponse("/", 303)
             moved.set_cookie(TOKEN, session.secrets.token, httponly=True, samesite="strict")
             return moved
-        return page_file("index.html")
+        return page_file("index.html", request)
 
     @app.get("/web/{name}")
-    def file(name: str) -> Response:
-        return page_file(name)
+    def file(name: str, request: Request) -> Response:
+        return page_file(name, request)
 
     _say_errors(app)
     app.add_middleware(Guard, hosts=session.hosts, secrets=session.secrets)
     return app
 
 
-def page_file(name: str) -> Response:
-    """Return a file of the page; only those that were shipped have a name here."""
+def page_file(name: str, request: Request) -> Response:
+    """Return a file of the page, packed for whoever can unpack it."""
+    content, kind = _content(name)
+    if "gzip" not in request.headers.get("accept-encoding", ""):
+        return Response(content, media_type=kind)
+    headers = {"content-encoding": "gzip", "vary": "accept-encoding"}
+    return Response(gzip.compress(content, mtime=0), media_type=kind, headers=headers)
+
+
+def _content(name: str) -> tuple[bytes, str]:
+    """Return a file of the page and its kind; only those that were shipped have a name here."""
     if name == DRAWING:  # reports hold the same text in themselves, where nothing is exported
-        return Response(asset(DRAWING) + "export { Drawing };\n", media_type=_KINDS[".js"])
+        return f"{asset(DRAWING)}export {{ Drawing }};\n".encode(), _KINDS[".js"]
     shipped = {entry.name: entry for entry in _WEB.iterdir() if entry.is_file()} if _WEB.is_dir() else {}
     kind = _KINDS.get(f".{name.rpartition('.')[2]}")
     if name not in shipped or kind is None:
         raise Refused(404, "the page has no such file")
-    return Response(shipped[name].read_bytes(), media_type=kind)
+    return shipped[name].read_bytes(), kind
 
 
 def _say_errors(app: FastAPI) -> None:

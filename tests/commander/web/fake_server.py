@@ -146,13 +146,13 @@ async def headers(request: Request, call_next: Any) -> Response:
 
 
 @app.get("/")
-async def index() -> Response:
-    return page_file("index.html")
+async def index(request: Request) -> Response:
+    return page_file("index.html", request)
 
 
 @app.get("/web/{name}")
-async def file(name: str) -> Response:
-    return page_file(name)
+async def file(name: str, request: Request) -> Response:
+    return page_file(name, request)
 
 
 @app.get("/health")

@@ -162,4 +162,4 @@ def test_the_page_is_light(watched: Watched, fake: Server) -> None:
     weight = page.evaluate("""() => [
       performance.getEntriesByType("navigation")[0], ...performance.getEntriesByType("resource"),
     ].reduce((sum, one) => sum + one.transferSize, 0)""")
-    assert 50_000 < weight <= 300_000  # [bytes] on the wire
+    assert 50_000 < weight <= 120_000  # [bytes] on the wire, packed
