@@ -228,7 +228,11 @@ def _search(
             progress(f"{now.text}; {now.per_hour:,.0f} loops/h", min(now.trials / now.of, 1.0))
 
         executor = stack.enter_context(_executor(problems, jobs, cluster))
-        trials = Search(study, store, items, executor, progress=tell).run()
+        try:
+            trials = Search(study, store, items, executor, progress=tell).run()
+        except KeyboardInterrupt:
+            _say(console, f"interrupted; otolith study resume {store.where} goes on where it is")
+            raise
     with working(console, "comparing a sample with the loop in Python"):
         agreed = agreement(study, prepared.training, trials)
     noted = {"loops": agreed.loops, "different": list(agreed.different)}
