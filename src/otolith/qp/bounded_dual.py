@@ -28,8 +28,9 @@ from otolith.core.jit import jit_fused, kernel
 
 SOLVED, IMPOSSIBLE, GIVEN_UP = range(3)
 DEPENDENT: Final = 1e-11  # squared length outside the span of the working set, relative, that counts as zero
+TINY: Final = 1e-12  # smallest size of a row that counts
 REFINEMENTS: Final = 2  # of the multipliers at the end
-VIOLATED: Final = 1e-10  # excess over a bound, relative to 1 + |bound|, from which a row enters
+VIOLATED: Final = 1e-9  # excess over a bound, relative to its terms as in the certificate, that lets a row in
 
 
 class Rows(NamedTuple):
@@ -237,6 +238,17 @@ def _settle(of: Rows, work: Work, g: Vec, state: Ints, y: Vec, z: Vec, k: int) -
         k = _drop(work, k, blocking)
 
 
+@jit_fused
+def _value(row: Vec, z: Vec) -> tuple[float, float]:
+    """Return the product of a row with z, and the sum of its terms' sizes."""
+    total, size = 0.0, 0.0
+    for j in range(len(z)):
+        term = row[j] * z[j]
+        total += term
+        size += abs(term)
+    return total, size
+
+
 @kernel
 def _most_violated(of: Rows, state: Ints, z: Vec) -> tuple[int, int]:
     """Return the row that is furthest beyond its bound, or −1, and the direction (±1) of its multiplier."""
@@ -244,9 +256,9 @@ def _most_violated(of: Rows, state: Ints, z: Vec) -> tuple[int, int]:
     for i in range(len(state)):
         if abs(state[i]) == 1:
             continue
-        r = _dot(of.R[i], z, len(z))
-        above = (r - of.upper[i]) / (1.0 + abs(of.upper[i])) if of.upper[i] < np.inf else -np.inf
-        below = (of.lower[i] - r) / (1.0 + abs(of.lower[i])) if of.lower[i] > -np.inf else -np.inf
+        r, size = _value(of.R[i], z)
+        above = (r - of.upper[i]) / (size + abs(of.upper[i]) + TINY) if of.upper[i] < np.inf else -np.inf
+        below = (of.lower[i] - r) / (size + abs(of.lower[i]) + TINY) if of.lower[i] > -np.inf else -np.inf
         if state[i] == 2:
             above, below = -np.inf, -above  # it returns when it is satisfied
         elif state[i] == -2:

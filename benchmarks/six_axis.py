@@ -1,0 +1,326 @@
+"""Legs in the controller against one limit per axis, on the same legs in the same run.
+
+    python benchmarks/six_axis.py [table] [time] [nmpc] [hostile] [--jumps N] [--json FILE]
+
+Without words, all four parts run; `hostile` with 100,000 jumps of what is wanted, on six machines each, takes
+an hour. *table*: errors along two axes, `six-axis` on `davsi` against `davsi-4dof`, whose limits per axis the
+same legs keep in every combination: against `predictive` there, and against the very same controller there,
+without rows for legs. *time*: CPU time of a decision. *nmpc*: cost above the optimum of the nonlinear
+problem, by IPOPT. *hostile*: random jumps of force and rate on machines that nobody would build; counts decisions
+without an answer, and how far legs leave their limits at nodes and between them.
+"""
+
+import argparse
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+import otolith
+from otolith import files, registry
+from otolith.core.frames import DOFS, SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.cueing.design import Design
+from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.predictive import HOMING, TILT_RATE
+from otolith.cueing.mpc.settings import MpcSettings
+from otolith.cueing.mpc.six_axis import DAMPING, six_axis_settings
+from otolith.cueing.mpc.washout_weights import constant
+from otolith.interfaces import Cueing, PlatformState, Reference, Status
+from otolith.loop import Run, simulate
+from otolith.perception import otoliths, sense
+from otolith.plant import Ideal
+from otolith.platforms import Platform, load
+from otolith.platforms.hexapod import Hexapod
+from otolith.qp.engines import StructuredEngine
+from otolith.scenarios import Scenario
+from otolith.vehicle import Driver, drive, load_car, road
+from rows import Row, as_lines, write_rows
+
+FOUR: Final = (SURGE_PITCH, SWAY_ROLL)
+SIX: Final = tuple(DOFS.values())
+DAVSI, BOX = load("davsi"), load("davsi-4dof")
+CASES: Final = {"sine-1": (10.0, 1 / 0.80), "step-2": (8.0, 1 / 0.965), "lap120": (30.0, 1.0)}  # [s], goals
+EVERY: Final = 10  # plant samples of 1 ms in a period
+HOLD: Final = 8  # periods between two jumps
+Vec = NDArray[np.float64]
+
+
+def wanted_of(name: str, folder: Path) -> Scenario:
+    """What is to be felt along both axes; vertical force and rates are zero."""
+    path = folder / "lap120.csv"
+    if name == "lap120" and not path.exists():
+        files.write_lap(drive(road("hockenheim").limited(120 / 3.6), load_car(), Driver()), path)
+    given = otolith.Wanted(log=path, through="telban") if name == "lap120" else otolith.Wanted(scenario=name)
+    scenario = given.along(Design(platform=BOX, dofs=FOUR))
+    return replace(
+        scenario,
+        duration=min(scenario.duration, CASES[name][0]),
+        specific_force=lambda t: scenario.specific_force(t) * [1.0, 1.0, 0.0],
+        angular_rate=lambda t: np.zeros((len(t), 3)),
+    )
+
+
+def of_box() -> Cueing:
+    """The controller of `six-axis` with limits per axis instead of legs, and weights for that reach."""
+    square = HOMING / BOX.circle if BOX.circle is not None else 0.0
+    washout = constant({"position": square**2, "velocity": DAMPING * square, "tilt_rate": TILT_RATE})
+    settings = replace(six_axis_settings(MpcSettings()), washout=washout, engine=StructuredEngine)
+    return Mpc(BOX, FOUR, replace(settings, iterations=1))
+
+
+def named(name: str, platform: Platform, dofs: tuple[Dof, ...]) -> Callable[[], Cueing]:
+    """Maker of an algorithm of the registry."""
+    return lambda: registry.make_cueing(name, Design(platform=platform, dofs=dofs))
+
+
+RIVALS: Final[dict[str, tuple[Callable[[], Cueing], Platform, tuple[Dof, ...]]]] = {
+    "predictive, box": (named("predictive", BOX, FOUR), BOX, FOUR),
+    "six-axis, box": (of_box, BOX, FOUR),
+    "six-axis, legs, 4 DOF": (named("six-axis", DAVSI, FOUR), DAVSI, FOUR),
+    "six-axis, legs, 6 DOF": (named("six-axis", DAVSI, SIX), DAVSI, SIX),
+}
+
+
+def run_of(cueing: Cueing, wanted: Scenario, platform: Platform, dofs: tuple[Dof, ...]) -> Run:
+    """A run on the ideal plant, with the whole force at the reference point."""
+    return simulate(
+        cueing, Ideal(head=(0.0, 0.0, 0.0)), wanted, platform=platform, dofs=tuple(dof.name for dof in dofs)
+    )
+
+
+def of_legs(legs: Hexapod, pose: Vec, twist: Vec, acceleration: Vec) -> Vec:
+    """How far each sample (n, 3) leaves stroke, speed and acceleration, where it does."""
+    beyond = np.empty((len(pose), 3))
+    low, high = legs.stroke
+    for k in range(len(pose)):
+        now = legs.leg_motion(pose[k], twist[k], acceleration[k])
+        beyond[k, 0] = max(low - now.length.min(), now.length.max() - high)
+        beyond[k, 1] = np.abs(now.speed).max() - legs.speed
+        beyond[k, 2] = np.abs(now.acceleration).max() - legs.acceleration
+    return np.maximum(beyond, 0.0)
+
+
+def figures(run: Run) -> dict[str, Any]:
+    """Errors of one run, and what its legs did."""
+    error = run.felt_force - run.reference_force
+    felt = sense(otoliths.telban(), error, 1e-3, before=np.zeros(3))
+    rmse, perceived = (np.sqrt(np.mean(part**2, axis=0)) for part in (error, felt))
+    correlation = [np.corrcoef(run.felt_force[:, k], run.reference_force[:, k])[0, 1] for k in (0, 1)]
+    beyond = of_legs(DAVSI.six_legs(), run.pose, run.twist, run.acceleration)
+    return {
+        "rmse": rmse,
+        "norm": float(np.hypot(rmse[0], rmse[1])),
+        "perceived": perceived,
+        "correlation": correlation,
+        "unanswered": sum(status != "decided" for status in run.status),
+        "relaxed": sum(solver == "infeasible" for solver in run.solver),
+        "nodes": beyond[EVERY - 1 :: EVERY].max(axis=0),
+        "between": beyond.max(axis=0),
+        "us": 1e6 * run.step_time,
+    }
+
+
+def table(rows: list[Row]) -> None:
+    """Print the table of errors."""
+    with tempfile.TemporaryDirectory() as folder:
+        for case, (_, goal) in CASES.items():
+            wanted, found = wanted_of(case, Path(folder)), {}
+            for rival, (make, platform, dofs) in RIVALS.items():
+                found[rival] = f = figures(run_of(make(), wanted, platform, dofs))
+                print(
+                    f"{case:8}{rival:23} RMSE {f['rmse'][0]:.3f}/{f['rmse'][1]:.3f}, norm {f['norm']:.4f}, "
+                    f"perceived {f['perceived'][0]:.3f}/{f['perceived'][1]:.3f}, "
+                    f"correlation {f['correlation'][0]:.3f}/{f['correlation'][1]:.3f}, "
+                    f"vertical {f['rmse'][2]:.3f} m/s2; legs beyond at nodes {f['nodes'].max():.1e}, "
+                    f"between {f['between'].max():.1e}; {f['unanswered']} unanswered, {f['relaxed']} relaxed",
+                    flush=True,
+                )
+            legs = found["six-axis, legs, 6 DOF"]["norm"]
+            for rival in list(RIVALS)[:2]:
+                what = f"{case}, RMSE, {rival} / legs"
+                rows.append(
+                    Row(what=what, before=found[rival]["norm"], now=legs, unit="m/s2", goal=round(goal, 3))
+                )
+
+
+def times(rows: list[Row]) -> None:
+    """Print the CPU time of a decision along the lap, all in turns."""
+    with tempfile.TemporaryDirectory() as folder:
+        wanted = wanted_of("lap120", Path(folder))
+        rivals = {name: (make(), platform, dofs) for name, (make, platform, dofs) in RIVALS.items()}
+        least: dict[str, Vec] = {}
+        for _ in range(3):
+            for name, (cueing, platform, dofs) in rivals.items():
+                spent = 1e6 * run_of(cueing, wanted, platform, dofs).step_time
+                least[name] = np.minimum(least.get(name, spent), spent)
+    for name, spent in least.items():
+        median, p99 = np.median(spent), np.percentile(spent, 99)
+        print(f"{name:23} median {median:7.1f} us, p99 {p99:7.1f}, max {spent.max():8.1f}", flush=True)
+    six = np.median(least["six-axis, legs, 6 DOF"])
+    for name in list(RIVALS)[:3]:
+        what = f"median of a decision, {name} / legs, 6 DOF"
+        rows.append(Row(what=what, before=float(np.median(least[name])), now=float(six), unit="us", goal=0.1))
+    p99 = float(np.percentile(least["six-axis, legs, 6 DOF"], 99))
+    rows.append(Row(what="6 DOF, median / p99", before=float(six), now=p99, unit="us", goal=round(1 / 3, 3)))
+
+
+def nmpc() -> None:
+    """Print the cost of single steps above the optimum, along a step and a lap."""
+    with tempfile.TemporaryDirectory() as folder:
+        for case in ("step-2", "lap120"):
+            gaps, off_jump, excess = [], [], 0.0
+            for k, gap, beyond, jumped in gaps_along(wanted_of(case, Path(folder))):
+                gaps.append(gap)
+                excess = max(excess, beyond)
+                if not jumped:
+                    off_jump.append(gap)
+                print(f"  {case} at {k * 0.01:.2f} s: {gap:.1e}{' (jump)' if jumped else ''}", flush=True)
+            print(
+                f"{case}: cost above the optimum, median {np.median(gaps):.1e}, max {max(gaps):.1e}, "
+                f"off jumps max {max(off_jump):.1e}; firm rows of a plan off by at most {excess:.1e}",
+                flush=True,
+            )
+
+
+def made(name: str) -> Mpc:
+    """An algorithm of the registry that is one MPC."""
+    cueing = named(name, DAVSI, SIX)()
+    if not isinstance(cueing, Mpc):
+        raise TypeError(f"{name} is not one MPC")
+    return cueing
+
+
+def gaps_along(wanted: Scenario) -> Iterator[tuple[int, float, float, bool]]:
+    """Period, relative gap of the cost, excess of firm rows, and whether what is wanted has just jumped."""
+    single, full = made("six-axis"), made("six-axis-nmpc")
+    state, plant = PlatformState(), Ideal(head=(0.0, 0.0, 0.0))
+    for part in (single, full, plant):
+        part.reset(state)
+    steps = round(wanted.duration / single.period)
+    force = wanted.specific_force(np.arange(float(steps)) * single.period + 1e-9)
+    for k in range(steps):
+        jumped = k > 0 and bool(np.abs(force[max(0, k - 5) : k + 1] - force[k]).max() > 0.5)
+        reference = Reference(specific_force=force[k])
+        command = single.step(state, reference)
+        asked = np.abs(force[k]).max() > 0.0 and (k % 100 == 57 or k in (101, 102))
+        if asked and full.step(state, reference).outcome.status is Status.DECIDED:
+            best, _ = full.engine.judge(full.program.U)  # type: ignore[attr-defined]
+            found, beyond = full.engine.judge(single.program.U)  # type: ignore[attr-defined]
+            yield k, (found - best) / best, beyond, jumped
+        state = plant.step(command, single.period)
+
+
+def machines() -> Iterator[tuple[str, Platform]]:
+    """Six machines with the limits per axis of `davsi` and legs that nobody would build."""
+    legs = DAVSI.six_legs()
+    rng, foot = np.random.default_rng(3), legs.anchors.copy()
+    height = -float(foot[0, 2] - legs.joints[0, 2])
+    crossed, upright, narrow = foot.copy(), foot.copy(), foot.copy()
+    crossed[:, :2] = legs.joints[[1, 0, 3, 2, 5, 4], :2] * 1.2
+    upright[:, :2] = 0.35 * foot[:, :2] + 0.65 * legs.joints[:, :2]
+    narrow[:, :2] *= 0.55
+    lopsided = foot + rng.uniform(-0.25, 0.25, foot.shape)
+    bent = legs.joints + rng.uniform(-0.2, 0.2, foot.shape)
+    yield "as it is", _machine(legs.joints, foot, height)
+    yield "asymmetric feet", _machine(legs.joints, lopsided, height)
+    yield "asymmetric joints", _machine(bent, foot, height)
+    yield "crossed", _machine(legs.joints, crossed, height)
+    yield "nearly vertical", _machine(legs.joints, upright, height)
+    yield "narrow base", _machine(legs.joints, narrow, height)
+
+
+def _machine(joints: Vec, anchors: Vec, height: float) -> Platform:
+    """A platform of these joints and anchors, with strokes about its own neutral lengths."""
+    table = DAVSI.model_dump(exclude_none=True)
+    hexapod = table["hexapod"]
+    hexapod.pop("circles")
+    hexapod["reference_point_m"] = (0.0, 0.0, 0.0)
+    shift = np.array([0.0, 0.0, height])
+    hexapod["joints"] = {
+        "base_m": tuple(map(tuple, (anchors + shift).tolist())),
+        "platform_m": tuple(map(tuple, joints.tolist())),
+    }
+    hexapod["neutral_height_m"] = height
+    lengths = np.linalg.norm(joints - anchors, axis=1)
+    hexapod["legs"]["length_m"] = (float(lengths.min() - 0.2), float(lengths.max() + 0.2))
+    return Platform.model_validate(table)
+
+
+def hostile(jumps: int) -> None:
+    """Print what random jumps do on every machine."""
+    for name, platform in machines():
+        counts = attacked(named("six-axis", platform, SIX)(), platform, jumps)
+        print(f"{name:18} {counts}", flush=True)
+
+
+def held(values: Vec, t: Vec) -> Vec:
+    """What is wanted at times t, each row of `values` for as many periods."""
+    return np.asarray(values[np.minimum((t * 100.0 + 1e-6).astype(int) // HOLD, len(values) - 1)])
+
+
+def attacked(cueing: Cueing, platform: Platform, jumps: int) -> str:
+    """Let what is wanted jump every few periods, and say what came of it."""
+    rng, steps = np.random.default_rng(11), jumps * HOLD
+    size = np.exp(rng.uniform(np.log(0.1), np.log(50.0), jumps))[:, None]
+    jumped = size * rng.standard_normal((jumps, 6)) * [1.0, 1.0, 1.0, 0.02, 0.02, 0.1]
+    nodes, between, found = np.zeros(3), np.zeros(3), {"decided": 0, "relaxed": 0}
+    part = 1000 * HOLD
+    for first in range(0, steps, part):
+        chosen = jumped[first // HOLD : (first + part) // HOLD]
+
+        wanted = Scenario(
+            name="jumps",
+            duration=len(chosen) * HOLD * 0.01,
+            specific_force=partial(held, chosen[:, :3]),
+            angular_rate=partial(held, chosen[:, 3:]),
+        )
+        run = simulate(
+            cueing,
+            Ideal(head=(0.0, 0.0, 0.0)),
+            wanted,
+            platform=platform,
+            dofs=tuple(DOFS),
+            plant_period=0.005,
+        )
+        beyond = of_legs(platform.six_legs(), run.pose, run.twist, run.acceleration)
+        nodes = np.maximum(nodes, beyond[1::2].max(axis=0))
+        between = np.maximum(between, beyond.max(axis=0))
+        found["decided"] += sum(status == "decided" for status in run.status)
+        found["relaxed"] += sum(solver == "infeasible" for solver in run.solver)
+    return (
+        f"{steps} decisions after {jumps} jumps: {steps - found['decided']} without an answer, "
+        f"{found['relaxed']} relaxed; legs beyond at nodes {nodes[0]:.1e} m, {nodes[1]:.1e} m/s, "
+        f"{nodes[2]:.1e} m/s2, between {between[0]:.1e}, {between[1]:.1e}, {between[2]:.1e}"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("parts", nargs="*", choices=["table", "time", "nmpc", "hostile", []])
+    parser.add_argument("--jumps", type=int, default=100_000)
+    parser.add_argument("--json", type=Path, help="File for the rows of ratios.")
+    chosen = parser.parse_args()
+    parts, rows = chosen.parts or ["table", "time", "nmpc", "hostile"], list[Row]()
+    with threadpool_limits(limits=1):
+        if "table" in parts:
+            table(rows)
+        if "time" in parts:
+            times(rows)
+        if "nmpc" in parts:
+            nmpc()
+        if "hostile" in parts:
+            hostile(chosen.jumps)
+    if rows:
+        print("\n".join(as_lines(rows)))
+    if chosen.json:
+        write_rows(chosen.json, rows)
+
+
+if __name__ == "__main__":
+    main()
