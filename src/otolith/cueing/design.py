@@ -20,6 +20,7 @@ from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, Dof, pairs_of
 from otolith.cueing.ahead import Ahead
 from otolith.cueing.hints.stored import Kind, Refused, StoredHint
+from otolith.cueing.mpc.body import Body
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.explicit import Explicit, ExplicitLaw
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_platform, explicit_problem
@@ -184,15 +185,20 @@ def linear_mpc(design: Design) -> Cueing:
 
 def six_axis(design: Design) -> Cueing:
     """Make one MPC over all axes, with the limits of the legs as rows; errors are those of `body_of`."""
-    body = body_of(design.platform, design.dofs, design.liveliness)
+    body = _body(design, design.dofs)
     return Mpc(design.platform, design.dofs, six_axis_settings(design.mpc), body=body)
+
+
+def _body(design: Design, dofs: tuple[Dof, ...]) -> Body:
+    """Return the platform as one body; errors are those of `body_of`."""
+    return body_of(design.platform, dofs, design.liveliness, period=design.mpc.period)
 
 
 def six_axis_nmpc(design: Design) -> Cueing:
     """Make the same with its nonlinear problem solved to the end, as a reference; far from real time."""
     from otolith.cueing.mpc.nonlinear import IpoptEngine
 
-    body = replace(body_of(design.platform, design.dofs, design.liveliness), settled=math.inf)
+    body = replace(_body(design, design.dofs), settled=math.inf)
     settings = replace(six_axis_settings(design.mpc), engine=IpoptEngine)
     mpc = Mpc(design.platform, design.dofs, settings, body=body)
     if isinstance(mpc.engine, IpoptEngine):
@@ -214,7 +220,7 @@ def reweigh(cueing: Cueing, name: str, design: Design) -> None:
     for mpc in _mpcs(cueing):
         settings = design.mpc
         if name.startswith("six-axis"):
-            mpc.reweigh(body_of(design.platform, mpc.problem.dofs, design.liveliness).washout)
+            mpc.reweigh(_body(design, mpc.problem.dofs).washout)
             continue
         if name == "predictive":
             settings = predictive_settings(settings, design.platform, mpc.problem.dofs, design.liveliness)

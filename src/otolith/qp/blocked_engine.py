@@ -5,9 +5,9 @@ With M blocks of inputs a problem has n = M·nu variables, 54 for six axes in ni
 and rows of every axis: a Riccati recursion over its states would cost many times as much as one factorisation
 of n variables. So the states are eliminated. What inputs do to states is constant, and each input moves only
 the few states of its own axis, so that one step of the horizon costs as many products as its outputs have
-non-zeros. The QP is solved by `otolith.qp.bounded_dual`, and judged by `otolith.qp.certificate`, which shares
-nothing with it. What cannot be certified, or seems
-infeasible, goes to the exact dense engine, which proves infeasibility or solves.
+non-zeros. The QP is solved by `otolith.qp.bounded_dual`, and judged by `otolith.qp.blocked_certificate`,
+which shares nothing with it and knows no condensed form. What cannot be certified, or seems infeasible, goes
+to the exact dense engine, which proves infeasibility or solves.
 """
 
 from dataclasses import replace
@@ -19,8 +19,8 @@ from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.jit import jit_fused
 from otolith.core.lti import condense as predict
 from otolith.qp.blocked import Lengths, block_ends, hold
+from otolith.qp.blocked_certificate import Judged, blocked_residual
 from otolith.qp.bounded_dual import SOLVED, Rows, Work, solve
-from otolith.qp.certificate import first_order_residual
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
 from otolith.qp.engines import StageMemory, empty_memory, expand
@@ -131,7 +131,7 @@ class BlockedEngine:
         self._V, self._v = np.zeros((M, len(problem.varying), n)), np.zeros((M, len(problem.varying)))
         self._control = np.outer(lengths, problem.control_weight).ravel()
         self._weight, self._H0 = np.full(self.memory.state_weight.shape, np.nan), np.zeros((n, n))
-        self._work = Work.empty(n)
+        self._work, self._judged = Work.empty(n), Judged.of(problem, lengths)
         self._set = np.zeros((M, problem.rows), dtype=np.int64)
 
     def reset(self) -> None:
@@ -152,10 +152,16 @@ class BlockedEngine:
         y, z = np.zeros(len(used)), np.zeros(len(qp.g))
         rows = Rows(qp.A, qp.lower, qp.upper, qp.penalties)
         outcome, changes = solve(qp.H, qp.g, rows, self._work, state, y, z, LIMIT)
-        residual = first_order_residual(qp, z, y) if outcome == SOLVED else np.inf
+        every = np.zeros(self._set.size)
+        every[used] = y
+        U, multipliers = z.reshape(len(self._ends), -1), every.reshape(self._set.shape)
+        residual = blocked_residual(self._judged, memory, U, multipliers) if outcome == SOLVED else np.inf
         if not residual < self._tolerance:
             return self._decide(changes)
-        return self._solution(z, y, state, used, changes, residual)
+        self._set[:] = 0
+        self._set.ravel()[used] = state
+        X = self._Phi[self._ends] @ memory.start + self._Gamma[self._ends] @ z
+        return StageSolution(Status.OPTIMAL, U, X, multipliers, changes, 1, 0, residual)
 
     def _weigh(self) -> None:
         """Update the part of the Hessian that is due to weights on states, where these have changed."""
@@ -189,17 +195,6 @@ class BlockedEngine:
         used = np.flatnonzero((lower > -np.inf) | (upper < np.inf))
         penalty = problem.penalty[self._ends].ravel()[used]
         return Qp(H, g, self._R.reshape(-1, n)[used], lower[used], upper[used], penalty), used
-
-    def _solution(
-        self, z: Vec, y: Vec, state: Ints, used: Ints, changes: int, residual: float
-    ) -> StageSolution:
-        every = np.zeros(self._set.size)
-        every[used] = y
-        self._set[:] = 0
-        self._set.ravel()[used] = state
-        U = z.reshape(len(self._ends), -1)
-        X = self._Phi[self._ends] @ self.memory.start + self._Gamma[self._ends] @ z
-        return StageSolution(Status.OPTIMAL, U, X, every.reshape(self._set.shape), changes, 1, 0, residual)
 
     def _decide(self, changes: int) -> StageSolution:
         """Let the exact engine decide a problem that could not be certified."""

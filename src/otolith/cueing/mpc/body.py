@@ -6,9 +6,11 @@ Here all axes form one body. The force felt is that at the driver's head,
     f = Rᵀ (a + R̈ h + g ẑ) − g ẑ,
 
 with rotation and lever arm; the rates are those about the platform's own axes; and at the end of every block
-there are rows on length, speed and acceleration of all legs and on the body rates. A row g(q, v, a) ≤ b
-becomes g(x̄) + g′(x̄) (x − x̄) ≤ b with exact slopes (`otolith.platforms.leg_slopes`), so that one step per
-period is a Gauss-Newton step of the nonlinear problem.
+there are rows on length, speed and acceleration of all legs and on the body rates. The length is taken where
+it leads, L + τ L̇ with τ = speed/acceleration + lag + period: on that row a leg slows down with L̇/τ, which its
+acceleration allows at every speed, and the length follows through a low-pass, without passing the bound. A
+row g(q, v, a) ≤ b becomes g(x̄) + g′(x̄) (x − x̄) ≤ b with exact slopes (`otolith.platforms.leg_slopes`), so
+that one step per period is a Gauss-Newton step of the nonlinear problem.
 
 Rows of the firm blocks have a penalty so high (`FIRM`) that they are violated only where no command of this
 period holds them; the outcome then says so. All rows keep a margin, since a single step is not exact; that on
@@ -49,6 +51,7 @@ class _Data(NamedTuple):
     sign: Vec  # (nx,) of the state relative to the platform's motion
     head: Vec  # (3,) [m]
     legs: Actuators
+    lead: float  # τ [s]
     ends: Ints  # (M,) last step of every block
     felt: Ints  # (C,) which of three forces and three body rates a channel feels
     root: Vec  # (C,) square root of its weight
@@ -80,6 +83,10 @@ def _rows(of: Any, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
         _motion_at(of, x, motion)
         rotation_jet(motion, jet)
         leg_slopes(motion, jet, of.legs, values[:18], slopes[:18])
+        for row in range(6):
+            values[row] += of.lead * values[6 + row]
+            for column in range(18):
+                slopes[row, column] += of.lead * slopes[6 + row, column]
         rate_slopes(motion, values[18:], slopes[18:])
         for s in range(len(of.rows)):
             row, i = of.rows[s, 0], of.rows[s, 1]
@@ -132,9 +139,15 @@ class Body:
     platform: Platform
     washout: Mapping[str, tuple[WashoutWeight, ...]]  # by name of the degree of freedom
     weights: Mapping[str, float]  # of squared errors, by name of the degree of freedom
-    settled: (
-        float  # [m/s² or rad/s²] a change of all controls by less ends the Gauss-Newton steps of a period
-    )
+    period: float  # [s] between two decisions
+    # [m/s² or rad/s²] a change of all controls by less ends the Gauss-Newton steps of a period
+    settled: float
+
+    @property
+    def lead(self) -> float:
+        """Return τ [s], with which the rows on lengths look ahead."""
+        legs = self.platform.six_legs()
+        return float(legs.speed / legs.acceleration + self.platform.actuators.lag_s + self.period)
 
     def weighed(self, channels: Sequence[Channel], dofs: Sequence[Dof]) -> list[Channel]:
         """Return the channels with these weights."""
@@ -148,7 +161,7 @@ class Body:
     def row_structure(self, axes: Axes) -> Bools:
         """Return which of the states of x each of the body's rows may depend on (21, nx)."""
         of_motion = np.zeros((BODY_ROWS, 18), dtype=bool)
-        of_motion[:6, :6] = of_motion[6:12, :12] = of_motion[12:18] = True
+        of_motion[:12, :12] = of_motion[12:18] = True
         of_motion[18:, [3, 4]] = of_motion[18:, 9:12] = True
         found: Bools = of_motion[:, _columns(axes)[0]]
         return found
@@ -180,6 +193,7 @@ class Body:
             sign=sign,
             head=head,
             legs=legs.actuators,
+            lead=self.lead,
             ends=ends,
             felt=np.array([one.column for one in channels]),
             root=np.sqrt([one.weight for one in channels]),

@@ -194,7 +194,7 @@ class _Nlp:
         return [rows[i] for i in kept]
 
     def _legs(self, pose: Any, twist: Any, acceleration: Any) -> Any:
-        """Return lengths, speeds and accelerations (18,) of the legs."""
+        """Return where lengths lead, speeds and accelerations (18,) of the legs."""
         q, v, a = ca.SX.sym("q", 6), ca.SX.sym("v", 6), ca.SX.sym("a", 6)
         legs = self._body.platform.six_legs()
         R, ends = _rotation(q), []
@@ -203,7 +203,7 @@ class _Nlp:
         length = ca.vertcat(*ends)
         speed = ca.jtimes(length, q, v)
         growth = ca.jtimes(speed, q, v) + ca.jtimes(length, q, a)
-        of = ca.Function("legs", [q, v, a], [ca.vertcat(length, speed, growth)])
+        of = ca.Function("legs", [q, v, a], [ca.vertcat(length + self._body.lead * speed, speed, growth)])
         return of(pose, twist, acceleration)
 
     def _force(self, pose: Any, twist: Any, acceleration: Any) -> Any:
