@@ -247,23 +247,22 @@ def table(results: dict[str, dict[str, Result]], optima: dict[str, tuple[float, 
         print(f"{algorithm:22}{times}{counts}{max(one.residual for one in of):12.1e}")
 
 
-def figure(results: dict[str, dict[str, Result]], optima: dict[str, tuple[float, float]], path: Path) -> None:
-    """Draw the errors beside the optima."""
-    names, every = list(results), list(ALGORITHMS)
-    figure, axes = plt.subplots(figsize=(9.0, 4.2), layout="constrained")
-    width = 0.8 / len(every)
-    for k, algorithm in enumerate(every):
-        at = np.arange(len(names)) + (k - (len(every) - 1) / 2) * width
-        axes.bar(at, [results[name][algorithm].rmse for name in names], width, label=algorithm)
-    places = np.arange(len(names))
-    for k, (label, style) in enumerate((("optimum, no rail", "_"), ("optimum, with rail", "D"))):
+def figure(errors: dict[str, dict[str, float]], optima: dict[str, tuple[float, float]], path: Path) -> None:
+    """Draw the errors by drive and algorithm beside the optima."""
+    names = list(errors)
+    figure, axes = plt.subplots(figsize=(9.5, 4.8), layout="constrained")
+    width, places = 0.8 / len(ALGORITHMS), np.arange(len(names))
+    for k, algorithm in enumerate(ALGORITHMS):
+        at = places + (k - (len(ALGORITHMS) - 1) / 2) * width
+        axes.bar(at, [errors[name][algorithm] for name in names], width, label=algorithm)
+    for k, (label, style) in enumerate((("optimum, no rail", "v"), ("optimum, with rail", "D"))):
         values = [max(optima[name][k], LEAST) for name in names]
-        axes.plot(places, values, style, color="black", markersize=8 if k else 60, label=label)
+        axes.plot(places, values, style, color=("white", "black")[k], markeredgecolor="black", label=label)
     axes.set_yscale("log")
     axes.set_ylim(LEAST, None)
     axes.set_ylabel("RMSE of the felt force [m/s²]")
-    axes.set_xticks(np.arange(len(names)), names)
-    axes.legend(ncols=3, fontsize=8)
+    axes.set_xticks(places, names)
+    figure.legend(ncols=5, fontsize=8, loc="outside upper center")
     figure.savefig(path, dpi=130)
 
 
@@ -324,7 +323,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         ]
         chosen.json.write_text(json.dumps({"runs": rows, "optima": optima}, indent=1))
     if chosen.figure is not None:
-        figure(results, optima, chosen.figure)
+        errors = {name: {one: of[one].rmse for one in ALGORITHMS} for name, of in results.items()}
+        figure(errors, optima, chosen.figure)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,9 @@
 import struct
 
 import numpy as np
+import pytest
 
+from otolith.core.errors import InputError
 from otolith.interfaces import Cueing
 from otolith.live.controller import Controller, ControllerInbox
 from otolith.live.core.gate import Gate
@@ -59,3 +61,15 @@ def test_a_map_that_refuses_a_sample_counts_it_as_unreadable(washout: Cueing, ga
     controller.tick(20 * MS, ControllerInbox(packets=((10 * MS, forza_packet(900)),)))
     assert health.counts[Count.UNREADABLE] == 1
     assert health.counts[Count.TAKEN] == 0
+
+
+def test_an_algorithm_that_moves_a_base_is_refused(washout: Cueing, gate: Gate):
+    """Its plans count on a base that no live driver moves."""
+    washout.carriers = 2  # type: ignore[attr-defined]
+    try:
+        with pytest.raises(
+            InputError, match="one that moves a base, must be one that leaves the base at rest"
+        ):
+            Controller(washout, gate, parse=Forza().parse)
+    finally:
+        del washout.carriers  # type: ignore[attr-defined]

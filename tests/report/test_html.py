@@ -322,6 +322,7 @@ def test_a_page_does_not_grow_with_the_drive(make_run: MakeRun, light: None) -> 
         series: dict[str, Any] = {
             name: np.tile(getattr(short, name), (times, *[1] * (np.ndim(getattr(short, name)) - 1)))
             for name in (*SAMPLED, "command", "changes", "residual", "guess_missed", "step_time")
+            if getattr(short, name) is not None
         }
         series["time"] = np.arange(1, times * short.samples + 1) * short.plant_period
         series |= {name: getattr(short, name) * times for name in ("status", "solver")}

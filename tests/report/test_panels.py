@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from otolith.loop import Run
 from otolith.platforms import load
 from otolith.report import texts
 from otolith.report.motion import motion_comparison, motion_panels
@@ -121,6 +122,7 @@ def test_only_runs_of_one_scenario_are_compared(make_run: MakeRun) -> None:
 def test_every_panel_is_explained(make_run: MakeRun) -> None:
     run = make_run(10, dofs=("surge-pitch", "heave", "yaw"), platform=load("davsi"))
     panels = (
+        *motion_panels(on_tripod(make_run), "yaw"),
         *(panel for dof in run.dofs for panel in motion_panels(run, dof)),
         *effort_panels(run),
         *(panel for dof in run.dofs for panel in motion_comparison([run], dof)),
@@ -131,6 +133,25 @@ def test_every_panel_is_explained(make_run: MakeRun) -> None:
         trade_panel({"only": {}}, criterion_named("rmse")),
     )
     assert {panel.key for panel in panels if not panel.words} | {"trade-up"} == set(texts.PANELS)
+
+
+def on_tripod(make_run: MakeRun) -> Run:
+    base = np.zeros((4000, 18))
+    base[:, 0], base[:, 6], base[:, 12], base[:, 5] = 0.3, 0.1, 0.7, 0.2
+    commands, tripod = np.zeros((400, 6)), load("tripod")
+    return make_run(dofs=("surge-pitch", "yaw"), base=base, base_command=commands, platform=tripod)
+
+
+def test_a_base_has_a_panel_of_its_own_and_a_part_of_the_force(make_run: MakeRun) -> None:
+    run = on_tripod(make_run)
+    rail, turn = motion_panels(run, "surge-pitch")[-1], motion_panels(run, "yaw")[-1]
+    assert (rail.key, turn.key) == ("base", "base")
+    assert [curve.y[0] for curve in rail.curves] == [0.3, 0.1]
+    assert_allclose(turn.curves[0].y, np.rad2deg(0.2))
+    assert turn.bounds[0].label == "limit ±20 deg"
+    (part,) = (c for c in motion_panels(run, "surge-pitch")[0].curves if c.label == "from the base")
+    assert_allclose(part.y, 0.7)
+    assert not any(c.label == "from the base" for c in motion_panels(make_run(), "surge-pitch")[0].curves)
 
 
 def test_who_has_no_solver_has_no_curve_of_changes(make_run: MakeRun) -> None:

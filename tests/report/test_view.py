@@ -14,7 +14,7 @@ from otolith.metrics import summarise
 from otolith.platforms import load, parse_platform
 from otolith.platforms.template import template
 from otolith.report import render, view
-from otolith.report.view import frames_of, platform_view
+from otolith.report.view import bases_of, frames_of, platform_view
 from tests.report.conftest import MakeRun
 from tests.report.test_html import Page
 
@@ -57,6 +57,22 @@ def test_a_runs_frames_are_its_poses(handmade: Run) -> None:
     time, poses = frames_of(handmade)
     np.testing.assert_allclose(np.diff(time), 0.04)
     np.testing.assert_allclose(poses[:, 0], 0.1 * time)
+
+
+def test_a_base_is_shown_where_it_is(handmade: Run) -> None:
+    """The points of the picture are those of the base's motion, at the times of the poses."""
+    base = np.zeros((handmade.samples, 18))
+    base[:, 0], base[:, 1], base[:, 5] = 0.5 * handmade.time, -0.2, 0.1
+    run = replace(handmade, base=base, base_command=np.zeros((handmade.decisions, 6)))
+    time, poses = frames_of(run)
+    bases = bases_of(run)
+    assert bases is not None
+    np.testing.assert_allclose(bases, np.stack([0.5 * time, 0 * time - 0.2, 0 * time + 0.1], axis=1))
+    np.testing.assert_allclose(
+        drawn(platform_view(LEGS, time, poses, bases=bases))["bases"], bases, atol=1e-5
+    )
+    assert bases_of(handmade) is None
+    assert drawn(platform_view(LEGS, time, poses))["bases"] == []
 
 
 def test_a_long_run_is_shown_with_fewer_frames(handmade: Run, monkeypatch: pytest.MonkeyPatch) -> None:

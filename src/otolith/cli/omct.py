@@ -98,9 +98,8 @@ def _system(cueing: str, platform: str, dofs: str, plant: str | None) -> tuple[S
     cued = dofs_named(dofs.split(","))
     maker = registry.cueing_named(cueing)
     plant_name = plant or maker.plant
-    plant_maker = registry.lookup(registry.PLANTS, "--plant", plant_name)
     design = Design(platform=files.read_platform(platform), dofs=cued)
-    moved = plant_maker.load()(design.platform)
+    moved = registry.make_plant(plant_name, design.platform)
     system = System(
         cueing=registry.make_cueing(cueing, design, dead_time=moved.dead_time),
         plant=moved,

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec, frozen_array
-from otolith.core.errors import OtolithError
+from otolith.core.errors import InputError, OtolithError
 from otolith.core.frames import specific_force
 from otolith.interfaces import Command, Cueing, PlatformState, Status
 from otolith.live.core.felt_delay import FeltDelay
@@ -86,6 +86,9 @@ class Controller:
         health: Health | None = None,
         tuned: Tuned | None = None,
     ) -> None:
+        if getattr(cueing, "carriers", 1) > 1:
+            bound = "one that leaves the base at rest: live operation drives the platform alone"
+            raise InputError("the cueing algorithm", "one that moves a base", bound)
         self.health = Health() if health is None else health
         self.cueing, self._gate = cueing, gate
         self._parse, self.wanted = parse, wanted

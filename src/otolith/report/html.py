@@ -18,7 +18,7 @@ from otolith.report.panels import Panel, effort_panels
 from otolith.report.plots import height, plot_json
 from otolith.report.series import MAX_POINTS, decimated
 from otolith.report.tables import number
-from otolith.report.view import frames_of, platform_view
+from otolith.report.view import bases_of, frames_of, platform_view
 
 LEGGED = "hexapod"  # how the names of plants with legs begin, see otolith.registry
 MOVING = (
@@ -54,7 +54,7 @@ def render(run: Run, summary: Summary, *, date: str = "", best: Run | None = Non
         words = f"{texts.DOFS[dof]}: how the platform moved"
         parts.append(Part(words, diagrams(dof, others, points=points), folded=True))
     if run.plant.startswith(LEGGED):
-        view = platform_view(run.platform.six_legs(), *frames_of(run))
+        view = platform_view(run.platform.six_legs(), *frames_of(run), bases=bases_of(run))
         parts.append(Part("The platform in motion", f'<p class="note">{MOVING}</p>{view}', folded=True))
     parts += [
         Part("The solver’s effort", diagrams("effort", of_effort, points=points), folded=True),

@@ -21,7 +21,7 @@ from otolith.report.panels import (
     time_span,
     twin_panel,
 )
-from otolith.report.series import Band, SingleSeries, labels, single_series
+from otolith.report.series import Band, SingleSeries, base_series, labels, single_series
 
 FELT: Final = {"heave": "vertical force", "yaw": "yaw rate"}
 PLACE: Final = {"heave": "height", "yaw": "yaw angle"}
@@ -30,9 +30,9 @@ PLACE: Final = {"heave": "height", "yaw": "yaw angle"}
 def motion_panels(run: Run, dof: str, best: Run | None = None) -> tuple[Panel, ...]:
     """Return the panels that show one degree of freedom of a run, together with the optimum."""
     if dof in PAIRS:
-        return run_panels(run, dof, best)
+        return (*run_panels(run, dof, best), *_base(run, dof))
     series, span = single_series(run, dof), time_span(run)
-    return (_felt(series, span, best_felt(best, dof)), _place(series, span))
+    return (_felt(series, span, best_felt(best, dof)), _place(series, span), *_base(run, dof))
 
 
 def motion_comparison(runs: Sequence[Run], dof: str, best: Run | None = None) -> tuple[Panel, ...]:
@@ -66,6 +66,20 @@ def motion_comparison(runs: Sequence[Run], dof: str, best: Run | None = None) ->
             span,
         ),
     )
+
+
+def _base(run: Run, dof: str) -> tuple[Panel, ...]:
+    """Return the panel of the base's axis that carries a degree of freedom, if there is one."""
+    s = base_series(run, dof)
+    if s is None:
+        return ()
+    curves = (
+        curve_of("place", s.place, palette.ORANGE, width=1.4),
+        curve_of("speed", s.speed, palette.VERMILION, width=0.9, axis=1),
+    )
+    labels_of = (f"place of the base [{s.units[0]}]", f"speed [{s.units[1]}]")
+    bands = (s.place_band, s.speed_band)
+    return (twin_panel("base", "The base", labels_of, curves, bands, time_span(run)),)
 
 
 def _felt(s: SingleSeries, span: Band, best: tuple[Curve, ...]) -> Panel:

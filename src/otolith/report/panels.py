@@ -194,11 +194,12 @@ def _force(s: PairSeries, span: Band, best: tuple[Curve, ...]) -> Panel:
         curve_of("felt", s.felt, palette.BLUE, width=1.4),
         curve_of(f"from {AXES[s.pair.translation]}", s.translation, palette.VERMILION, width=0.9),
         curve_of(f"from {AXES[s.pair.rotation]}", s.gravity, palette.GREEN, dash="dash", width=1.1),
+        *(() if s.base is None else (curve_of("from the base", s.base, palette.ORANGE, width=0.9),)),
         *best,
     )
     return Panel(
         key="force",
-        title="Specific force and its two parts",
+        title="Specific force and its parts",
         axes=(axis_of("specific force [m/s²]", curves),),
         curves=curves,
         x_span=span,

@@ -45,6 +45,18 @@ class PairSeries:
     tilt_rate_band_deg: Band
     position_band: Band
     velocity_band: Band
+    base: Line | None = None  # [m/s²] part of the felt force from the base that carries the platform
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseSeries:
+    """The motion over time of one axis of the base that carries the platform, in `units`."""
+
+    units: tuple[str, str]  # units of place and speed
+    place: Line
+    speed: Line
+    place_band: Band
+    speed_band: Band
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +110,7 @@ def pair_series(run: Run, pair: str) -> PairSeries:
             "tilt_rate_deg": np.rad2deg(axes.sign * twist[:, j]),
             "position": pose[:, i],
             "velocity": twist[:, i],
+            **({} if part.base is None else {"base": part.base[:, 12 + i]}),
         }
 
     return PairSeries(
@@ -135,6 +148,27 @@ def single_series(run: Run, axis: str) -> SingleSeries:
         units=("m/s²", "m", "m/s") if heaves else ("deg/s", "deg", "deg/s"),
         place_band=(scale * low, scale * high),
         speed_band=(-speed, speed),
+    )
+
+
+def base_series(run: Run, name: str) -> BaseSeries | None:
+    """Return curves and limits of the base's axis that carries a degree of freedom; None if there is none."""
+    carriers = run.platform.bases([DOFS[name]])
+    if run.base is None or not carriers:
+        return None
+    (limits,), i = run.platform.limits(carriers[0]), carriers[0].axes[0] % 6
+    scale = float(np.rad2deg(1.0)) if carriers[0].feels_rate else 1.0
+    unit = "deg" if carriers[0].feels_rate else "m"
+
+    def lines(part: Run) -> dict[str, Vec]:
+        motion = np.zeros((part.samples, 18)) if part.base is None else part.base
+        return {"place": scale * motion[:, i], "speed": scale * motion[:, 6 + i]}
+
+    return BaseSeries(
+        **thinned(run, lines),
+        units=(unit, f"{unit}/s"),
+        place_band=(scale * limits.position[0], scale * limits.position[1]),
+        speed_band=(-scale * limits.velocity, scale * limits.velocity),
     )
 
 

@@ -6,8 +6,9 @@ PANELS: Final = {
     "force": (
         "What the driver should feel (grey) and what the platform lets the driver feel (blue). The "
         "platform has two means: it accelerates, which is quick but soon runs out of "
-        "travel, and it tilts, so that a part of gravity, g sin(tilt), takes over what lasts. The two "
-        "parts add up to the felt force. Where blue leaves grey, the cue is missing; where they have "
+        "travel, and it tilts, so that a part of gravity, g sin(tilt), takes over what lasts. A base that "
+        "carries it is a third. The parts add up to the felt force. Where blue leaves grey, the cue is "
+        "missing; where they have "
         "opposite signs, it is false. The best possible (dashed), where it was computed, knows the whole "
         "drive beforehand."
     ),
@@ -21,6 +22,11 @@ PANELS: Final = {
         "curve returns to the middle when the tilt has taken over (washout) and slows down before it "
         "reaches a limit (braking). A limit that is far beyond the curve is named in the legend and not "
         "drawn."
+    ),
+    "base": (
+        "The rail or tripod that carries the platform: it has a larger reach and is slower, and its limits "
+        "are its own. What lasts too long for the platform’s travel, and not long enough for tilt, is its "
+        "part."
     ),
     "heave": (
         "Vertical force less the standing 1 g, as it should be felt (grey) and is (blue). Nothing helps "

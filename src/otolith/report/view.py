@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
@@ -17,7 +17,14 @@ FRAMES_PER_SECOND: Final = 25.0
 FRAMES: Final = 3000  # largest number, about 0.25 MB; runs of more than two minutes are shown more coarsely
 
 
-def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[str] = ()) -> str:
+def platform_view(
+    hexapod: Hexapod,
+    time: Vec,
+    poses: Mat,
+    captions: Sequence[str] = (),
+    *,
+    bases: Mat | None = None,
+) -> str:
     """Return an animation of a platform as self-contained HTML; dragging turns the view.
 
     Parameters
@@ -25,6 +32,7 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
     time : (n,) [s] times of the poses.
     poses : (n, 6) all are shown; see `frames_of` for a run.
     captions : one text per pose, or none.
+    bases : (n, 3) [m, m, rad] x, y and yaw of the base at the same times; None where it stands still.
     """
     places = np.empty((len(poses), 7))
     for pose, place in zip(poses, places, strict=True):
@@ -38,6 +46,7 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
         "time": np.asarray(time).round(4).tolist(),
         "places": places.round(6).tolist(),
         "captions": list(captions),
+        "bases": [] if bases is None else bases.round(5).tolist(),
     }
     text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
     script = asset("drawing.js") + asset("platform.js")
@@ -52,11 +61,21 @@ def platform_view(hexapod: Hexapod, time: Vec, poses: Mat, captions: Sequence[st
 
 def frames_of(run: Run) -> tuple[Vec, Mat]:
     """Return time (n,) [s] and poses (n, 6) of a run at `FRAMES_PER_SECOND`, or less often if it is long."""
+    return _shown(run, lambda part: part.time), _shown(run, lambda part: part.pose)
+
+
+def bases_of(run: Run) -> Mat | None:
+    """Return x, y and yaw (n, 3) of a run's base at the times of `frames_of`; None without a base."""
+    if run.base is None:
+        return None
+    return _shown(run, lambda part: np.empty((0, 3)) if part.base is None else part.base[:, [0, 1, 5]])
+
+
+def _shown(run: Run, pick: Callable[[Run], Vec]) -> Vec:
+    """Return the samples of a series that are shown."""
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * run.plant_period)), math.ceil(run.samples / FRAMES))
-    times, poses, before = [], [], 0
+    found, before = [], 0
     for part in run.parts():
-        first = -before % every  # of the samples that are shown, the first in this part
-        times.append(part.time[first::every])
-        poses.append(part.pose[first::every])
+        found.append(pick(part)[-before % every :: every])
         before += part.samples
-    return np.concatenate(times), np.concatenate(poses)
+    return np.concatenate(found)

@@ -19,6 +19,23 @@ function placed(place, v) {
   ];
 }
 
+// The base carries everything: it turns a point about the vertical, then moves it.
+const reach = Math.max(0, ...data.bases.map(([x, y]) => Math.hypot(x, y)));
+drawing.size += 0.5 * reach;
+function carried(k, v) {
+  if (!data.bases.length) return v;
+  const [x, y, yaw] = data.bases[k], c = Math.cos(yaw), s = Math.sin(yaw);
+  return [x + c * v[0] - s * v[1], y + s * v[0] + c * v[1], v[2]];
+}
+
+// The rails that the base moves along: the way it took on the floor, and a beam across it through the base.
+function rails(k, floor) {
+  const span = (axis) => [Math.min(...data.bases.map((b) => b[axis])), Math.max(...data.bases.map((b) => b[axis]))];
+  const [x, y] = data.bases[k], [left, right] = span(0), [near, far] = span(1), margin = 0.5 * drawing.size;
+  drawing.line([[left - margin, y, floor], [right + margin, y, floor]], ink("--soft"), 4);
+  if (far > near) drawing.line([[x, near - margin, floor], [x, far + margin, floor]], ink("--soft"), 4);
+}
+
 function colour(value) {
   const [low, high] = data.stroke;
   const share = Math.min(1, Math.max(0, (value - low) / (high - low)));
@@ -27,14 +44,17 @@ function colour(value) {
 
 function draw() {
   const k = Number(slider.value), place = data.places[k], pen = drawing.pen;
-  const joints = data.joints.map((joint) => placed(place, joint));
+  const at = (point) => carried(k, placed(place, point));
+  const joints = data.joints.map(at);
+  drawing.base = data.anchors.map((anchor) => carried(k, anchor));
   drawing.begin();
+  if (data.bases.length) rails(k, Math.min(...data.anchors.map((anchor) => anchor[2])));
   drawing.legs(joints, colour);
   drawing.line([...joints, joints[0]], "#0072b2", 3, "rgba(0,114,178,0.35)");
   const centre = data.joints.reduce((sum, p) => sum.map((v, i) => v + p[i] / 6), [0, 0, 0]);
   const nose = [centre[0] + 0.8 * drawing.size, centre[1], centre[2]];
-  drawing.line([placed(place, centre), placed(place, nose)], "#0072b2", 3);
-  const [x, y] = drawing.seen(placed(place, data.head));
+  drawing.line([at(centre), at(nose)], "#0072b2", 3);
+  const [x, y] = drawing.seen(at(data.head));
   pen.beginPath(); pen.arc(x, y, 7, 0, 7); pen.fillStyle = "#e69f00"; pen.fill();
   output.textContent = `${data.time[k].toFixed(2)} s  ${data.captions[k] || ""}`;
 }
