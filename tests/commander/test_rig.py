@@ -3,24 +3,26 @@
 import contextlib
 import os
 import signal
+import threading
 import time
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from otolith.cli.live_run import Choices
 from otolith.commander import trials
 from otolith.commander.errands import Ended
 from otolith.commander.learning import Ear, learn_axes
-from otolith.commander.machine import form
+from otolith.commander.machine import form, text_of
 from otolith.commander.rig import Rig, field_of, keep_rig, lacking, session_of_rig
 from otolith.core.errors import InputError
 from otolith.live.core.times import Times
 from otolith.live.permits import SelfTest, keep_axis_test, why_late
-from otolith.live.shell.datagrams import opened
+from otolith.live.shell.datagrams import opened, receive
 from otolith.live.shell.processes import OUTPUT
 from otolith.live.shell.rights import real_time_is_granted
 from otolith.live.wire.axes import axes_from_toml
@@ -406,3 +408,56 @@ def test_an_answer_counts_for_what_was_asked_and_nobody_waits_for_ever(
     monkeypatch.setattr(trials, "PATIENCE", -1.0)
     with pytest.raises(trials.NotPassed, match="nobody answered"):
         beside.ready("sway")
+
+
+class Obedient(Talk):
+    """Whoever lets every axis move, and sees it move."""
+
+    def tell(self, sentence: str) -> None:
+        """Have no page to show it on."""
+
+    def heard(self) -> list[Any]:
+        word = {"ready": "move", "saw": "yes"}.get(self.shown.get("asks", ""))
+        return [] if word is None else [type("Word", (), {"word": word, "values": {}})]
+
+
+def test_a_device_of_a_template_gets_10_mm_and_1_degree_in_its_own_codes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What arrives at a controller of SimTools: two bytes per axis, of the ranges that the rig states."""
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    (tmp_path / "platforms").mkdir()
+    (tmp_path / "platforms" / "mine.toml").write_text(text_of(form("axes")["values"], "axes", "mine.toml"))
+    with opened(0) as line:
+        keep_rig(
+            Rig(
+                platform="mine.toml",
+                dofs="surge-pitch",
+                device="template",
+                address=f"127.0.0.1:{line.getsockname()[1]}",
+                cueing="classical",
+                tuning="davsi",
+            ),
+            tmp_path,
+        )
+        packets: list[bytes] = []
+        over = threading.Event()
+
+        def take() -> None:
+            while not over.is_set():
+                receive(line, lambda packet, _: packets.append(packet), seconds=0.2)
+
+        device = threading.Thread(target=take)
+        device.start()
+        try:
+            talk: Any = Obedient()
+            assert "may arm" in trials.try_axes(tmp_path, talk, {"what": "axes"})
+        finally:
+            over.set()
+            device.join()
+    codes = np.array([[int.from_bytes(one[k : k + 2], "big") for k in (2, 4)] for one in packets])
+    ways = np.ptp(codes, axis=0) * np.array([0.27, 24.0]) / 65_535  # the ranges: -0.12 to 0.15 m, ±12 deg
+    assert ways == pytest.approx([10e-3, 1.0], rel=0.01)
+    assert talk.shown["answers"] == {"surge": "yes", "pitch": "yes"}
+    assert "axis" not in [one["leads"] for one in lacking(tmp_path) if not one["ok"]]
