@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, Playwright, sync_playwright
 
 from otolith.live.shell.virtual import surroundings
 
@@ -149,6 +149,38 @@ def write(page: Page, name: str, value: str) -> None:
     page.wait_for_timeout(700)
 
 
+def all_runs(page: Page, address: str, take: Path) -> None:
+    """The page of all runs, with two of them compared."""
+    page.goto(f"{address}web/runs.html", wait_until="domcontentloaded")
+    for k in (0, 1):
+        page.locator("#runs tbody input").nth(k).check()
+    page.locator("#runs th button", has_text="RMS").click()
+    page.wait_for_timeout(500)
+    page.screenshot(path=take / "commander-runs.png")
+
+
+def live(playwright: Playwright, chromium: str, folder: Path, take: Path) -> None:
+    """A live session with a base in software, whose scale is changed while it is cued."""
+    words = ["live", "demo", "--seconds", "30", "--cueing", "classical", "--tuning", "davsi"]
+    command = [sys.executable, "-c", START, *words, "--log", str(folder / "logs"), "--commander", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as session:
+        assert session.stdout is not None  # noqa: S101 (it is a pipe)
+        address = next(line.split()[-1] for line in session.stdout if "token=" in line)
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
+        page.goto(address, wait_until="domcontentloaded")
+        wait_for(page, "engaged")
+        page.wait_for_timeout(6_000)
+        page.click("#tab-tune")
+        page.fill("#field-scale", "0.4")
+        page.keyboard.press("Tab")
+        page.wait_for_timeout(9_000)
+        page.screenshot(path=take / "commander-live.png")
+        browser.close()
+        for _ in session.stdout:  # until it has parked
+            pass
+
+
 def main() -> None:
     """Take all pictures."""
     take = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images"
@@ -166,8 +198,11 @@ def main() -> None:
             checked(page)
             if "rig" not in sys.argv[2:]:
                 compare_on_a_log(page, folder / "example" / "drive.csv", take)
+                all_runs(browser.new_page(viewport={"width": 1280, "height": 720}), address, take)
             rig_from_nothing(page, take)
             browser.close()
+        if "rig" not in sys.argv[2:]:
+            live(playwright, chromium, folder, take)
 
 
 if __name__ == "__main__":
