@@ -133,11 +133,9 @@ class Hexapod:
         cranks = self.cranks
         if cranks is None:
             none = np.zeros((6, 3))
-            return Actuators(self.joints, self.anchors, none, none, 0.0, 0.0, 1.0)
-        push = 1.0 if cranks.push else -1.0
-        return Actuators(
-            self.joints, self.anchors, cranks.zero, cranks.quarter, cranks.radius, cranks.rod, push
-        )
+            return Actuators(np.array([self.joints, self.anchors, none, none]), 0.0, 0.0, 1.0)
+        places = np.array([self.joints, self.anchors, cranks.zero, cranks.quarter])
+        return Actuators(places, cranks.radius, cranks.rod, 1.0 if cranks.push else -1.0)
 
     @property
     def drives(self) -> Drives:

@@ -41,10 +41,10 @@ SINGULAR = 1e-9  # smallest pivot [-] of a regular Jacobian; good poses have 0.1
 class Actuators(NamedTuple):
     """The geometry of six linear legs or six cranks, as kernels take it; linear legs have a radius of 0."""
 
-    joints: Mat  # (6, 3) [m] on the platform, from the reference point, in the platform's frame
-    anchors: Mat  # (6, 3) [m] base joints or shafts, from the neutral reference point, in world
-    zero: Mat  # (6, 3) [-] direction of every crank at angle 0, in world
-    quarter: Mat  # (6, 3) [-] and a quarter of a turn later
+    # (4, 6, 3) in one array, as every array of an argument costs time at each call: joints [m] on the
+    # platform, from the reference point, in its frame; base joints or shafts [m], from the neutral reference
+    # point, in world; directions of the cranks at angle 0, in world; and a quarter of a turn later
+    places: Mat
     radius: float  # ρ [m] of the cranks; 0 for linear legs
     rod: float  # d [m] from a crank's tip to the platform
     push: float  # the branch: +1 if growing angles push the rods, −1 if they pull
@@ -54,18 +54,18 @@ class Actuators(NamedTuple):
 def tip(of: Actuators, i: int, s: float, at: Vec) -> None:
     """Write the lower end (3,) [m] of leg i, given its coordinate s: its base joint, or its crank's tip."""
     for k in range(3):
-        at[k] = of.anchors[i, k]
+        at[k] = of.places[1, i, k]
     if of.radius > 0.0:
         c, q = of.radius * math.cos(s / of.radius), of.radius * math.sin(s / of.radius)
         for k in range(3):
-            at[k] += c * of.zero[i, k] + q * of.quarter[i, k]
+            at[k] += c * of.places[2, i, k] + q * of.places[3, i, k]
 
 
 @kernel
 def arc(of: Actuators, i: int, x: float, y: float, z: float) -> float:
     """Return the coordinate of crank i for a platform joint at (x, y, z) from its shaft; NaN out of reach."""
-    along = x * of.zero[i, 0] + y * of.zero[i, 1] + z * of.zero[i, 2]
-    across = x * of.quarter[i, 0] + y * of.quarter[i, 1] + z * of.quarter[i, 2]
+    along = x * of.places[2, i, 0] + y * of.places[2, i, 1] + z * of.places[2, i, 2]
+    across = x * of.places[3, i, 0] + y * of.places[3, i, 1] + z * of.places[3, i, 2]
     h, R, d = math.sqrt(along * along + across * across), of.radius, of.rod
     k = (x * x + y * y + z * z + R * R - d * d) / (2.0 * R)
     if not abs(k) <= h:
@@ -103,7 +103,7 @@ def inverse(place: Vec, of: Actuators, s: Vec, J: Mat, arms: Mat) -> None:
 
     Where a crank's rod does not reach, its coordinate and its row of the Jacobian are NaN.
     """
-    _rods(place, of.joints, of.anchors, s, J, arms)
+    _rods(place, of.places[0], of.places[1], s, J, arms)
     if of.radius == 0.0:
         return
     for i in range(6):
@@ -111,14 +111,14 @@ def inverse(place: Vec, of: Actuators, s: Vec, J: Mat, arms: Mat) -> None:
         s[i] = arc(of, i, x, y, z)
         c, q = math.cos(s[i] / of.radius), math.sin(s[i] / of.radius)
         e = (
-            c * of.zero[i, 0] + q * of.quarter[i, 0],
-            c * of.zero[i, 1] + q * of.quarter[i, 1],
-            c * of.zero[i, 2] + q * of.quarter[i, 2],
+            c * of.places[2, i, 0] + q * of.places[3, i, 0],
+            c * of.places[2, i, 1] + q * of.places[3, i, 1],
+            c * of.places[2, i, 2] + q * of.places[3, i, 2],
         )
         t = (
-            c * of.quarter[i, 0] - q * of.zero[i, 0],
-            c * of.quarter[i, 1] - q * of.zero[i, 1],
-            c * of.quarter[i, 2] - q * of.zero[i, 2],
+            c * of.places[3, i, 0] - q * of.places[2, i, 0],
+            c * of.places[3, i, 1] - q * of.places[2, i, 1],
+            c * of.places[3, i, 2] - q * of.places[2, i, 2],
         )
         x, y, z = x - of.radius * e[0], y - of.radius * e[1], z - of.radius * e[2]  # l
         push = x * t[0] + y * t[1] + z * t[2]  # d n·t
@@ -146,13 +146,13 @@ def rates(velocity: Vec, s: Vec, J: Mat, arms: Mat, of: Actuators, moving: Mat) 
             continue
         c, q = math.cos(s[i] / of.radius), math.sin(s[i] / of.radius)
         ex, ey, ez = (
-            c * of.zero[i, 0] + q * of.quarter[i, 0],
-            c * of.zero[i, 1] + q * of.quarter[i, 1],
-            c * of.zero[i, 2] + q * of.quarter[i, 2],
+            c * of.places[2, i, 0] + q * of.places[3, i, 0],
+            c * of.places[2, i, 1] + q * of.places[3, i, 1],
+            c * of.places[2, i, 2] + q * of.places[3, i, 2],
         )
-        dx -= speed * (c * of.quarter[i, 0] - q * of.zero[i, 0])  # l̇
-        dy -= speed * (c * of.quarter[i, 1] - q * of.zero[i, 1])
-        dz -= speed * (c * of.quarter[i, 2] - q * of.zero[i, 2])
+        dx -= speed * (c * of.places[3, i, 0] - q * of.places[2, i, 0])  # l̇
+        dy -= speed * (c * of.places[3, i, 1] - q * of.places[2, i, 1])
+        dz -= speed * (c * of.places[3, i, 2] - q * of.places[2, i, 2])
         leverage = of.push * math.sqrt(gx * gx + gy * gy + gz * gz)  # 1/(n·t)
         moving[1, i] = (
             turning
@@ -238,7 +238,7 @@ def forward(wanted: Vec, of: Actuators, place: Vec, tolerance: float, most: int)
     for i in range(6):
         tip(of, i, wanted[i], ends[i])
     for iteration in range(most):
-        _rods(place, of.joints, ends, lengths, J, arms)
+        _rods(place, of.places[0], ends, lengths, J, arms)
         close = True
         for i in range(6):
             step[i] = (wanted[i] if of.radius == 0.0 else of.rod) - lengths[i]

@@ -46,11 +46,11 @@ def leg_slopes(motion: Mat, jet: Mat, of: Actuators, values: Vec, slopes: Mat) -
     e, t = np.empty(3), np.empty(3)
     slopes[:, :] = 0.0
     for i in range(6):
-        point_jet(jet, of.joints[i], arm)
+        point_jet(jet, of.places[0, i], arm)
         for m in range(3):
             for order in range(3):
                 leg[order, m] = motion[order, m] + arm[0, order, m]
-            leg[0, m] -= of.anchors[i, m]
+            leg[0, m] -= of.places[1, i, m]
         if of.radius > 0.0:
             _arc(leg, of, i, values, e, t)
         else:
@@ -83,8 +83,8 @@ def _arc(leg: Mat, of: Actuators, i: int, values: Vec, e: Vec, t: Vec) -> None:
     values[i] = arc(of, i, leg[0, 0], leg[0, 1], leg[0, 2])
     c, s = math.cos(values[i] / of.radius), math.sin(values[i] / of.radius)
     for m in range(3):
-        e[m] = c * of.zero[i, m] + s * of.quarter[i, m]
-        t[m] = c * of.quarter[i, m] - s * of.zero[i, m]
+        e[m] = c * of.places[2, i, m] + s * of.places[3, i, m]
+        t[m] = c * of.places[3, i, m] - s * of.places[2, i, m]
         leg[0, m] -= of.radius * e[m]
     push, bend = _dot(leg[0], t), _dot(leg[0], e) / of.radius
     speed = _dot(leg[0], leg[1]) / push

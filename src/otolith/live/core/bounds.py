@@ -69,7 +69,7 @@ def bounds_of(platform: Platform, lag: float) -> Bounds:
     hexapod = platform.six_legs()
     of, axes = hexapod.actuators, np.array(hexapod.joint_axes)
     legs = (hexapod.joints, hexapod.anchors, hexapod.stroke, hexapod.speed, hexapod.acceleration)
-    cranks = (of.zero, of.quarter, of.radius, of.rod, of.push)
+    cranks = (of.places[2].copy(), of.places[3].copy(), of.radius, of.rod, of.push)
     leaning = (axes / np.linalg.norm(axes, axis=2, keepdims=True), np.array(hexapod.lean))
     return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs, *cranks, *leaning)
 
