@@ -64,7 +64,7 @@ RIG_SIZE = np.array([[0.08] * 3 + [0.1] * 3, [0.3] * 6, [3.0] * 6])
 def test_every_limit_of_a_crank_is_met_where_differences_meet_it() -> None:
     """Against the arcs of the usual sine form, by scipy's rotations and differences in time."""
     bounds, rng = Gate(RIG, lag=0.01, period=0.01).bounds, np.random.default_rng(0)
-    free = bounds._replace(stroke=(-9.0, 9.0), leg_speed=99.0, leg_acceleration=1e9, lean=np.full(2, np.pi))
+    free = bounds._replace(stroke=(-9.0, 9.0), leg_speed=99.0, leg_acceleration=1e9, lean=(np.pi, np.pi))
     times, hexapod = np.array([-H, 0.0, H])[:, None], RIG.six_legs()
     for motion in RIG_SIZE * rng.uniform(-0.7, 0.7, (200, 3, 6)):
         arcs = coordinates(motion[0] + times * motion[1] + 0.5 * times**2 * motion[2], hexapod)
@@ -94,7 +94,7 @@ def test_a_leg_that_leans_too_far_is_found(platform: Platform, joint: int) -> No
         motion[0], lean = pose, np.full(2, np.pi)
         lean[joint] = hexapod.leans(pose[None])[0, joint].max()
         for change, code in ((1e-6, HOLDS), (-1e-6, LEAN)):
-            limited = bounds._replace(lean=lean + change * (np.arange(2) == joint))
+            limited = bounds._replace(lean=tuple((lean + change * (np.arange(2) == joint)).tolist()))
             assert legs_at(motion, limited, 0.0, *work())[0] == code
             assert not legs_hold(pose, motion, limited, 0.0, *work())  # nothing is proved by bounds
 

@@ -31,13 +31,13 @@ class Bounds(NamedTuple):
     stroke: tuple[float, float]  # [m]
     leg_speed: float  # [m/s]
     leg_acceleration: float  # [m/s²]
-    zero: Mat  # (6, 3) directions of the cranks at angle 0, and …
-    quarter: Mat  # (6, 3) … a quarter of a turn later
+    # (4, 6, 3) unit vectors: along the cranks at angle 0 and a quarter of a turn later, in world; those from
+    # which legs lean, in world below and in the platform's frame above
+    frames: Mat
     radius: float  # [m] of the cranks; 0 for linear legs
     rod: float  # [m]
     push: float  # +1 if growing angles push the rods, −1 if they pull them
-    axes: Mat  # (2, 6, 3) unit vectors from which legs lean: in world below, in the platform's frame above
-    lean: Vec  # (2,) [rad] largest angles from these; π if there is no limit
+    lean: tuple[float, float]  # [rad] largest angles from these, below and above; π if there is no limit
 
 
 def dofs_of(platform: Platform) -> tuple[Dof, ...]:
@@ -69,16 +69,16 @@ def bounds_of(platform: Platform, lag: float) -> Bounds:
     hexapod = platform.six_legs()
     of, axes = hexapod.actuators, np.array(hexapod.joint_axes)
     legs = (hexapod.joints, hexapod.anchors, hexapod.stroke, hexapod.speed, hexapod.acceleration)
-    cranks = (of.places[2].copy(), of.places[3].copy(), of.radius, of.rod, of.push)
-    leaning = (axes / np.linalg.norm(axes, axis=2, keepdims=True), np.array(hexapod.lean))
-    return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs, *cranks, *leaning)
+    frames = np.concatenate([of.places[2:], axes / np.linalg.norm(axes, axis=2, keepdims=True)])
+    cranks = (frames, of.radius, of.rod, of.push, hexapod.lean)
+    return Bounds(low, high, twist, acceleration, jerk, lag, circle, *legs, *cranks)
 
 
 def _no_legs() -> tuple[Any, ...]:
     """Return what stands in for the fields of legs where there are none."""
     none = np.empty((0, 3))
     legs = (none, none, (-math.inf, math.inf), math.inf, math.inf)
-    return *legs, none, none, 0.0, 0.0, 1.0, np.empty((2, 0, 3)), np.full(2, math.pi)
+    return *legs, np.empty((4, 0, 3)), 0.0, 0.0, 1.0, (math.pi, math.pi)
 
 
 def _of(table: Translation | Rotation) -> tuple[float, float, float, float]:

@@ -123,7 +123,7 @@ def _crank_at(
     """
     A, B, dA, dB, ddA, ddB, k, dk, ddk = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, b.radius**2 - b.rod**2, 0.0, 0.0
     for j in range(_THREE):
-        zero, quarter = b.zero[i, j], b.quarter[i, j]
+        zero, quarter = b.frames[0, i, j], b.frames[1, i, j]
         A, dA, ddA = A + zero * w[j], dA + zero * v[j], ddA + zero * a[j]
         B, dB, ddB = B + quarter * w[j], dB + quarter * v[j], ddB + quarter * a[j]
         k, dk, ddk = k + w[j] * w[j], dk + 2.0 * w[j] * v[j], ddk + 2.0 * (v[j] * v[j] + w[j] * a[j])
@@ -148,11 +148,11 @@ def _leans(w: tuple[float, float, float], length: float, R: Mat, b: Bounds, i: i
     x, y, z = w
     if b.radius > 0.0:
         c, s = b.radius * math.cos(length / b.radius), b.radius * math.sin(length / b.radius)
-        x -= c * b.zero[i, 0] + s * b.quarter[i, 0]
-        y -= c * b.zero[i, 1] + s * b.quarter[i, 1]
-        z -= c * b.zero[i, 2] + s * b.quarter[i, 2]
+        x -= c * b.frames[0, i, 0] + s * b.frames[1, i, 0]
+        y -= c * b.frames[0, i, 1] + s * b.frames[1, i, 1]
+        z -= c * b.frames[0, i, 2] + s * b.frames[1, i, 2]
     far = math.sqrt(x * x + y * y + z * z)
-    lower, upper = b.axes[0, i], b.axes[1, i]
+    lower, upper = b.frames[2, i], b.frames[3, i]
     along = (x * lower[0] + y * lower[1] + z * lower[2]) / far
     if b.lean[0] < math.pi:
         angle = math.acos(min(1.0, max(-1.0, along)))
