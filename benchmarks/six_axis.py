@@ -3,7 +3,7 @@
     python benchmarks/six_axis.py [table] [time] [nmpc] [hostile] [--jumps N] [--json FILE]
 
 Without words, all four parts run; `hostile` with 100,000 jumps of what is wanted, on six machines each, takes
-an hour. *table*: errors along two axes, `six-axis` on `davsi` against `davsi-4dof`, whose limits per axis the
+hours. *table*: errors along two axes, `six-axis` on `davsi` against `davsi-4dof`, whose limits per axis the
 same legs keep in every combination: against `predictive` there, and against the very same controller there,
 without rows for legs. *time*: CPU time of a decision. *nmpc*: cost above the optimum of the nonlinear
 problem, by IPOPT. *hostile*: random jumps of force and rate on machines that nobody would build; counts
