@@ -21,6 +21,7 @@ from otolith_thesis.outcome import Bearing
 from otolith_thesis.published import published
 from otolith_thesis.regions import CHOSEN, DEFINITIONS
 from otolith_thesis.studies import explicit_signals
+from otolith_thesis.studies.redundant import Carried
 from otolith_thesis.studies.regions import OPEN_ROWS, Proof, Reach
 
 T = np.linspace(0.0, 10.0, 101)
@@ -92,6 +93,8 @@ class MadeUp(dict[Any, Any]):
 
 
 def _other(job: Any) -> Any:
+    if isinstance(job, Carried):
+        return {"rmse": 0.5, "changes": 0.1, "variables": 18, "microseconds": 5.0, "broken": 0}
     if isinstance(job, Proof):
         return _proof()
     assert isinstance(job, Case)

@@ -26,8 +26,9 @@ def commands() -> dict[str, EntryPoint]:
 
 def help_line(entry: EntryPoint) -> str:
     """Return the line of help for a command: the summary of its distribution."""
-    summary = entry.dist.metadata["Summary"] if entry.dist else None
-    return summary or f"A command of {plugins.distribution(entry)}."
+    # Not by key: once something has imported the backport importlib_metadata, one that is absent is an error.
+    stated = entry.dist.metadata.get_all("Summary") if entry.dist else None
+    return stated[0] if stated else f"A command of {plugins.distribution(entry)}."
 
 
 def load(entry: EntryPoint) -> Any:

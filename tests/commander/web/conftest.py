@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # playwright leaves a loop of events running, in which no other can be
 def browser() -> Iterator[Browser]:
     """The system's chromium: playwright's own is not downloaded."""
     found = shutil.which("chromium")

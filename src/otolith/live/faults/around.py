@@ -236,7 +236,7 @@ _FILES: Final = tuple(
             ("limits.surge.velocity_mps in session.toml is 0.5 m/s", "at most 0.267 m/s, as the platform's"),
         ),
         (
-            "19d",
+            "19f",
             "a platform wider than the device's range",
             partial(_settings, lines=DESK, instead=('kind = "generic"', 'kind = "template"')),
             ("range of <Axis1a> of template, which follows surge, is -0.1 to 0.1 m", "at least -0.1"),
