@@ -23,12 +23,13 @@ check: $(VENV)/.installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# In the order of files: by default those with few tests come last, and among these are the longest tests.
 unit: $(VENV)/.installed-dev
-	$(BIN)/pytest --numprocesses auto --dist loadfile
+	$(BIN)/pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # Measuring it makes tests that are mostly Python more than twice as slow, so it is a command of its own.
 coverage: $(VENV)/.installed-dev
-	$(BIN)/pytest --numprocesses auto --dist loadfile --cov --cov-fail-under=95
+	$(BIN)/pytest --numprocesses auto --dist loadfile --no-loadscope-reorder --cov --cov-fail-under=95
 
 # One's daily loop: whatever calls a compiled kernel is skipped; drawing and the many logs of others, which
 # take most of the rest, are left out. For one folder: make fast TESTS=tests/report
