@@ -21,7 +21,7 @@ from tests.cueing.hints.training.tiny import tiny_hint
 
 ALL = {name: entry for name, entry in registry.CUEING.items() if entry.extra != "check"}  # these are slow
 # In the other order than `test_cueing`, which runs beside this: else both compile the same at the same time.
-EVERY = pytest.mark.parametrize("name", reversed(ALL))
+EVERY = pytest.mark.parametrize("name", list(reversed(ALL)))
 BAD = (np.nan, np.inf, -np.inf, 1e7)
 LIMITED = [name for name, entry in ALL.items() if entry.limited]
 SOFT_RATE = np.deg2rad(0.2)  # [rad/s] that a real servo may pass the rate that nobody notices
