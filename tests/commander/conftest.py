@@ -1,18 +1,23 @@
 """A real Commander: keeper, server and simulation as processes, on a free port."""
 
 import multiprocessing
+import os
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from otolith.cli.commander import listening, setup_for
-from otolith.commander.keeper import keep
-from otolith.commander.security import Secrets
+from otolith.commander.feed import parameters_of
+from otolith.commander.keeper import Setup, keep
+from otolith.commander.security import Secrets, new_token
+from otolith.commander.watched import watched
+from otolith.live.shell.supervise import Live, only_session
 from tests.commander.client import Page
+from tests.live.shell.rig import Rig
 
 LOCAL = "127.0.0.1"
 
@@ -79,3 +84,46 @@ def until(what, seconds: float = 60.0, every: float = 0.05):
             return found
         time.sleep(every)
     raise TimeoutError(f"waited {seconds} s in vain")
+
+
+@pytest.fixture
+def live_session(tmp_path: Path) -> Iterator[tuple[Live, Rig, Page, list[str]]]:
+    """A session that is idle, its page, and a supervisor that passes words on."""
+    told: list[str] = []
+    over = threading.Event()
+    with Rig() as rig, only_session(("127.0.0.1", rig.device)) as lock, listening("127.0.0.1", 0) as line:
+        also: list[Callable[[str], None]] = [told.append]
+        live = Live(rig.session(), lambda text: _tell(also, text), lock=lock, log=tmp_path / "logs")
+        secrets = Secrets(token=new_token())
+        setup = Setup(
+            prefix=f"otolith-test-{os.getpid()}",
+            folder=tmp_path,
+            listening=line,
+            host="127.0.0.1",
+            secrets=secrets,
+            parameters=parameters_of(rig.session()),
+        )
+        with watched(setup, rig.session(), live.names, live.change) as pages:
+
+            def supervise() -> None:
+                while not over.wait(0.01):
+                    live.look()
+                    if words := pages.words(lambda text: _tell(also, text)):
+                        live.say(*words)
+
+            supervisor = threading.Thread(target=supervise)
+            also.append(pages.tell)
+            try:
+                live.start()
+                pages.tell("started")
+                supervisor.start()
+                yield live, rig, Page(setup.port, secrets.token), told
+            finally:
+                over.set()
+                supervisor.join() if supervisor.ident else None
+                live.end()
+
+
+def _tell(listeners: list[Callable[[str], None]], text: str) -> None:
+    for listener in listeners:
+        listener(text)

@@ -3,21 +3,12 @@
 import multiprocessing
 import os
 import signal
-import threading
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
-import pytest
 
-from otolith.cli.commander import listening
-from otolith.commander.feed import parameters_of
-from otolith.commander.keeper import Setup
-from otolith.commander.security import Secrets, new_token
-from otolith.commander.watched import watched
 from otolith.live.log import Kind, Opened, meaning
 from otolith.live.messages import State
-from otolith.live.shell.supervise import Live, only_session
+from otolith.live.shell.supervise import Live
 from tests.commander.client import Page, Stream
 from tests.commander.conftest import until
 from tests.live.shell.rig import Rig
@@ -25,55 +16,12 @@ from tests.live.shell.rig import Rig
 Watched = tuple[Live, Rig, Page, list[str]]
 
 
-@pytest.fixture
-def session(tmp_path: Path) -> Iterator[Watched]:
-    """A session that is idle, its page, and a supervisor that passes words on."""
-    told: list[str] = []
-    over = threading.Event()
-    with Rig() as rig, only_session(("127.0.0.1", rig.device)) as lock, listening("127.0.0.1", 0) as line:
-        also: list[Callable[[str], None]] = [told.append]
-        live = Live(rig.session(), lambda text: _tell(also, text), lock=lock, log=tmp_path / "logs")
-        secrets = Secrets(token=new_token())
-        setup = Setup(
-            prefix=f"otolith-test-{os.getpid()}",
-            folder=tmp_path,
-            listening=line,
-            host="127.0.0.1",
-            secrets=secrets,
-            parameters=parameters_of(rig.session()),
-        )
-        with watched(setup, rig.session(), live.names, live.change) as pages:
-
-            def supervise() -> None:
-                while not over.wait(0.01):
-                    live.look()
-                    if words := pages.words(lambda text: _tell(also, text)):
-                        live.say(*words)
-
-            supervisor = threading.Thread(target=supervise)
-            also.append(pages.tell)
-            try:
-                live.start()
-                pages.tell("started")
-                supervisor.start()
-                yield live, rig, Page(setup.port, secrets.token), told
-            finally:
-                over.set()
-                supervisor.join() if supervisor.ident else None
-                live.end()
-
-
-def _tell(listeners: list[Callable[[str], None]], text: str) -> None:
-    for listener in listeners:
-        listener(text)
-
-
 def child(name: str) -> int:
     return next(one.pid or 0 for one in multiprocessing.active_children() if one.name == f"otolith {name}")
 
 
-def test_a_page_arms_engages_and_stops_and_its_processes_may_die(session: Watched) -> None:
-    live, rig, page, _ = session
+def test_a_page_arms_engages_and_stops_and_its_processes_may_die(live_session: Watched) -> None:
+    live, rig, page, _ = live_session
     assert page.start["mode"] == "live"
     assert page.ask("/api/run", {}).status == 409
     with page.stream() as stream:
@@ -134,8 +82,8 @@ def _token(page: Page) -> str:
     return page.cookies["otolith-token"]
 
 
-def test_another_page_only_looks_on_but_stops(session: Watched) -> None:
-    live, _, page, _ = session
+def test_another_page_only_looks_on_but_stops(live_session: Watched) -> None:
+    live, _, page, _ = live_session
     other = Page(page.port, _token(page))
     with page.stream() as stream, other.stream() as looking:
         assert page.say("arm") == 204
