@@ -1,32 +1,40 @@
 """A study is the same however it is done, and an interrupted one goes on as if it had not been."""
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from otolith.core.errors import CorruptFile, InputError
-from otolith.studies.results import State
+from otolith.studies.results import State, values
 from otolith.studies.store import Store
 from tests.studies.synthetic import Interrupted, Stopping, created, search, study
 
+PRUNED: dict[str, Any] = {"prune_percentile": 50.0, "prune_after": 1}
 
+
+@pytest.mark.parametrize("pruned", [{}, PRUNED], ids=["whole", "pruned"])
 @pytest.mark.parametrize("sampler", ["nsga2", "tpe", "random"])
-def test_the_same_study_gives_the_same_trials_in_whatever_order_its_jobs_are_done(sampler: str) -> None:
-    of = study(sampler=sampler)
+def test_the_same_study_gives_the_same_trials_in_whatever_order_its_jobs_are_done(
+    sampler: str, pruned: dict[str, Any]
+) -> None:
+    of = study(sampler=sampler, **pruned)
     first = search(of, created("", of))
     assert [trial.number for trial in first] == list(range(14))
-    assert {trial.state for trial in first} <= {State.DONE, State.REJECTED}
+    assert State.OPEN not in {trial.state for trial in first}
+    assert (State.PRUNED in {trial.state for trial in first}) == bool(pruned)
     assert search(of, created("", of), Stopping(backwards=True)) == first
-    other = study(sampler=sampler, seed=2)
+    other = study(sampler=sampler, seed=2, **pruned)
     assert search(other, created("", other)) != first
 
 
-@pytest.mark.parametrize("sampler", ["nsga2", "tpe"])
-@pytest.mark.parametrize("jobs", [0, 3, 8, 20, 28])
+@pytest.mark.parametrize(("sampler", "pruned"), [("nsga2", {}), ("tpe", {}), ("nsga2", PRUNED)])
+@pytest.mark.parametrize("jobs", [0, 3, 8, 13, 20])
 def test_an_interrupted_study_loses_nothing_and_does_nothing_twice(
-    sampler: str, jobs: int, tmp_path: Path
+    sampler: str, pruned: dict[str, Any], jobs: int, tmp_path: Path
 ) -> None:
-    of = study(sampler=sampler)
+    of = study(sampler=sampler, **pruned)
     whole = Stopping()
     expected = search(of, created("", of), whole)
     path, before, after = tmp_path / "a.journal", Stopping(jobs), Stopping()
@@ -48,6 +56,23 @@ def test_settings_that_are_refused_reject_their_trial_alone() -> None:
     for trial in trials:
         refused = trial.settings["horizon"] == 50 and float(trial.settings["weight.velocity"]) > 0.5
         assert refused == (trial in rejected)
+
+
+def test_a_trial_ends_early_where_it_is_in_the_worse_half_of_earlier_batches_by_every_objective() -> None:
+    of = study(trials=60, batch=10, sampler="random", **PRUNED)
+    trials = search(of, created("", of))
+    expected = set()
+    for trial in trials:
+        finished = [t for t in trials[: trial.number // 10 * 10] if t.state is State.DONE]
+        if finished and trial.state is not State.REJECTED:
+            medians = np.median([values(of, {0: t.training[0]}) for t in finished], axis=0)
+            if (np.array(values(of, {0: trial.training[0]})) > medians).all():
+                expected.add(trial.number)
+    assert expected == {trial.number for trial in trials if trial.state is State.PRUNED}
+    assert 5 < len(expected) < 30
+    assert {len(trials[number].training) for number in expected} == {1}
+    of = study(trials=60, batch=10, sampler="random", prune_percentile=50.0)  # after three references
+    assert State.PRUNED not in {trial.state for trial in search(of, created("", of))}
 
 
 def test_the_start_is_tried_first_and_a_search_is_better_than_it() -> None:

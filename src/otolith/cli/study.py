@@ -111,7 +111,8 @@ def show(
         of = _tried(opened) or study.budget.trials
     found = front(study, trials)
     counts = {state.value: sum(trial.state is state for trial in trials) for state in State}
-    said = f"{study.name}: {counts['done']} of {of} trials done, {counts['rejected']} rejected"
+    early = f", {counts['pruned']} ended early" if counts["pruned"] else ""
+    said = f"{study.name}: {counts['done']} of {of} trials done{early}, {counts['rejected']} rejected"
     if page is not None:
         checked = "" if agreed is None else f"; {_agreed(agreed)}"
         _write_page(page, store, study, trials, f"{said}{checked}")

@@ -13,7 +13,7 @@ import numpy as np
 from otolith.studies.definition import Parameter, Study
 from otolith.studies.engine import optuna
 from otolith.studies.results import State, Trial, excesses, values
-from otolith.studies.store import CONSTRAINT, Store
+from otolith.studies.store import CONSTRAINT, STATES, Store
 
 Asked = tuple[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]]
 
@@ -48,8 +48,8 @@ class Memory:
         if trial.number in self._known:
             return
         self._known.add(trial.number)
-        if trial.state is State.REJECTED:
-            self._study.tell(trial.number, state=optuna.trial.TrialState.FAIL)
+        if trial.state is not State.DONE:
+            self._study.tell(trial.number, state=STATES[trial.state])
             return
         for name, excess in excesses(self._of, trial.training).items():
             self._storage.set_trial_system_attr(self._place(trial.number), f"{CONSTRAINT}{name}", excess)

@@ -126,6 +126,9 @@ class Budget(_Table):
     timeout_s: float | None = Field(
         default=None, gt=0.0
     )  # of a job [s of CPU time]; longer ones are rejected
+    # A trial that is not among this share [%] of the finished ones, by no objective, ends early; `prune`
+    prune_percentile: float | None = Field(default=None, gt=0.0, lt=100.0)
+    prune_after: int = Field(default=3, ge=1)  # number of references after which this is judged first
 
 
 class Study(_Table):

@@ -16,6 +16,7 @@ class State(StrEnum):
 
     OPEN = "open"  # some of its jobs are not done
     DONE = "done"
+    PRUNED = "pruned"  # it ended early, since it was in the worse part by every objective
     REJECTED = "rejected"  # a setting was refused, or a job took too long
 
 

@@ -4,6 +4,7 @@ It depends neither on how many jobs are done at once, nor on which is done first
 """
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,6 +13,7 @@ from otolith.studies.ask import Memory
 from otolith.studies.definition import Study
 from otolith.studies.executors import Executor
 from otolith.studies.jobs import JUDGING, TRAINING, Done, Job, work
+from otolith.studies.prune import Pruning
 from otolith.studies.results import State, Trial, excesses, front, values
 from otolith.studies.store import Store
 
@@ -66,50 +68,68 @@ class Search:
     def train(self) -> list[Trial]:
         """Do all trials that are left, and return all trials."""
         budget, store = self._study.budget, self._store
-        memory = Memory(self._study, store)
+        memory, pruning = Memory(self._study, store), Pruning(self._study, self._items[TRAINING])
         for first in range(0, budget.trials, budget.batch):
             numbers = range(first, min(first + budget.batch, budget.trials))
             for number in numbers[max(0, len(store.frozen()) - first) :]:
                 store.add(*memory.ask(number))
-            trials = {one.number: one for one in store.trials()[first : numbers.stop]}
-            for trial in self._done(TRAINING, [t for t in trials.values() if t.state is State.OPEN]):
-                trials[trial.number] = self._finished(trial)
+            trials = self._trained(store.trials()[first : numbers.stop], pruning)
             for number in numbers:
                 memory.tell(trials[number])
+                pruning.learn(trials[number])
         return store.trials()
+
+    def _trained(self, trials: Sequence[Trial], pruning: Pruning) -> dict[int, Trial]:
+        """Do what the trials of a batch lack, and return them by number; some end early, after a rung."""
+        found = {one.number: one for one in trials if one.state is not State.OPEN}
+        going = [one for one in trials if one.state is State.OPEN]
+        for count in pruning.rungs:
+            reached, going = self._done(TRAINING, going, count), []
+            for trial in reached:
+                state = self._state(trial, count, pruning)
+                if state is State.OPEN:
+                    going.append(trial)
+                else:
+                    found[trial.number] = self._finished(trial, state)
+        return found
 
     def judge(self, trials: Iterable[Trial]) -> None:
         """Run trials on the references for judging."""
-        for _ in self._done(JUDGING, list(trials)):
+        for _ in self._done(JUDGING, list(trials), self._items[JUDGING]):
             pass
 
-    def _done(self, kind: str, trials: Sequence[Trial]) -> Iterator[Trial]:
-        """Do the jobs that trials lack, and yield each trial once it lacks none."""
-        count = self._items[kind]
+    def _done(self, kind: str, trials: Sequence[Trial], count: int) -> Iterator[Trial]:
+        """Do the jobs that trials lack on the first references, and yield each trial once it lacks none."""
         results = {one.number: dict(getattr(one, kind)) for one in trials}
         by_number = {one.number: one for one in trials}
         asked = [(one, k) for one in trials for k in range(count) if k not in results[one.number]]
         jobs = [(kind, Job(tuple(one.settings.items()), k)) for one, k in asked]
-        yield from (
-            _with(one, kind, results[one.number]) for one in trials if len(results[one.number]) == count
-        )
+        lacking = Counter(one.number for one, _ in asked)
+        yield from (one for one in trials if not lacking[one.number])
         for place, done in self._executor.as_done(self._work, jobs):
             trial, item = asked[place]
             self._store.write(trial.number, trial.settings, kind, item, done)
             self._tell(kind, trial.number)
             results[trial.number][item] = done
-            if len(results[trial.number]) == count:
+            lacking[trial.number] -= 1
+            if not lacking[trial.number]:
                 yield _with(by_number[trial.number], kind, results[trial.number])
 
-    def _finished(self, trial: Trial) -> Trial:
-        """Write what became of a trial whose training is done, and return it."""
-        refused = any(done.refused for done in trial.training.values())
-        state = State.REJECTED if refused else State.DONE
-        if refused:
-            self._store.finish(trial.number, state, (), {})
-        else:
+    def _state(self, trial: Trial, count: int, pruning: Pruning) -> State:
+        """Return what has become of an open trial that has results on the first references."""
+        if any(done.refused for done in trial.training.values()):
+            return State.REJECTED
+        if count == self._items[TRAINING]:
+            return State.DONE
+        return State.PRUNED if pruning.ends(trial, count) else State.OPEN
+
+    def _finished(self, trial: Trial, state: State) -> Trial:
+        """Write what became of a trial, and return it."""
+        if state is State.DONE:
             found = values(self._study, trial.training)
             self._store.finish(trial.number, state, found, excesses(self._study, trial.training))
+        else:
+            self._store.finish(trial.number, state, (), {})
         return _with(trial, "state", state)
 
     def _tell(self, kind: str, number: int) -> None:

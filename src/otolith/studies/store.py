@@ -23,11 +23,12 @@ from otolith.studies.results import State, Trial
 CONSTRAINT: Final = "constraints:"  # begins the names of attributes that Optuna reads as constraints
 _DEFINITION: Final = "otolith"  # attribute of the study that holds how it was defined
 _VERSION: Final = 1
-_DONE: Final = {
+STATES: Final = {  # as Optuna calls them
     State.DONE: optuna.trial.TrialState.COMPLETE,
+    State.PRUNED: optuna.trial.TrialState.PRUNED,
     State.REJECTED: optuna.trial.TrialState.FAIL,
 }
-_STATES: Final = {there: here for here, there in _DONE.items()}
+_OURS: Final = {there: here for here, there in STATES.items()}
 
 
 class Store:
@@ -189,7 +190,7 @@ class Store:
         for name, excess in excesses.items():
             self._storage.set_trial_system_attr(where, f"{CONSTRAINT}{name}", excess)
         given = values if state is State.DONE else None
-        self._storage.set_trial_state_values(where, _DONE[state], given)
+        self._storage.set_trial_state_values(where, STATES[state], given)
 
     def _trial_id(self, number: int) -> int:
         found: int = self._storage.get_trial_id_from_study_id_trial_number(self._id, number)
@@ -210,7 +211,7 @@ def _trial(frozen: Any, attributes: Mapping[str, Any]) -> Trial:
         settings=dict(frozen.params),
         training=results[TRAINING],
         judging=results[JUDGING],
-        state=_STATES.get(frozen.state, State.OPEN),
+        state=_OURS.get(frozen.state, State.OPEN),
     )
 
 
