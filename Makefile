@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo live-demo commander-demo test check unit coverage fast wheel clean
+.PHONY: demo live-demo commander-demo test check unit coverage fast docs wheel clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
@@ -37,6 +37,11 @@ fast: TESTS ?= tests --ignore=tests/report --ignore=tests/recordings/checks
 fast: $(VENV)/.installed-dev
 	$(BIN)/pytest --fast -q $(TESTS)
 
+# The site of the docs, in `site/`; a warning is an error. Notebooks run anew when the source has changed.
+docs: $(VENV)/.installed-docs
+	$(BIN)/sphinx-build -W --keep-going -E -q -d .docs_cache/doctrees -c docs . site
+	@echo "open site/index.html"
+
 # A wheel with machine code, for this Python and system: its first run need not compile.
 wheel: $(VENV)/.installed
 	$(BIN)/python tools/ship_kernels.py
@@ -54,9 +59,13 @@ $(VENV)/.installed-commander: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[commander]'
 	@touch $@
 
+$(VENV)/.installed-docs: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@touch $@
+
 $(VENV)/.installed-dev: pyproject.toml thesis/pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]' --editable thesis
 	@touch $@ $(VENV)/.installed
 
 clean:
-	rm -rf $(VENV) demo out .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
+	rm -rf $(VENV) demo out site .docs_cache docs/api .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
