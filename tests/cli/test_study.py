@@ -48,7 +48,7 @@ def test_a_study_from_its_file_to_a_tuning_that_run_takes(
     assert "which exists" in refusal(["study", "run", "tiny.toml"], capsys)
 
     shown = json.loads(called(f"study show {store} --json", capsys)[0])
-    assert shown["trials"] == {"of": 4, "open": 0, "done": 4, "rejected": 0}
+    assert shown["trials"] == {"of": 4, "open": 0, "done": 4, "pruned": 0, "rejected": 0}
     assert shown["agreement"]["different"] == []
     assert all(one["judging"] is not None for one in shown["front"])
     assert "4 of 4 trials done" in called(f"study show {store} --page front.html", capsys)[1]

@@ -192,7 +192,7 @@ def inverse(
     json: Json = False,
 ) -> None:
     """Recover the constant washout weights of an MPC from its motion: those whose motion is the same."""
-    from otolith.studies.inverse import START, recover
+    from otolith.studies.inverse import START, TOLD, recover
 
     console = screen()
     recorded = files.read_run(run)
@@ -203,13 +203,18 @@ def inverse(
             recorded.pose, made.design, made.wanted.along(made.design), start, plant=made.plant_name
         )
     if json:
-        print_json(asdict(found))
+        print_json({**asdict(found), "intervals": found.intervals, "untold": found.untold})
         return
-    grid = Table("state", "weight", "relative standard error")
+    grid = Table("state", "weight", "95 % interval", "relative standard error")
     for state, weight in found.weights.items():
-        grid.add_row(state, f"{weight:.5g}", f"{found.spread[state]:.1g}")
+        low, high = found.intervals[state]
+        grid.add_row(state, f"{weight:.5g}", f"{low:.5g} to {high:.5g}", f"{found.spread[state]:.1g}")
     screen(stderr=False, wide=True).print(grid)
     _say(console, f"{100.0 * found.difference:.2g} % of the motion is left unexplained; {found.loops} loops")
+    for state, times in found.untold.items():
+        known = f"the motion does not tell the weight on {state} within {100.0 * TOLD:.0f} %"
+        would = f"a record {times:.2g} times as long would, or {times**0.5:.2g} times less noise"
+        _say(console, f"{known}; {would}")
 
 
 def _search(
