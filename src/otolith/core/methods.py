@@ -13,8 +13,10 @@ All methods of one *role* have the same arguments, so that a caller knows how to
 types on both sides when it compiles them: the caller's against the role, the kernel's in `Role.method`.
 """
 
+from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
+from weakref import WeakValueDictionary
 
 import numba
 from numba import types
@@ -112,7 +114,21 @@ def address_of(dispatcher: Any, *arguments: Any) -> int:
     dispatcher.compile(arguments)
     result = dispatcher.overloads[arguments]
     address: int = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+    _kernels[address] = dispatcher
     return address
+
+
+def kernel_at(code: int) -> Any:
+    """Return the kernel whose machine code is at an address that `address_of` gave."""
+    return _kernels[code]
+
+
+def values_at(data: int) -> Any:
+    """Return the named tuple whose handle's data are at an address, while its `Bound` is alive."""
+    return _bound[data].values
+
+
+_kernels: Final[dict[int, Any]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +142,9 @@ class Role:
         """Make a method of a kernel and a named tuple, the data that it takes as its first argument."""
         held, data = hold(values)
         code = address_of(dispatcher, numba.typeof(held), *self.arguments)
-        return Bound(held, Method(code, data))
+        bound = Bound(held, Method(code, data), values)
+        _bound[data] = bound
+        return bound
 
     @property
     def call(self) -> Any:
@@ -134,33 +152,37 @@ class Role:
         return _caller(self.returned, self.arguments)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
 class Bound:
-    """A method together with the handle that keeps its data alive."""
+    """A method together with the handle that keeps its data alive, and the named tuple held by it."""
 
     held: Any
     method: Method
+    values: tuple[Any, ...]
+
+
+_bound: Final[MutableMapping[int, Bound]] = WeakValueDictionary()
 
 
 def call_at(returned: Any, *arguments: Any) -> Any:
     """Make a function for kernels, `call(address, (argument, …))`, that calls machine code at an address."""
 
     @intrinsic
-    def call(_typing: Any, _address: Any, _given: Any) -> Any:
+    def call_address(_typing: Any, _address: Any, _given: Any) -> Any:
         def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
             unpacked = cgutils.unpack_tuple(builder, values[1], len(arguments))
             return _generate_call(context, builder, values[0], returned, arguments, unpacked)
 
         return returned(types.int64, types.Tuple(arguments)), generate
 
-    return call
+    return call_address
 
 
 def _caller(returned: Any, arguments: tuple[Any, ...]) -> Any:
     """Make the function of `Role.call`."""
 
     @intrinsic
-    def call(_typing: Any, _method: Any, _given: Any) -> Any:
+    def call_method(_typing: Any, _method: Any, _given: Any) -> Any:
         def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
             code, data = cgutils.unpack_tuple(builder, values[0], 2)
             data = builder.inttoptr(data, context.get_value_type(types.voidptr))
@@ -170,7 +192,7 @@ def _caller(returned: Any, arguments: tuple[Any, ...]) -> Any:
 
         return returned(_METHOD, types.Tuple(arguments)), generate
 
-    return call
+    return call_method
 
 
 def _generate_call(

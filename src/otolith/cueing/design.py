@@ -217,7 +217,7 @@ def reweigh(cueing: Cueing, name: str, design: Design) -> None:
     ------
     InputError : the weights are on other states than those before.
     """
-    for mpc in _mpcs(cueing):
+    for mpc in mpcs_of(cueing):
         settings = design.mpc
         if name.startswith("six-axis"):
             mpc.reweigh(_body(design, mpc.problem.dofs).washout)
@@ -227,10 +227,10 @@ def reweigh(cueing: Cueing, name: str, design: Design) -> None:
         mpc.reweigh(settings.washout)
 
 
-def _mpcs(cueing: Cueing) -> list[Mpc]:
+def mpcs_of(cueing: Cueing) -> list[Mpc]:
     """Return the MPCs of which an algorithm is made."""
     if isinstance(cueing, Ahead):
-        return _mpcs(cueing.inner)
+        return mpcs_of(cueing.inner)
     parts = cueing.parts if isinstance(cueing, Several) else (cueing,)
     return [part for part in parts if isinstance(part, Mpc)]
 

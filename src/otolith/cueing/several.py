@@ -39,14 +39,15 @@ def _decide(
 ) -> int:
     """Let all parts decide, and add their commands; see `otolith.compiled.DECIDE`."""
     first = of.at[0] if again == 1 else 0
-    for k in range(first, len(of.methods)):
-        resumed = again if k == first else 0
-        method = Method(of.methods[k, 0], of.methods[k, 1])
-        request = _inner(method, (motion, now, preview, age, resumed, of.command[k], of.result[k]))
-        if request != NOTHING:
-            of.at[0] = k
-            waiting: int = request
-            return waiting
+    for k in range(len(of.methods)):
+        if k >= first:
+            resumed = again if k == first else 0
+            method = Method(of.methods[k, 0], of.methods[k, 1])
+            request = _inner(method, (motion, now, preview, age, resumed, of.command[k], of.result[k]))
+            if request != NOTHING:
+                of.at[0] = k
+                waiting: int = request
+                return waiting
     _add(of.command, of.result, command, result)
     return NOTHING
 

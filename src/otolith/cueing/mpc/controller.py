@@ -18,6 +18,7 @@ import numpy as np
 
 from otolith.compiled import DECIDE, SOLVERS, outcome_of
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.errors import InputError
 from otolith.core.frames import Dof
 from otolith.core.methods import NO_METHOD, Bound
 from otolith.cueing.mpc import decide as requests
@@ -32,6 +33,7 @@ from otolith.cueing.prediction.simple import Hold, now, previewed
 from otolith.interfaces import Command, PlatformState, Predictor, Reference
 from otolith.platforms import Platform
 from otolith.qp.engines import NO_ENTRANCE, StructuredEngine
+from otolith.qp.problem import Status
 from otolith.qp.stage import StageSolution
 from otolith.qp.structured.generate import CODES
 from otolith.safety.stopping import Stopping
@@ -186,6 +188,27 @@ class Mpc:
         """Return the method of this controller."""
         return self._method
 
+    def unaided(self) -> None:
+        """Let its kernel decide without Python: a problem that the engine gives up has no solution.
+
+        Raises
+        ------
+        InputError : the kernel asks Python in the ordinary course of a decision.
+        """
+        p = self.program
+        needs = {
+            f"the engine {type(self.engine).__name__}": p.engine.solve == 0,
+            f"the prediction {type(self._predictor).__name__}": p.predict.code == 0,
+            f"the guess {type(self._guess).__name__}": p.guessing,
+            f"the hint {type(self._hint).__name__}, without which the decisions are the same": p.hinting,
+        }
+        for what, needed in needs.items():
+            if needed:
+                raise InputError(
+                    "an algorithm that decides without Python", f"one that asks for {what}", _ALONE
+                )
+        p.answer[:] = SOLVERS.index(Status.LIMIT), 0.0, math.inf
+
     def will_be_felt(self) -> tuple[Ints, Mat]:
         """Return what the last decision's plan makes felt at the ends of the next N periods (N, C).
 
@@ -242,4 +265,5 @@ class Mpc:
         p.at[requests.RELAXED] = self.problem.relaxed(solution)
 
 
+_ALONE: Final = "one that asks for nothing, such as implicit or predictive"
 _NOTHING: Final = Reference(specific_force=np.zeros(3))

@@ -113,7 +113,7 @@ def _plausible(values: Mat) -> bool:
 @jit_inlined
 def _write(p: Any) -> None:
     """Write the problem about `about`; if there is a guess, it becomes the cost's reference."""
-    referred = p.guess if p.at[GUESSED] == 1 else p.guess[:0]
+    referred = p.guess if p.guessing and p.at[GUESSED] == 1 else p.guess[:0]
     kernels.write(p.given, p.memory, p.x, p.about, p.wanted, referred)
 
 

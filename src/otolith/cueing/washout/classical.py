@@ -74,7 +74,7 @@ def _filter(of: Any, fresh: int, demand: Vec, motion: Vec) -> int:
     for axis in of.turned:
         motion[TURNING + axis] = ends[n]
         n += 1
-    coordinate(motion, of.pairs, ends[n:])
+    coordinate(motion, of.pairs, ends[len(of.moved) + len(of.turned) :])
     return 0
 
 

@@ -1,0 +1,146 @@
+"""The text of a program's header: declarations for all, and the implementation for one file."""
+
+import textwrap
+from collections.abc import Sequence
+from string import Template
+from typing import Any, Final
+
+from numpy.typing import NDArray
+
+from otolith.export.program import Port
+from otolith.export.translate.render import Rendered
+
+Part = tuple[NDArray[Any], int, int]  # an array of the data, and the places in it from … to
+
+_HEADER: Final = Template("""\
+/* $name.h: $title
+
+$about
+
+   One source file says
+
+       #define ${NAME}_IMPLEMENTATION
+       #include "$name.h"
+
+   and all others include it as it is. Each instance has a struct of its own; there is no other memory, and a
+   copy of the struct is a snapshot. $mathematics
+
+   in[]
+$inputs
+
+   out[]
+$outputs
+*/
+#ifndef ${NAME}_H
+#define ${NAME}_H
+
+#define ${NAME}_PERIOD $period /* [s] between two steps */
+#define ${NAME}_INPUTS $input_count
+#define ${NAME}_OUTPUTS $output_count
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct $name $name;
+
+/* Start at rest, in the neutral pose. */
+void ${name}_init($name *me);
+
+/* Do one period; return the status: 0 decided by the algorithm; else the fallback, which brakes: 1 without a
+   certified answer, 2 because the platform could not have stopped after it, 3 because an input is not
+   plausible. */
+int ${name}_step($name *me, const double in[], double out[]);
+
+$struct
+
+#ifdef __cplusplus
+}
+#endif
+
+#ifdef ${NAME}_IMPLEMENTATION
+
+#include <math.h>
+#include <string.h>
+
+$implementation
+
+void ${name}_init($name *me) {
+    memset(me, 0, sizeof *me);
+$initial}
+
+int ${name}_step($name *me, const double in[], double out[]) {
+$read    const int status = ${name}_$entry(me);
+$write    return status;
+}
+
+#endif /* ${NAME}_IMPLEMENTATION */
+#endif /* ${NAME}_H */
+""")
+
+
+def header(
+    rendered: Rendered,
+    title: str,
+    about: str,
+    *,
+    period: float,
+    inputs: Sequence[tuple[Port, ...]],
+    outputs: Sequence[tuple[Port, ...]],
+    read: Sequence[Part],
+    write: Sequence[Part],
+) -> str:
+    """Return the text of a header.
+
+    Parameters
+    ----------
+    inputs, outputs : ports of every part of `read` and `write`.
+    read : where the inputs go, one part after the other.
+    write : where the outputs come from.
+    """
+    flat_in, flat_out = (
+        [port for part in inputs for port in part],
+        [port for part in outputs for port in part],
+    )
+    used = rendered.unit.mathematics.library
+    needs = f"Of the library of mathematics it needs {', '.join(used)}." if used else "It needs no library."
+    implementation = rendered.implementation()
+    return _HEADER.substitute(
+        name=rendered.name,
+        NAME=rendered.name.upper(),
+        title=title,
+        about=textwrap.indent(textwrap.fill(about, 107), "   "),
+        mathematics=needs,
+        inputs=_ports(flat_in),
+        outputs=_ports(flat_out),
+        period=repr(period),
+        input_count=len(flat_in),
+        output_count=len(flat_out),
+        struct=rendered.struct(),
+        implementation=implementation,
+        initial="".join(f"{line}\n" for line in rendered.initial()),
+        read="".join(_copies(read, "{here}[i] = in[{at} + i];", rendered)),
+        write="".join(_copies(write, "out[{at} + i] = {here}[i];", rendered)),
+        entry=rendered.entry.name,
+    )
+
+
+def _ports(ports: Sequence[Port]) -> str:
+    width = max(len(port.name) for port in ports)
+    return "\n".join(
+        f"   {i:3}  {port.name:{width}}  {f'[{port.unit}]' if port.unit else '':9} {port.meaning}"
+        for i, port in enumerate(ports)
+    )
+
+
+def _copies(parts: Sequence[Part], line: str, rendered: Rendered) -> list[str]:
+    """Return the loops that copy parts of the data from `in` or to `out`."""
+    found, at = [], 0
+    for array, first, last in parts:
+        here = f"({rendered.of(array.reshape(-1)[first:last])})"
+        text = line.format(here=here.strip("()") if "+" not in here else here, at=at).replace(
+            "[0 + i]", "[i]"
+        )
+        found.append(f"    for (int i = 0; i < {last - first}; i++) {text}\n")
+        at += last - first
+    return found
