@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo live-demo commander-demo test check unit coverage fast docs wheel clean
+.PHONY: demo live-demo commander-demo test check unit coverage fast docs wheel release-check clean
 
 demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
@@ -47,6 +47,10 @@ wheel: $(VENV)/.installed
 	$(BIN)/python tools/ship_kernels.py
 	$(BIN)/python -m pip wheel --disable-pip-version-check --no-deps --wheel-dir dist .
 
+# All that is asked of a release, without publishing it: two equal builds, sizes, licences, versions.
+release-check: $(VENV)/.installed-release
+	$(BIN)/python tools/release_check.py
+
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"Otolith needs Python 3.11 or newer, this is {v[0]}.{v[1]}: make PYTHON=python3.12")'
 	$(PYTHON) -m venv $(VENV)
@@ -61,6 +65,10 @@ $(VENV)/.installed-commander: $(VENV)/.installed
 
 $(VENV)/.installed-docs: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@touch $@
+
+$(VENV)/.installed-release: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[release]'
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml thesis/pyproject.toml | $(VENV)/bin/python

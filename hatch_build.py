@@ -1,6 +1,11 @@
-"""Hook of the build: a wheel that holds machine code is one for this Python and system, and says so."""
+"""Hooks of the build.
+
+A wheel that holds machine code is one for this Python and system, and says so. The README that a package
+carries has links that lead to the repository, since it is shown elsewhere.
+"""
 
 import json
+import os
 import sys
 import sysconfig
 import zipfile
@@ -8,8 +13,27 @@ from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 ARCHIVE = "src/otolith/kernels.zip"  # made by tools/ship_kernels.py
+
+
+class ReadmeHook(MetadataHookInterface):  # type: ignore[misc]
+    """Makes the links of the README absolute where the repository's address is known to the build.
+
+    OTOLITH_ADDRESS is that address, for instance that of the project on its host; a release sets it.
+    """
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """Add the README, and the address itself."""
+        sys.path.insert(0, str(Path(self.root) / "tools"))
+        from readme_links import absolute
+
+        address = os.environ.get("OTOLITH_ADDRESS", "").rstrip("/")
+        text = (Path(self.root) / "README.md").read_text(encoding="utf-8")
+        shown = absolute(text, address, metadata["version"])
+        metadata["readme"] = {"content-type": "text/markdown", "text": shown}
+        metadata["urls"] = {"Source": address} if address else {}
 
 
 class MachineCodeHook(BuildHookInterface):  # type: ignore[misc]

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from otolith.scenarios import Scenario as Scenario
     from otolith.scenarios import scenario as scenario
 
-__version__ = "0.1.0"
+__version__: str  # found on first use, as the names below
 
 # Where each name is defined, as "module:name". The imports above state the same for type checkers; a test
 # compares the two.
@@ -151,7 +151,7 @@ __all__ = [  # noqa: RUF022 (in the order of `sorted`, as `dir` and `help` show 
 
 
 if not TYPE_CHECKING:
-    __getattr__ = on_first_use(__name__, _WHERE)
+    __getattr__ = on_first_use(__name__, {**_WHERE, "__version__": "core.version:VERSION"})
 
 
 def __dir__() -> list[str]:

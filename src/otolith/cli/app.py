@@ -16,7 +16,6 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 import typer  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from otolith import __version__  # noqa: E402
 from otolith.cli import plugins  # noqa: E402
 from otolith.cli.given import refuse_lost  # noqa: E402
 from otolith.core.errors import OtolithError  # noqa: E402
@@ -155,6 +154,8 @@ def run_program(arguments: list[str] | None = None) -> None:
     debug = "--debug" in line
     line = [word for word in line if word != "--debug"]
     if line == ["--version"]:
+        from otolith import __version__  # no other command needs it at once
+
         sys.stdout.write(f"otolith {__version__}\n")
         return
     try:
