@@ -11,6 +11,7 @@ SAID = {
     "01_cue_a_sine.py": "0 limit violations",
     "02_own_platform.py": "home-rig: RMSE",
     "03_explicit_law.py": "3 regions",
+    "04_fmu.py": "pose_surge: largest difference from `otolith run`",
 }
 
 
