@@ -31,6 +31,7 @@ class Entry:
     needs: tuple[str, ...] = ()  # modules of that extra
     plant: str = "ideal"  # cueing algorithms only: entry of PLANTS that the algorithm's model describes
     limited: bool = True  # cueing algorithms only: whether it knows and keeps the platform's limits
+    live: bool = True  # cueing algorithms only: whether it decides in time and leaves the base at rest
     reads: frozenset[str] = frozenset()  # cueing algorithms only: the options below that it reads
     outside: bool = False  # whether it comes from outside this package
     declared: "EntryPoint | None" = None  # the entry point by which an installed package declares it
@@ -185,21 +186,25 @@ CUEING: Final = Table(
         "joint": Entry(
             "otolith.cueing.carriers:joint",
             "predictive, moving the platform and the base that carries it in one QP",
+            live=False,
             reads=_PREDICTIVE,
         ),
         "lnl": Entry(
             "otolith.cueing.carriers:lnl",
             "base first, then the platform for what it leaves: two QPs (Soyer)",
+            live=False,
             reads=_IN_TURN,
         ),
         "nll": Entry(
             "otolith.cueing.carriers:nll",
             "platform first, then its base for what it leaves: two QPs (Soyer)",
+            live=False,
             reads=_IN_TURN,
         ),
         "split": Entry(
             "otolith.cueing.carriers:split",
             "one QP, and a fixed 2 Hz split between platform and base (Bruschetta)",
+            live=False,
             reads=_PREDICTIVE,
         ),
         "six-axis": Entry(
@@ -210,6 +215,7 @@ CUEING: Final = Table(
         "six-axis-nmpc": Entry(
             "otolith.cueing.design:six_axis_nmpc",
             "the same solved to the end by IPOPT: a reference, 0.1 s and more per decision",
+            live=False,
             extra="check",
             needs=("casadi",),
             reads=_SIX_AXIS,
@@ -240,6 +246,8 @@ CUEING: Final = Table(
         ),
     },
 )
+
+LIVE: Final = tuple(name for name, entry in CUEING.own.items() if entry.live)  # those of live sessions
 
 _OUTSIDE: Final = Entry("otolith.cueing.outside:make_outside", "makes and watches algorithms of others")
 _ON_BASE: Final = Entry("otolith.plant.carried:OnBase", "a plant carried by a base")

@@ -79,7 +79,9 @@ def test_missing_reports_are_a_gap_and_an_old_decision_asks_for_nothing() -> Non
 
 def test_the_state_says_which_words_are_possible_and_never_shows_an_old_one_as_running() -> None:
     feed = Feed(DAVSI, 0)
-    assert feed.state(MS)["running"] is False
+    starting = feed.state(MS)
+    assert (starting["running"], starting["words"]) == (False, ["stop"])
+    assert starting["text"].startswith("starting")
     feed.vitals(asks(1, np.zeros(3)))
     feed.plan(plan(1, "gate: leg 3"))
     feed.plan(plan(2, stages=0, outcome=""))

@@ -49,6 +49,14 @@ def test_the_command_line_goes_before_the_file(path: Path) -> None:
     assert session.settings.scale == 0.4
 
 
+@pytest.mark.parametrize("name", ["six-axis-nmpc", "joint"])
+def test_an_algorithm_that_is_too_slow_or_moves_a_base_is_refused(path: Path, name: str) -> None:
+    with pytest.raises(
+        InputError, match=f"cueing in s.toml is {name}, must be one of predictive, .*: it dec"
+    ):
+        Choices(file=path, cueing=name).session()
+
+
 @pytest.mark.parametrize("after", ["", "\n[limits.sway]\nvelocity_mps = 0.1  # slow\n"])
 def test_an_axis_map_is_written_into_a_session_file_and_nothing_else_changes(after: str) -> None:
     text = SESSION + "# learned today\n" + AXES.to_toml() + after

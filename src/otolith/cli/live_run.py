@@ -275,8 +275,16 @@ def drive(
                 tell(f"this session cannot be armed: {session.forbids}")
             pages = None if page is None else stack.enter_context(pages_of(live, session, page, tell))
             also.extend(() if pages is None else (pages.tell,))
-            live.start()
-            _converse(live, seconds, lambda: () if pages is None else pages.words(tell))
+
+            def of_pages() -> tuple["Word", ...]:
+                return () if pages is None else pages.words(tell)
+
+            meanwhile = Meanwhile(of_pages, tell)
+            live.start(meanwhile.look)
+            if meanwhile.stopped and seconds is not None:
+                tell("stopped by hand before it armed")
+            else:
+                _converse(live, seconds, of_pages)
         except Stopped:
             tell("asked to end: return, park, then the end")
             raise
@@ -286,6 +294,22 @@ def drive(
     if live.fault:
         raise Latched(live.fault)
     return live
+
+
+class Meanwhile:
+    """Answers words of pages while a session starts: nothing moves yet, so none of them is carried out.
+
+    An *arm* that had waited for a compiler would act when nobody expects it any more.
+    """
+
+    def __init__(self, of_pages: Callable[[], tuple["Word", ...]], tell: Callable[[str], None]) -> None:
+        self._of_pages, self._tell, self.stopped = of_pages, tell, False
+
+    def look(self) -> None:
+        """Answer the words that have been said since the last call."""
+        for word in self._of_pages():
+            self._tell(f"{word}: the session is still starting, and nothing moves")
+            self.stopped = self.stopped or word == "stop"
 
 
 def _converse(live: "Live", seconds: float | None, of_pages: Callable[[], tuple["Word", ...]]) -> None:

@@ -87,6 +87,7 @@ class Talk:
         """
         orders = list(self._inbox.new())
         if self._asked or any(order.word in STOPS for order in orders):
+            self.tell("stop: what goes on is brought to its end")
             raise Ended
         return orders
 

@@ -32,6 +32,7 @@ TOLD: Final = 0.1  # [s] between two notes of the state
 HOLE: Final = 0.05  # [s] without a report that is a gap
 SILENT: Final = 0.5  # [s] without a report after which nothing runs
 ENDED: Final = 0.1  # [s] after which a decision's force is no more what is asked for
+STARTING: Final = "starting; what is not compiled yet takes up to a minute"
 # The words that a state accepts, beside stop.
 WORDS: Final[Mapping[State, tuple[Word, ...]]] = {
     State.IDLE: (Word.ARM,),
@@ -135,13 +136,15 @@ class Feed:
         silent = report is None or now_ns - report.time_ns > 1e9 * SILENT
         return {
             "state": str(state),
-            "text": (plan.reason if plan is not None else "") or str(state),
+            "text": STARTING if report is None else (plan.reason if plan is not None else "") or str(state),
             "time": round(self.seconds(now_ns), 3),
             "running": not silent,
             "busy": True,
             "generation": self._generation,
             "speed": 1.0,
-            "words": [str(word) for word in (Word.STOP, *WORDS.get(state, ()))],
+            "words": [
+                str(word) for word in (Word.STOP, *(WORDS.get(state, ()) if report is not None else ()))
+            ],
             "forbids": self._forbids,
             "lamps": self._lamps.shown(now_ns),
             "parameters": {name: getattr(self._vitals.parameters, name) for name in self._offered}

@@ -24,13 +24,14 @@ from otolith.live.shell.rights import real_time_is_granted
 from otolith.live.wire.axes import AxisMap, axes_from_toml, with_axes
 from otolith.live.wire.sources import SOURCES
 from otolith.registry import CUEING as ALGORITHMS
+from otolith.registry import LIVE
 
 KEPT, FILE_OF_SESSION = "rig.json", "rig.toml"
 WHERE: Final = "the rig"  # for errors
 OURS: Final = "generic"  # a source that is in our axes already
 # Of the others, two are described by a file of the game's, which only the command line reads.
 SENDERS: Final = tuple(name for name, one in SOURCES.items() if "file" not in one.needs)
-CUEING: Final = tuple(name for name, one in ALGORITHMS.own.items() if not {"hint", "laws"} & set(one.reads))
+CUEING: Final = tuple(name for name in LIVE if "hint" not in ALGORITHMS.own[name].reads)
 DEVICE, TELEMETRY, RIDE, MACHINE = "Device", "Telemetry", "First ride", "Platform"  # groups
 _ADDRESS: Final = r"^[A-Za-z0-9_.:\[\]-]{1,100}$"
 _HOST: Final = "a host and a port, such as 127.0.0.1:5300"

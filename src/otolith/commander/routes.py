@@ -102,7 +102,8 @@ def _doing(router: APIRouter, session: Session) -> None:
         return {"generation": state["generation"] + 1}
 
     @router.post("/api/word", status_code=204)
-    def word(request: Request, values: dict[str, Any]) -> None:
+    async def word(request: Request, values: dict[str, Any]) -> None:
+        """Pass on a word within the server's loop: a STOP never waits for a thread that others keep busy."""
         session.speak(request.scope["otolith"]["client"], str(values.get("word", "")))
 
     @router.post("/api/parameters")

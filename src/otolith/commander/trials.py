@@ -139,8 +139,11 @@ def try_host(folder: Path, talk: Talk, values: Mapping[str, Any]) -> str:
 def _run(session: Session, talk: Talk) -> Live:
     """Run a session for `SECONDS`; return it as it ended."""
 
-    def look() -> None:
+    def hear() -> None:
         talk.heard()
+
+    def look() -> None:
+        hear()
         if (passed := round(time.monotonic() - begin)) != talk.shown.get("passed"):
             talk.show(passed=passed, of=round(SECONDS))
 
@@ -148,7 +151,7 @@ def _run(session: Session, talk: Talk) -> Live:
         live = Live(session, talk.tell, lock=lock)
         try:
             talk.tell("starting; what is not compiled yet takes up to a minute")
-            live.start()
+            live.start(hear)
             begin = time.monotonic()
             cued_for(live, SECONDS, look)
         finally:

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from otolith import files, registry
-from otolith.core.errors import CorruptFile, InputError, damage_reported
+from otolith.core.errors import CorruptFile, InputError, damage_reported, one_of
 from otolith.core.frames import dofs_named
 from otolith.cueing.design import Design, reweigh
 from otolith.cueing.hints.stored import Refused
@@ -279,7 +279,9 @@ def session_of(
     platform = narrowed(platform, settings.limits, source)
     for dof in dofs_named(settings.dofs.split(",")):
         platform.limits(dof)
-    registry.cueing_named(settings.cueing)
+    if not registry.cueing_named(settings.cueing).live:
+        bound = one_of(registry.LIVE, "", otherwise=": it decides in time, and leaves a base at rest")
+        raise InputError(f"cueing in {source}", settings.cueing, bound)
     named = {**named, **_named(settings)}
     texts: dict[str, str] = {}
 

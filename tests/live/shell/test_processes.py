@@ -4,13 +4,16 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from otolith.live.devices.emulator import FAULT_2, WATCHDOG
+from otolith.live.controller import Controller
+from otolith.live.devices.emulator import ENGAGED, FAULT_2, WATCHDOG
 from otolith.live.messages import State, Word
+from otolith.live.session import Session
 from otolith.live.shell.supervise import Live, Occupied, only_session
 from tests.live.shell.rig import Rig, until
 
@@ -51,6 +54,40 @@ def running() -> Iterator[Running]:
             yield live, rig, told
         finally:
             live.end()
+
+
+class Asked(Exception):
+    """Somebody wants the session to end."""
+
+
+class Compiling(Session):
+    """A session whose algorithm is compiled for ever, which a file says; its name is one of `texts`."""
+
+    def controller(self) -> Controller:
+        Path(self.texts["begun"]).touch()
+        while True:
+            sum(range(1000))
+
+
+def test_a_stop_while_processes_start_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    with Rig() as rig, only_session(("127.0.0.1", rig.device)) as lock:
+        made = replace(rig.session(), texts={"begun": str(begun)})
+        session = Compiling(**{one.name: getattr(made, one.name) for one in fields(made)})
+        live = Live(session, lambda _: None, lock=lock)
+
+        def stopped() -> None:
+            if begun.exists():
+                raise Asked
+
+        try:
+            with pytest.raises(Asked):
+                live.start(stopped)
+            controller = live._children["controller"]
+        finally:
+            live.end()
+        assert controller.exitcode == -signal.SIGTERM  # it had not to be killed
+        assert ENGAGED not in rig.states
 
 
 def test_a_controller_that_hangs_and_then_dies_is_missed_and_the_platform_returns_and_parks(

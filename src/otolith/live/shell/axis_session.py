@@ -72,8 +72,8 @@ def played(
     with only_session(session.device, watcher.tell) as lock:
         live = Live(session, watcher.tell, lock=lock, controller=partial(run_axis_test, tuple(names)))
         try:
-            live.start()
-            watcher.look()  # who said stop while it started does not see it rise
+            live.start(watcher.look)
+            watcher.look()  # who said stop at the last moment of the start does not see it rise
             live.say(Word.ARM)
             _reach(live, State.READY, watcher)
             for name in names:

@@ -46,8 +46,8 @@ CONTROLLER, OUTPUT = 10, 20  # real-time priorities
 def run_controller(session: Session, names: dict[str, str], ready: Event, said: Any, _: Any) -> None:
     """Be the controller, until the parent asks this process to end."""
     begin_child()
+    controller = session.controller()  # which may compile for a minute; a signal ends it at once
     asked = asked_to_end()
-    controller = session.controller()
     plans, reports, vitals, changes = (
         Channel(names[name]) for name in ("plans", "reports", "vitals", "changes")
     )

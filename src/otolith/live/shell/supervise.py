@@ -30,6 +30,7 @@ from otolith.live.shell.recorder import SessionLog
 from otolith.live.shell.timing import ControllerTiming, OutputTiming
 from otolith.live.shell.watch import OutputWatch
 
+LOOK: Final = 0.02  # [s] between two looks at what goes on while processes start
 STARTS: Final = 300.0  # [s] that a start may take: a cold compiler
 ENDS: Final = 60.0  # [s] that returning and parking may take
 LEAVES: Final = 5.0  # [s] that a controller may take to end
@@ -144,8 +145,12 @@ class Live:
         self._ending = False
         self.output_timing, self.controller_timing = OutputTiming(), ControllerTiming()  # at their end
 
-    def start(self) -> None:
+    def start(self, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Start both processes and wait until they are ready.
+
+        Parameters
+        ----------
+        meanwhile : is called every 20 ms while it waits; an exception ends the start.
 
         Raises
         ------
@@ -169,7 +174,8 @@ class Live:
             self._children[name].start()
         begin = time.monotonic()
         for name, child in self._children.items():
-            while not begun[name].wait(0.05):
+            while not begun[name].wait(LOOK):
+                meanwhile()
                 if not child.is_alive() or time.monotonic() - begin > STARTS:
                     raise DidNotStart(f"the {name} did not start; its own message stands above")
         self._watch = OutputWatch(
