@@ -25,15 +25,19 @@ from otolith.live.permits import SelfTest, keep_axis_test, why_late
 from otolith.live.shell.datagrams import opened, receive
 from otolith.live.shell.processes import OUTPUT
 from otolith.live.shell.rights import real_time_is_granted
+from otolith.live.shell.virtual import free_port
 from otolith.live.wire.axes import axes_from_toml
 from otolith.live.wire.forza import Forza
+from otolith.live.wire.sources import SOURCES
+from otolith.live.wire.wrc import wrc
 from otolith.platforms import parse_platform
 from tests.commander.client import Page
 from tests.commander.conftest import Commander, until
 from tests.commander.test_server import LONG, QUICK, child, finished
 from tests.live.shell.rig import PATIENCE
 from tests.live.shell.rig import Rig as Machine
-from tests.live.wire.minute import DRIVE, forza_packet
+from tests.live.wire.golden import CUSTOM_XML, WRC_JSON
+from tests.live.wire.minute import DRIVE, forza_packet, wrc_packet
 
 SMALL = {"surge_position_m_low": 0.1, "surge_position_m_high": 0.2, "surge_velocity_mps": 0.5}
 
@@ -272,11 +276,72 @@ def test_what_was_driven_is_saved_as_a_map_of_a_name(tmp_path: Path, monkeypatch
     assert Choices(file=keep_rig(rig, tmp_path)).session().axes == axes
 
 
-def test_a_file_of_the_game_is_for_the_command_line(tmp_path: Path) -> None:
+def test_only_a_plain_name_leads_to_a_file_of_the_games(tmp_path: Path) -> None:
     talk: Any = Talk()
-    with pytest.raises(InputError, match="needs no file"):
+    (tmp_path / "x.json").write_text(WRC_JSON)
+    with pytest.raises(InputError, match=r"channels is '../x\.json', must be the name of a file"):
         learn_axes(tmp_path, talk, {"source": "wrc:../x.json", "listen": "127.0.0.1:0"})
+    with pytest.raises(InputError, match="file of channels"):
+        learn_axes(tmp_path, talk, {"source": "wrc:none.json", "listen": "127.0.0.1:0"})
     assert field_of(InputError("nothing of it", 1, "2")) == ""
+
+
+def given(page: Page, source: str, name: str, text: str) -> Any:
+    """Give the server a file of a game's, as the page does; return its answer."""
+    return page.ask(f"/api/channels?source={source}&name={name}", body=text.encode())
+
+
+@pytest.mark.parametrize(
+    ("source", "name", "text"),
+    [("wrc", "udp.json", WRC_JSON), ("codemasters-custom", "packet_data.xml", CUSTOM_XML)],
+)
+def test_a_game_that_a_file_describes_is_set_up_from_its_file(
+    page: Page, commander: Commander, source: str, name: str, text: str
+) -> None:
+    lacks = page.ask("/api/rig", {"source": source, "listen": "127.0.0.1:0"}).json
+    assert lacks == {"field": "channels", "sentence": f"channels is empty, must be {SOURCES[source].needs}"}
+    answer = given(page, source, name, text[:-3])
+    assert (answer.status, name in answer.json["sentence"]) == (422, True)
+    assert not (commander.setup.folder / "channels" / name).exists()
+    assert given(page, "forza", name, text).status == 422
+    assert given(page, source, "../x", text).status == 422
+    answer = given(page, source, name, text)
+    assert answer.json == {"name": name, "sentence": f"read as a file of {source}"}
+    assert name in page.ask("/api/rig").json["schema"]["properties"]["channels"]["enum"]
+    rig = {"source": source, "channels": name, "listen": f"127.0.0.1:{free_port()}"}
+    assert page.ask("/api/rig", rig).json == {"field": "", "sentence": ""}
+    stated = tomllib.loads((commander.setup.folder / "rig.toml").read_text())["input"]["source"]
+    assert stated == f"{source}:{commander.setup.folder / 'channels' / name}"
+    assert Choices(file=commander.setup.folder / "rig.toml").session().source.name == source
+    with page.stream() as stream:
+        assert errand(page, "learn") == 202
+        stream.until("rig", busy="learn")
+        assert errand(page, "cancel") == 202
+        assert stream.until("rig", busy="")["phase"] == "stopped"
+    for file in ("rig.json", "rig.toml"):
+        (commander.setup.folder / file).unlink()
+
+
+def test_the_axes_of_wrc_are_learned_from_what_its_file_describes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same minute, as the game would send it: channels by name, world axes, no rates."""
+    (tmp_path / "channels").mkdir()
+    (tmp_path / "channels" / "udp.json").write_text(WRC_JSON)
+    parser = wrc(WRC_JSON, "udp.json")
+
+    def heard(ear: Ear) -> Ear:
+        ear.samples = [(float(t), parser.parse(wrc_packet(k))) for k, t in enumerate(DRIVE.t)]
+        ear.packets = len(ear.samples)
+        return ear
+
+    monkeypatch.setattr(Ear, "__enter__", heard)
+    monkeypatch.setattr(Ear, "__exit__", lambda ear, *_: ear._line.close())
+    talk: Any = Talk(Save)
+    assert learn_axes(tmp_path, talk, {"source": "wrc:udp.json", "listen": "127.0.0.1:0"})
+    axes = axes_from_toml((tmp_path / "maps" / "game.toml").read_text(), "game.toml")
+    assert (axes.source, axes.force) == ("wrc", ("1", "2", "3"))
+    assert axes.evidence["circle"] > 0.99
 
 
 def waits(stream: Any) -> dict[str, Any]:

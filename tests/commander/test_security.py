@@ -34,6 +34,7 @@ DOING = (
     ("DELETE", "/api/platforms/x.toml"),
     ("POST", "/api/rig"),
     ("POST", "/api/errand"),
+    ("POST", "/api/channels?source=wrc&name=x.json"),
 )
 
 

@@ -21,7 +21,18 @@ from otolith.commander.columns import COUNT
 from otolith.commander.orders import Inbox, Note, Orders
 from otolith.commander.rows import Rows
 from otolith.commander.security import Secrets
-from otolith.commander.session import LIVE, MAPS, OFFLINE, PLATFORMS, PRESETS, RESULTS, UPLOADS, Desk, Session
+from otolith.commander.session import (
+    CHANNELS,
+    LIVE,
+    MAPS,
+    OFFLINE,
+    PLATFORMS,
+    PRESETS,
+    RESULTS,
+    UPLOADS,
+    Desk,
+    Session,
+)
 from otolith.core.errors import OtolithError
 from otolith.live.shell.memory import Channel
 from otolith.live.shell.rights import die_with_parent
@@ -99,7 +110,7 @@ class Keeper:
         self._kept: list[_Kept] = []
 
     def __enter__(self) -> Self:
-        for folder in (UPLOADS, PRESETS, RESULTS, PLATFORMS, MAPS):
+        for folder in (UPLOADS, PRESETS, RESULTS, PLATFORMS, MAPS, CHANNELS):
             (self._setup.folder / folder).mkdir(parents=True, exist_ok=True)
         for name, target in self._targets.items():
             one = _Kept(name, target, (self._setup, *self._more.get(name, ())), self._tell)

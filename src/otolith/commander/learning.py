@@ -3,11 +3,13 @@
 import threading
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from otolith.commander.errands import Talk
+from otolith.commander.rig import channels_of
 from otolith.commander.session import MAPS
 from otolith.core.disk import write_text
 from otolith.core.errors import InputError
@@ -66,14 +68,16 @@ def learn_axes(folder: Path, talk: Talk, values: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    folder : the Commander's. values : `source` and `listen`, as a session states them.
+    folder : the Commander's. values : `source` and `listen` as a session states them, but a file of the
+        game's by its plain name.
 
     Raises
     ------
     Ended : it was cancelled. InputError, PortInUse : the source or its port is refused, or nothing was saved
         within `LONGEST`.
     """
-    source, begin, judged = source_named(values["source"], _no_file), time.monotonic(), 0.0
+    source = source_named(values["source"], partial(channels_of, folder))
+    begin, judged = time.monotonic(), 0.0
     learned: Learned | None = None
     with Ear(source, values["listen"]) as ear:
         talk.show(parts=[one._asdict() for one in NOTHING], port=ear.port, packets=0, learned=[])
@@ -118,9 +122,3 @@ def _saved(folder: Path, name: str, learned: Learned, talk: Talk) -> str:
     write_text(place, learned.axes.to_toml())
     talk.show(map=name)
     return f"axis map {name} is saved"
-
-
-def _no_file(name: str) -> str:
-    raise InputError(
-        "source", repr(name), "one that needs no file of the game's: those the command line reads"
-    )

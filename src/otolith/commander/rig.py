@@ -6,12 +6,13 @@ The form is kept as `rig.json` in the Commander's folder. From it comes `rig.tom
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from otolith.commander.schema import FILE, PLATFORM_WORDS, Offered, checked_as, is_file, setting
-from otolith.commander.session import MAPS, PLATFORMS
+from otolith.commander.session import CHANNELS, MAPS, PLATFORMS
 from otolith.core.disk import read_text, write_text
 from otolith.core.errors import InputError, OtolithError
 from otolith.core.frames import AXES
@@ -29,8 +30,7 @@ from otolith.registry import LIVE
 KEPT, FILE_OF_SESSION = "rig.json", "rig.toml"
 WHERE: Final = "the rig"  # for errors
 OURS: Final = "generic"  # a source that is in our axes already
-# Of the others, two are described by a file of the game's, which only the command line reads.
-SENDERS: Final = tuple(name for name, one in SOURCES.items() if "file" not in one.needs)
+DESCRIBED: Final = tuple(name for name, one in SOURCES.items() if "file" in one.needs)  # by the game's file
 CUEING: Final = tuple(name for name in LIVE if "hint" not in ALGORITHMS.own[name].reads)
 DEVICE, TELEMETRY, RIDE, MACHINE = "Device", "Telemetry", "First ride", "Platform"  # groups
 _ADDRESS: Final = r"^[A-Za-z0-9_.:\[\]-]{1,100}$"
@@ -77,7 +77,7 @@ class Rig(Offered):
         "Interface",
         "(the document that the base follows) = (the layout of its packets)",
         among=("CDS7237", "CDS7330"),
-        of="moog",
+        of=("moog",),
     )
     neutral_heave_m: float = setting(
         DEVICE,
@@ -87,7 +87,7 @@ class Rig(Offered):
         unit="m",
         ge=-0.4572,
         le=0.0,
-        of="moog",
+        of=("moog",),
     )
     frame: str = setting(
         DEVICE,
@@ -96,7 +96,7 @@ class Rig(Offered):
         "(<255> a byte, <Axis1a> the code of axis 1, all else itself) = (what is sent)",
         max_length=200,
         words="a text of at most 200 characters",
-        of="template",
+        of=("template",),
     )
     axes: str = setting(
         DEVICE,
@@ -105,7 +105,7 @@ class Rig(Offered):
         "(what each follows, its value at code 0 and at the largest; m or deg; or leg1 …) = (the codes)",
         max_length=300,
         words="such as surge -0.12 0.15; pitch -12 12",
-        of="template",
+        of=("template",),
     )
     bits: int = setting(
         DEVICE,
@@ -114,7 +114,7 @@ class Rig(Offered):
         "(more) = (finer steps; the device says how many it reads)",
         ge=1,
         le=32,
-        of="template",
+        of=("template",),
     )
     form: str = setting(
         DEVICE,
@@ -122,7 +122,7 @@ class Rig(Offered):
         "Form of a code",
         "(big, little) = (bytes, the high one first or last); (decimal, hex) = (text)",
         among=("big", "little", "decimal", "hex"),
-        of="template",
+        of=("template",),
     )
     park_heave_m: float = setting(
         DEVICE,
@@ -132,7 +132,7 @@ class Rig(Offered):
         unit="m",
         ge=-2.0,
         le=2.0,
-        of="template",
+        of=("template",),
     )
     on_silence: str = setting(
         DEVICE,
@@ -146,7 +146,7 @@ class Rig(Offered):
         OURS,
         "Game",
         "(who sends) = (how its packets are read)",
-        among=SENDERS,
+        among=tuple(SOURCES),
     )
     variant: str = setting(
         TELEMETRY,
@@ -155,6 +155,15 @@ class Rig(Offered):
         "(beamng: old or new; lfs: world or car; lfs2: OutSim Opts such as 1ff; else empty) = (its packets)",
         pattern=r"^[a-z0-9]{0,8}$",
         words="at most 8 letters and digits, or empty",
+    )
+    channels: str = setting(
+        TELEMETRY,
+        "",
+        "File of the game's",
+        "(wrc: telemetry/udp/NAME.json; codemasters-custom: its .xml) = (what stands in a packet)",
+        pattern=f"^({FILE})?$",
+        words="the name of a file that was opened here, or empty",
+        of=DESCRIBED,
     )
     listen: str = setting(
         TELEMETRY,
@@ -194,8 +203,16 @@ class Rig(Offered):
 
     @property
     def sender(self) -> str:
-        """Return the source as the command line names it."""
-        return f"{self.source}:{self.variant}" if self.variant else self.source
+        """Return the source as the command line names it, and a file of the game's by its plain name.
+
+        Raises
+        ------
+        InputError : the game's packets are described by a file of its own, and none is named.
+        """
+        if self.source in DESCRIBED and not self.channels:
+            raise InputError("channels", "empty", SOURCES[self.source].needs)
+        rest = self.channels if self.source in DESCRIBED else self.variant
+        return f"{self.source}:{rest}" if rest else self.source
 
 
 def fields_of(rig: Rig, folder: Path) -> dict[str, Any]:
@@ -209,11 +226,14 @@ def fields_of(rig: Rig, folder: Path) -> dict[str, Any]:
         device["template"] = {**given, "axes": _axes(rig.axes)}
     stated: dict[str, Any] = {name: getattr(rig, name) for name in ("cueing", "dofs", "liveliness", "scale")}
     platform = str(folder / PLATFORMS / rig.platform) if is_file(rig.platform) else rig.platform
+    sender = rig.sender
+    if rig.source in DESCRIBED:
+        sender = f"{rig.source}:{folder / CHANNELS / rig.channels}"
     return {
         "platform": platform,
         **stated,
         **({"tuning": rig.tuning} if rig.tuning else {}),
-        "input": {"source": rig.sender, "listen": rig.listen, "pauses_silently": rig.pauses_silently},
+        "input": {"source": sender, "listen": rig.listen, "pauses_silently": rig.pauses_silently},
         "device": device,
     }
 
@@ -249,6 +269,18 @@ def map_of(rig: Rig, folder: Path) -> AxisMap | None:
     if not rig.map:
         return None
     return axes_from_toml(read_text(folder / MAPS / rig.map, "axis map"), rig.map)
+
+
+def channels_of(folder: Path, name: str) -> str:
+    """Return the text of a file of a game's by its plain name; any other is refused.
+
+    Raises
+    ------
+    InputError : it is no plain name, or there is no such file.
+    """
+    if re.fullmatch(FILE, name) is None:
+        raise InputError("channels", repr(name), "the name of a file that was opened here")
+    return read_text(folder / CHANNELS / name, "file of channels")
 
 
 def read_rig(folder: Path) -> Rig:

@@ -9,14 +9,23 @@ from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse
 
 from otolith.commander.machine import field_of, forms, kind_of, text_of, values_of
-from otolith.commander.rig import FILE_OF_SESSION, KEPT, Rig, keep_rig, lacking, read_rig, session_of_rig
+from otolith.commander.rig import (
+    DESCRIBED,
+    FILE_OF_SESSION,
+    KEPT,
+    Rig,
+    keep_rig,
+    lacking,
+    read_rig,
+    session_of_rig,
+)
 from otolith.commander.rig import field_of as rig_field
 from otolith.commander.schema import TOML, checked_as, is_file, schema
 from otolith.commander.security import Refused
-from otolith.commander.session import MAPS, MEASURING, PLATFORMS, Session, count
+from otolith.commander.session import CHANNELS, MAPS, MEASURING, PLATFORMS, Session, count
 from otolith.core.disk import read_text, write_text
 from otolith.core.errors import InputError, OtolithError
-from otolith.live.wire.sources import SOURCES
+from otolith.live.wire.sources import SOURCES, source_named
 from otolith.platforms import parse_platform
 from otolith.report.platform_page import platform_summary, range_lines, sentences
 
@@ -38,6 +47,7 @@ def _rig(router: APIRouter, session: Session) -> None:
         kept = read_rig(session.folder)
         shown = schema(session.names(PLATFORMS, TOML), Rig)
         shown["properties"]["map"]["enum"] = ["", *session.names(MAPS, TOML)]
+        shown["properties"]["channels"]["enum"] = ["", *session.names(CHANNELS)]
         return {
             "schema": shown,
             "values": kept.model_dump(),
@@ -65,6 +75,17 @@ def _rig(router: APIRouter, session: Session) -> None:
             "checks": lacking(session.folder),
             "command": f"otolith live run --session {shlex.quote(str(here))} --commander 0",
         }
+
+    @router.post("/api/channels")
+    async def channels(request: Request, source: str, name: str) -> dict[str, Any]:
+        """Keep a game's file of channels, by its name, if the source that it describes is understood."""
+        count(request, session)
+        place, text = session.place(CHANNELS, name), (await request.body()).decode("utf-8", "replace")
+        if source not in DESCRIBED:
+            raise Refused(422, f"a game's file describes one of {', '.join(DESCRIBED)}, not {source[:40]!r}")
+        source_named(f"{source}:{name}", lambda _: text)
+        write_text(place, text)
+        return {"name": name, "sentence": f"read as a file of {source}"}
 
     @router.post("/api/errand", status_code=202)
     def errand(request: Request, values: dict[str, Any]) -> dict[str, Any]:

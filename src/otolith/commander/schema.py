@@ -45,14 +45,14 @@ def setting(
     effect : "(setting) = (effect)", shown beside the field.
     live : whether it may be changed while it runs.
     bounds : those of pydantic, or `among`, the values that are allowed; `words`, a bound told in words; `of`,
-        the choice of another field without which this one has no meaning.
+        choices of other fields: without one of them this one has no meaning.
     """
     extra: dict[str, Any] = {"x-group": group, "x-unit": unit, "x-live": live}
     if (among := bounds.pop("among", None)) is not None:
         extra["enum"] = list(among)
     if (words := bounds.pop("words", None)) is not None:
         extra["x-bound"] = words
-    extra["x-of"] = bounds.pop("of", "")
+    extra["x-of"] = list(bounds.pop("of", ()))
     return Field(default, title=title, description=effect, json_schema_extra=extra, **bounds)
 
 

@@ -17,7 +17,14 @@ from otolith.commander.security import Rate, Refused, Secrets
 from otolith.live.settings import changes_from
 
 # Folders within the Commander's own.
-UPLOADS, PRESETS, RESULTS, PLATFORMS, MAPS = "drives", "presets", "results", "platforms", "maps"
+UPLOADS, PRESETS, RESULTS, PLATFORMS, MAPS, CHANNELS = (
+    "drives",
+    "presets",
+    "results",
+    "platforms",
+    "maps",
+    "channels",
+)
 STOP: Final = "stop"
 CHANGE: Final = "change"  # the order for other parameters
 LEFT: Final = 5.0  # [s] without a websocket after which a client has left

@@ -31,7 +31,8 @@ export const get = (path) => request("GET", path);
 export const post = (path, body = {}) => request("POST", path, body);
 export const put = (path, body) => request("PUT", path, body);
 export const remove = (path) => request("DELETE", path);
-export const upload = (file) => request("POST", `/api/upload?name=${encodeURIComponent(file.name)}`, file, true);
+/** Send a file to a path, with what else the path needs; the server keeps it by its name. */
+export const upload = (file, path = "/api/upload", more = {}) => request("POST", `${path}?${new URLSearchParams({name: file.name, ...more})}`, file, true);
 
 /** Fetch what there is to choose from; must come before any other request. */
 export async function start() {

@@ -3,6 +3,7 @@ import {get, post, Refused} from "/web/api.js";
 import {Field} from "/web/form.js";
 import {byId, element} from "/web/look.js";
 import {Machine} from "/web/machine.js";
+import {opener} from "/web/opened.js";
 import {check} from "/web/setup.js";
 import {Trial} from "/web/trial.js";
 import {Wizard} from "/web/wizard.js";
@@ -74,6 +75,8 @@ export class Rig {
       field.write(values[name]);
       this.places[property["x-group"]].append(field.root);
     }
+    const {channels, source} = this.fields;
+    opener(channels, {id: "channels-file", accept: ".json,.xml", title: "The file that the game wrote, or that you gave to it", path: "/api/channels", more: () => ({source: source.read()}), chosen: (name) => { channels.write(name); return this.keep(); }});
     await this.keep();
   }
 
@@ -87,8 +90,8 @@ export class Rig {
 
   /** Keep the rig as it stands, if it is in order; only the latest answer counts. */
   async keep() {
-    const number = this.asked = (this.asked ?? 0) + 1, kind = this.fields.device.read();
-    for (const {root, property} of Object.values(this.fields)) root.hidden = Boolean(property["x-of"]) && property["x-of"] !== kind;
+    const number = this.asked = (this.asked ?? 0) + 1, kinds = [this.fields.device.read(), this.fields.source.read()];
+    for (const {root, property} of Object.values(this.fields)) root.hidden = property["x-of"].length > 0 && !property["x-of"].some((one) => kinds.includes(one));
     this.wizard.suggested = this.fields.map.read().replace(/\.toml$/, "") || this.fields.source.read();
     const {field, sentence} = await post("/api/rig", this.values());
     if (number !== this.asked) return;

@@ -1,6 +1,7 @@
 // The start chain: input, platform, algorithm, checks, and then the button that begins.
-import {post, Refused, upload} from "/web/api.js";
+import {post, Refused} from "/web/api.js";
 import {element} from "/web/look.js";
+import {opener} from "/web/opened.js";
 
 const LIVE = [["arm", "Arm"], ["engage", "Engage"], ["return", "Return"], ["park", "Park"], ["rearm", "Rearm"]];
 const LIVE_HINT = "A live session is set up on the command line. Arm checks and connects, Engage lifts the platform and follows the drive, Return comes back to neutral, Park lowers it; Rearm takes back a fault once its cause is gone.";
@@ -83,33 +84,10 @@ export class Setup {
 
   /** Put the input for a file of a drive beside the list of drives; the server keeps it in one folder. */
   file() {
-    const {log, scenario} = this.fields, note = element("p", {className: "about", role: "status"});
-    const input = element("input", {type: "file", id: "file", className: "unseen", accept: ".csv,.tsv,.txt,.json"});
-    const entry = element("span", {className: "row"});
-    log.input.replaceWith(entry);
-    entry.append(log.input, element("label", {htmlFor: "file", className: "button", title: "A drive of your own"}, "Open …", input));
-    entry.parentElement.append(note);
-    this.inputs.push(input);
-    input.addEventListener("change", async () => {
-      if (input.files.length) note.textContent = await this.keep(input.files[0]);
-      input.value = "";
-    });
+    const {log, scenario} = this.fields;
+    this.inputs.push(opener(log, {id: "file", accept: ".csv,.tsv,.txt,.json", title: "A drive of your own", chosen: (name) => this.settings.set({log: name})}));
     log.told = () => scenario.told();
     log.input.addEventListener("change", log.told);
-  }
-
-  /** Send a file, choose it, and return what the server understood of it. */
-  async keep(file) {
-    const {log} = this.fields;
-    try {
-      const {name, sentence} = await upload(file);
-      if (![...log.input.options].some(({value}) => value === name)) log.input.append(element("option", {value: name}, name));
-      await this.settings.set({log: name});
-      return sentence;
-    } catch (error) {
-      if (!(error instanceof Refused)) throw error;
-      return error.message;
-    }
   }
 
   buttons() {
