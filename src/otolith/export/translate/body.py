@@ -1,6 +1,7 @@
 """The statements of one kernel, from its source text to blocks of C."""
 
 import ast
+import re
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -26,6 +27,8 @@ from otolith.export.translate.values import (
 
 UNROLLED: Final = 64  # largest number of rounds of a loop that is written out
 PASSES: Final = 6
+_READ: Final = re.compile("\0d(\\d+)\0")  # data that a text names
+_CALLED: Final = re.compile("\0[fg](\\d+)\0")  # and functions
 
 
 class Body:
@@ -52,7 +55,7 @@ class Body:
         before: dict[str, Any] = {}
         unread: set[str] = set()
         for _ in range(PASSES):
-            scope = self._once(before, unread, into)
+            scope = self._once(before, unread)
             now_unread = {one.name for one in self.parameters if not scope.used[one.name]}
             if _same(before, scope.found) and unread == now_unread:
                 break
@@ -63,21 +66,22 @@ class Body:
         for parameter in self.parameters:
             parameter.used = parameter.name not in unread
         into.body, into.variables = scope.root, scope.found
+        text = "\n".join(scope.root.text())
+        into.reads = {int(serial) for serial in _READ.findall(text)}
+        into.calls = {int(serial) for serial in _CALLED.findall(text)}
         into.returns = self._result()
         if len(scope.root.items) == 1 and len(self.results) == 1 and known(self.results[0]):
             into.constant = (self.results[0],)
 
-    def _once(self, before: dict[str, Any], unread: set[str], into: Function) -> Scope:
+    def _once(self, before: dict[str, Any], unread: set[str]) -> Scope:
         self.returned, self.results = set(), []
-        into.calls, into.reads = [], set()
         self.scope = Scope(before, {parameter.name for parameter in self.parameters}, unread)
         self.of = Expressions(self.unit, self.scope, self.outer)
         self.assigning = Assignments(self.unit, self.scope, self.of, self.sites)
         left = iter(self.parameters)
         for argument, value in zip(self.tree.args.args, self.given, strict=True):
             self._receive(argument.arg, value, left)
-        with self.unit.translating(into):
-            self._block(self.tree.body)
+        self._block(self.tree.body)
         self.scope.finish()
         return self.scope
 

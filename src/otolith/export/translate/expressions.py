@@ -309,7 +309,6 @@ class Expressions:
                 texts.append(self.address(one))
             else:
                 texts.append(number(one).text)
-        self.unit.note_call(called)
         text = f"\0{'f' if texts else 'g'}{called.serial}\0{', '.join(texts)})"
         if called.returns is None:
             return Nothing(text)

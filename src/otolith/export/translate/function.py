@@ -29,7 +29,7 @@ class Function:
     returns: Kind | tuple[Kind, ...] | None = None
     constant: tuple[Value] | None = None  # what it returns, if it does nothing else
     body: Any = None
-    calls: list["Function"] = field(default_factory=list)
+    calls: set[int] = field(default_factory=set)  # serials of the functions that it calls
     variables: dict[str, Any] = field(default_factory=dict)
     reads: set[int] = field(default_factory=set)  # serials of the data that it names
     serial: int = field(default_factory=lambda: next(_serial))

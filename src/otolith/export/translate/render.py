@@ -73,7 +73,7 @@ class Rendered:
 
     def __init__(self, unit: Unit, entry: Function, name: str, kept: Iterable[NDArray[Any]]) -> None:
         self.unit, self.name = unit, name
-        reached = _reached(entry)
+        reached = _reached(entry, unit.functions)
         self.functions = [one for one in unit.functions if one in reached]
         read = set().union(*(one.reads for one in self.functions))
         for array in kept:  # what the program's frame reads and writes
@@ -96,7 +96,7 @@ class Rendered:
         members = {of.storage.serial for of in self.members}
         using = {one for one in self.functions if one.reads & members}
         for one in self.functions:  # what is called comes first
-            if using.intersection(one.calls):
+            if one.calls & {other.serial for other in using}:
                 using.add(one)
         return using
 
@@ -229,13 +229,15 @@ def _segments(numbers: NDArray[Any]) -> Iterator[tuple[int, int, bool]]:
         yield open_, n, False
 
 
-def _reached(entry: Function) -> set[Function]:
+def _reached(entry: Function, functions: list[Function]) -> set[Function]:
+    """Return the functions that an entry calls, directly or not, and the entry itself."""
+    numbered = {one.serial: one for one in functions}
     found, waiting = {entry}, [entry]
     while waiting:
-        for one in waiting.pop().calls:
-            if one not in found:
-                found.add(one)
-                waiting.append(one)
+        for serial in waiting.pop().calls:
+            if numbered[serial] not in found:
+                found.add(numbered[serial])
+                waiting.append(numbered[serial])
     return found
 
 

@@ -1,7 +1,5 @@
 """One translation unit: the functions that an entry reaches, and the data that they read and write."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import chain, count
 from typing import Any
@@ -67,7 +65,6 @@ class Unit:
         self._addresses: dict[int, int] = {}  # of data, by the serial of their storage
         self._made: dict[Any, Function | SizeUnknown] = {}
         self._names = {"init", "step"}
-        self._at_work: list[Function] = []
         self._methods: dict[int, str] = {}  # what a method is called, by the address of its data
 
     def call(self, values: Any, name: str) -> None:
@@ -105,8 +102,6 @@ class Unit:
         if not isinstance(value, np.ndarray):
             return plain(value)
         of = self._data_of(value)
-        if self._at_work:
-            self._at_work[-1].reads.add(of.storage.serial)
         size = of.root.itemsize
         offset = (value.ctypes.data - of.root.ctypes.data) // size
         strides = tuple(stride // size for stride in value.strides)
@@ -149,20 +144,6 @@ class Unit:
     def result(self, kinds: tuple[Kind, ...]) -> str:
         """Return the name of the type of several numbers."""
         return self.results.setdefault(kinds, "_".join(kinds))
-
-    @contextmanager
-    def translating(self, function: Function) -> Iterator[None]:
-        """Note what is read and called as read and called by a function."""
-        self._at_work.append(function)
-        try:
-            yield
-        finally:
-            self._at_work.pop()
-
-    def note_call(self, called: Function) -> None:
-        """Note that the function at work calls another one."""
-        if self._at_work:
-            self._at_work[-1].calls.append(called)
 
     def function(self, function: Any, given: list[Value]) -> tuple[Function, list[Value]]:
         """Return the function that a kernel becomes for some arguments, and the arguments as it takes them.
