@@ -36,6 +36,7 @@ LEFT_OUT = {  # beginning of a line: why it is never run
     "otolith run --log drive.csv": "a drive of the reader's own",
     "otolith log check drive.csv": "a drive of the reader's own",
     "otolith run --log lap.erg": "a drive of the reader's own",
+    "otolith export fmu --cueing classical --compiler": "a cross compiler of the reader's own",
     "otolith live record": "a game of the reader's own",
     "otolith live learn --log minute.otc": "what that game sent",
 }

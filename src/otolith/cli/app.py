@@ -62,7 +62,7 @@ COMMANDS: Final = {
         "false_cue_map:map_",
         "Show false cues on the map of the drive, and where the worst of them are.",
     ),
-    "export": ("export:app", "Algorithms for hosts without Python: C99 in one header."),
+    "export": ("export:app", "Algorithms for hosts without Python: C, an FMU, a ROS 2 package."),
     "explicit": ("explicit:app", "Explicit laws: build, verify, show, export."),
     "hint": ("hint:app", "Hints for the implicit MPC: learn offline, verify."),
     "terminal": ("terminal:app", "Sets of motions that a platform need never leave: build, verify."),

@@ -6,6 +6,8 @@ from typing import Annotated, Final
 import typer
 
 from otolith import registry
+from otolith.cli.export_fmu import fmu_
+from otolith.cli.export_ros2 import ros2_
 from otolith.cli.options import CUEING_HELP, RunOptions, is_given
 from otolith.cli.output import Force, group, print_json, screen, working
 from otolith.core.errors import InputError, one_of
@@ -15,7 +17,9 @@ from otolith.export.program import check_name
 from otolith.export.project import write_project
 from otolith.export.vectors import drive, vectors
 
-app = group("Programs for hosts without Python: C.")
+app = group("Algorithms for hosts without Python: C, an FMU, a ROS 2 package.")
+app.command("fmu")(fmu_)
+app.command("ros2")(ros2_)
 STEPS: Final = 1000  # of the test vectors
 _OF_MPC: Final = ("horizon", "blocks", "prediction", "liveliness", "braking")  # options that not all read
 
@@ -43,11 +47,6 @@ KindName = Annotated[
     ),
 ]
 ProgramName = Annotated[str, typer.Option(help="Name of the program, its struct and its files.")]
-
-
-@app.callback()
-def _group() -> None:
-    """Keep `c` a command below `export`, whatever their number."""
 
 
 @app.command("c")

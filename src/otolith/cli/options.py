@@ -2,7 +2,7 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -43,6 +43,23 @@ SOFTENED: Final = (
     "braking_tilt",
     "circle",
 )  # constraints that may be softened; commands never
+
+# Fields of `RunOptions` that describe an algorithm which runs without Python, and what it moves.
+DESIGN: Final = (
+    "platform",
+    "plant",
+    "dofs",
+    "period",
+    "horizon",
+    "blocks",
+    "control_weight",
+    "prediction",
+    "liveliness",
+    "washout",
+    "weight",
+    "braking",
+    "soft",
+)
 
 CUEING_HELP: Final = "A name of 'otolith list cueing', or your own: module:attribute, file.py:attribute."
 PlatformName = Annotated[str, typer.Option(help="A shipped platform's name or a platform file (.toml).")]
@@ -236,11 +253,21 @@ class RunOptions:
 
 def with_run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command every field of `RunOptions` as an option; it receives them as its first argument."""
+    return _with_options(command, [f.name for f in fields(RunOptions) if f.name != "given"])
+
+
+def with_design_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the fields of `RunOptions` that say how something is cued, without what is wanted."""
+    return _with_options(command, DESIGN)
+
+
+def _with_options(command: Callable[..., None], names: Sequence[str]) -> Callable[..., None]:
+    """Give a command the named fields of `RunOptions` as options; it receives them as its first argument."""
     own = [p for p in inspect.signature(command).parameters.values() if p.name != "choices"]
     shared = [
         inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=f.type)
         for f in fields(RunOptions)
-        if f.name != "given"
+        if f.name in names
     ]
 
     @functools.wraps(command)

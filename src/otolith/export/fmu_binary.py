@@ -76,7 +76,7 @@ def compile_binary(compiler: str, sources: dict[str, str], main: str, name: str)
     InputError : the compiler cannot be run, or compiles for a machine that FMI has no name for.
     NotCompiled : it refused the sources.
     """
-    machine, ending = _machine(compiler)
+    machine, ending = machine_of(compiler)
     # A DLL needs no other file of gcc, and bears no time of day: the same sources give the same file
     apart = ("-static-libgcc", "-Wl,--no-insert-timestamp") if ending == ".dll" else ("-fPIC",)
     with tempfile.TemporaryDirectory() as made:
@@ -88,8 +88,13 @@ def compile_binary(compiler: str, sources: dict[str, str], main: str, name: str)
         return Binary(machine=machine, name=library, content=(folder / library).read_bytes())
 
 
-def _machine(compiler: str) -> tuple[str, str]:
-    """Return the kind of machine that a compiler makes code for, and the ending of its shared libraries."""
+def machine_of(compiler: str) -> tuple[str, str]:
+    """Return the kind of machine that a compiler makes code for, and the ending of its shared libraries.
+
+    Raises
+    ------
+    InputError : the compiler cannot be run, or compiles for a machine that FMI has no name for.
+    """
     field = "--compiler"
     if which(compiler) is None:
         raise InputError(field, compiler, "the command of an installed C compiler, such as gcc")
