@@ -18,7 +18,7 @@ from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.prediction import Adaptive
-from otolith.cueing.washout.tuning import load_tuning
+from otolith.cueing.washout.tuning import Corners, load_tuning
 from otolith.experiment import Experiment, StoredFile, Wanted, differences
 from otolith.loop import Run
 from otolith.perception import Vestibular
@@ -54,6 +54,7 @@ ODD = Design(
     ),
     entry=Entry.PRIMAL,
     liveliness=0.1 + 0.2,
+    corners=Corners(high_pass=1.0 + 0.1 + 0.2, low_pass=2 / 3),
     washout=load_tuning("davsi"),
 )
 
@@ -71,7 +72,7 @@ def test_every_setting_of_a_design_comes_back() -> None:
     assert written(record) == record
     back = design_from_record(written(record), DAVSI, ("surge-pitch", "heave"))
     assert design_to_record(back) == record
-    for name in ("dofs", "explicit", "entry", "liveliness", "washout"):
+    for name in ("dofs", "explicit", "entry", "liveliness", "corners", "washout"):
         assert getattr(back, name) == getattr(ODD, name), name
     for name in (one.name for one in fields(MpcSettings) if one.name != "objective"):
         assert getattr(back.mpc, name) == getattr(ODD.mpc, name), name

@@ -20,7 +20,7 @@ from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.cueing.prediction.named import Prediction, prediction_named, prediction_to_record
-from otolith.cueing.washout.tuning import Tuning
+from otolith.cueing.washout.tuning import Corners, Tuning
 from otolith.perception import Vestibular
 from otolith.platforms import Platform
 
@@ -44,6 +44,8 @@ def design_to_record(design: Design, reads: Collection[str] | None = None) -> di
         record["mpc"] = {name: value for name, value in mpc.items() if name not in DERIVED}
     if reads is None or "liveliness" in reads:
         record["liveliness"] = design.liveliness
+    if reads is None or "high_pass" in reads:
+        record["corners"] = asdict(design.corners)
     if reads is None or "second_blocks" in reads:
         record["second_blocks"] = list(design.second_blocks)
     if reads is None or "law" in reads:
@@ -70,6 +72,8 @@ def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tupl
         values["explicit"] = ExplicitSettings(**explicit)
     if "liveliness" in record:
         values["liveliness"] = record["liveliness"]
+    if "corners" in record:
+        values["corners"] = Corners(**record["corners"])
     if "second_blocks" in record:
         values["second_blocks"] = tuple(record["second_blocks"])
     if "guess_entry" in record:

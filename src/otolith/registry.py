@@ -122,6 +122,7 @@ _GUESSING: Final = _IMPLICIT | {"guess_entry"}
 _HYBRID: Final = _GUESSING | {"law"}
 _HINTED: Final = _IMPLICIT | {"hint"}
 _WASHOUT: Final = frozenset({"tuning"})
+_CLASSICAL: Final = _WASHOUT | {"high_pass", "low_pass"}
 
 # Cueing algorithms: callables Design -> Cueing.
 CUEING: Final = Table(
@@ -224,7 +225,7 @@ CUEING: Final = Table(
             "otolith.cueing.washout.classical:classical",
             "washout: high-pass travel, low-pass tilt (section 2.2.1)",
             limited=False,
-            reads=_WASHOUT,
+            reads=_CLASSICAL,
         ),
         "optimal": Entry(
             "otolith.cueing.washout.optimal:optimal",

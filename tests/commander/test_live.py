@@ -60,9 +60,17 @@ def test_a_page_arms_engages_and_stops_and_its_processes_may_die(live_session: W
 
 def _changes(page: Page, stream: Stream) -> None:
     """The one in control changes what may change, and nothing else; who looks on does not."""
-    assert list(page.start["schema"]["properties"]) == ["scale"]  # classical reads no liveliness
-    assert page.start["values"] == {"scale": 1.0}
-    for values in ({"scale": 1.01}, {"liveliness": 0.1}, {"speed": 2.0}, {"scale": "a"}, {}):
+    offered = {"scale": 1.0, "high_pass": 1.0, "low_pass": 1.0}  # classical reads no liveliness
+    assert list(page.start["schema"]["properties"]) == list(offered)
+    assert page.start["values"] == offered
+    for values in (
+        {"scale": 1.01},
+        {"high_pass": 3.0},
+        {"liveliness": 0.1},
+        {"speed": 2.0},
+        {"scale": "a"},
+        {},
+    ):
         answer = page.ask("/api/parameters", values)
         assert (answer.status, answer.json["sentence"].count("\n")) == (422, 0)
     body = b'{"scale": NaN}'
@@ -75,7 +83,7 @@ def _changes(page: Page, stream: Stream) -> None:
     assert (answer.status, answer.json["applied"]) == (200, {"scale": 0.5})
     said = stream.until("event", level="parameter")
     assert said["text"] == "scale: 1 → 0.5, within 2.5 s"
-    stream.until("state", parameters={"scale": 0.5})
+    stream.until("state", parameters=offered | {"scale": 0.5})
 
 
 def _token(page: Page) -> str:

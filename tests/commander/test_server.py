@@ -110,6 +110,8 @@ def test_every_setting_that_a_run_reads_stands_in_the_command_line(tmp_path: Pat
         "through": "young",
         "plant": "actuator",
         "liveliness": 0.3,
+        "high_pass": 1.5,
+        "low_pass": 0.7,
         "prediction": "hold",
         "horizon": 23,
         "blocks": "1,1,2,7,12",

@@ -10,7 +10,8 @@ import pytest
 
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH
-from otolith.cueing.design import Design, predictive, reweigh
+from otolith.cueing.design import Design, reweigh
+from otolith.cueing.washout.tuning import Corners
 from otolith.interfaces import Cueing
 from otolith.live.compilations import compiled
 from otolith.live.controller import Controller
@@ -28,25 +29,27 @@ from otolith.live.virtual_log import VirtualLog
 from otolith.live.wire.generic import Generic
 from otolith.live.world import World, arm_and_engage, sines
 from otolith.platforms import Platform, load
+from otolith.registry import make_cueing
 from tests.live.conftest import PARK
 
 DESIGN = Design(platform=load("davsi"), dofs=(SURGE_PITCH,))
-OFFERED = ("scale", "liveliness")
+OFFERED = ("scale", "liveliness", "high_pass", "low_pass")
 
 
-def lively() -> tuple[Cueing, Tuned]:
-    """The algorithm of `predictive`, and what gives it another liveliness, as a session does."""
-    cueing = predictive(DESIGN)
+def tuned_(name: str) -> tuple[Cueing, Tuned]:
+    """An algorithm, and what gives it other parameters, as a session does."""
+    cueing = make_cueing(name, DESIGN)
 
     def use(parameters: Parameters) -> None:
-        reweigh(cueing, "predictive", replace(DESIGN, liveliness=parameters.liveliness))
+        corners = Corners(high_pass=parameters.high_pass, low_pass=parameters.low_pass)
+        reweigh(cueing, name, replace(DESIGN, liveliness=parameters.liveliness, corners=corners))
 
     return cueing, Tuned(Parameters(), use)
 
 
-def played(log: VirtualLog, asked: dict[float, Parameters]) -> World:
-    """A session of `predictive` that is asked for parameters at times after it was engaged [s]."""
-    cueing, tuned = lively()
+def played(log: VirtualLog, asked: dict[float, Parameters], name: str) -> World:
+    """A session that is asked for parameters at times after it was engaged [s]."""
+    cueing, tuned = tuned_(name)
     world = World(cueing, DESIGN.platform, drive=sines({0: (0.8, 0.15)}), park=PARK, tick=2e-3)
     world.controller.tuned = tuned
     world.record(log)
@@ -63,8 +66,8 @@ def records(log: VirtualLog) -> Records:
     return Records(bytes(log.disk.data), "s.otl", NAMES, most=1 << 20)
 
 
-def replayed(log: VirtualLog, keep: Callable[[Record], bool] = lambda _: True) -> Replay:
-    cueing, tuned = lively()
+def replayed(log: VirtualLog, name: str, keep: Callable[[Record], bool] = lambda _: True) -> Replay:
+    cueing, tuned = tuned_(name)
     gate, travel = (Gate(DESIGN.platform, lag=0.01, period=0.01, park=park) for park in (None, PARK))
     controller = Controller(cueing, gate, parse=Generic().parse, tuned=tuned)
     replay = Replay(controller, Output(gate, travel, Device.at(PARK)), "s.otl")
@@ -72,18 +75,27 @@ def replayed(log: VirtualLog, keep: Callable[[Record], bool] = lambda _: True) -
     return replay
 
 
-def test_changes_of_predictive_replay_bit_for_bit_and_compile_nothing() -> None:
-    asked = {0.3: Parameters(liveliness=0.9), 3.0: Parameters(scale=0.2, liveliness=0.1)}
+@pytest.mark.parametrize(
+    ("name", "first", "then"),
+    [
+        ("predictive", Parameters(liveliness=0.9), Parameters(scale=0.2, liveliness=0.1)),
+        ("classical", Parameters(high_pass=0.6), Parameters(high_pass=1.2, low_pass=1.5)),
+    ],
+)
+def test_changes_replay_bit_for_bit_and_compile_nothing(
+    name: str, first: Parameters, then: Parameters
+) -> None:
     log = VirtualLog()
-    steady = played(VirtualLog(), {})  # what is compiled is compiled now
+    steady = played(VirtualLog(), {}, name)  # what is compiled is compiled now
     before = compiled()
-    world = played(log, asked)
+    world = played(log, {0.3: first, 3.0: then}, name)
     assert compiled() == before
-    assert world.controller.tuned.now == asked[3.0]
-    replay = replayed(log)
+    assert world.controller.tuned.now == then
+    assert world.controller.refused == 0
+    replay = replayed(log, name)
     assert [(seen.first, seen.different) for seen in replay.seen] == [("", 0)] * 2
     assert replay.seen[0].compared > 700
-    without = replayed(log, lambda one: one.kind != Kind.CHANGE)
+    without = replayed(log, name, lambda one: one.kind != Kind.CHANGE)
     assert without.seen[0].different > 100
     moved = [np.array([row.motion[0] for row in one.trace[-1000:]]) for one in (world, steady)]
     assert np.abs(moved[0] - moved[1]).max() > 5e-3  # they do matter
@@ -140,7 +152,7 @@ def test_a_change_in_any_state_moves_nothing_and_counts_from_the_next_engagement
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({}, "the change is empty, must be one of scale, liveliness"),
+        ({}, "the change is empty, must be one of scale, liveliness, high_pass, low_pass"),
         ({"scale": 1.5}, "greater than 0 and at most 1"),
         ({"scale": 0}, "greater than 0 and at most 1"),
         ({"scale": float("nan")}, "a finite number"),
@@ -148,6 +160,8 @@ def test_a_change_in_any_state_moves_nothing_and_counts_from_the_next_engagement
         ({"liveliness": -1e-9}, "between 0 and 1"),
         ({"liveliness": float("inf")}, "a finite number"),
         ({"liveliness": True}, "a number"),
+        ({"high_pass": 0.4}, "between 0.5 and 2"),
+        ({"low_pass": 2.1}, "between 0.5 and 2"),
         ({"scale": "0.5"}, "a number"),
         ({"scale": [0.5]}, "a number"),
         ({"scale": None}, "scale is empty, must be a number"),

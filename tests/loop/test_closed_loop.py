@@ -9,6 +9,8 @@ from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, Dof
 from otolith.cueing.design import Design, predictive, reweigh
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.cueing.washout.classical import classical
+from otolith.cueing.washout.tuning import Corners
 from otolith.interfaces import Cueing
 from otolith.loop import ClosedLoop, simulate
 from otolith.plant.actuator import Actuator
@@ -89,6 +91,21 @@ def test_liveliness_that_is_changed_before_the_start_is_that_of_another_design()
     still = loop_of(predictive(DESIGN))
     still.advance(10_000)
     assert np.abs(still.run().pose - loop.run().pose).max() > 1e-3
+
+
+def test_corner_frequencies_change_in_compiled_code_without_a_jump() -> None:
+    """From the change on it is another motion, and velocities go on from where they are: within 2 m/s²."""
+    cueing, faster = classical(DESIGN), replace(DESIGN, corners=Corners(high_pass=2.0, low_pass=0.5))
+    loop, still = loop_of(cueing), loop_of(classical(DESIGN))
+    loop.advance(250)
+    reweigh(cueing, "classical", faster)
+    loop.advance(10_000)
+    still.advance(10_000)
+    changed, same = loop.run(), still.run()
+    np.testing.assert_array_equal(changed.pose[:2500], same.pose[:2500])
+    assert np.abs(changed.pose - same.pose).max() > 1e-3
+    assert np.abs(np.diff(changed.twist[2400:2700], axis=0)).max() < 2e-3
+    assert np.abs(np.diff(changed.pose[2400:2700], axis=0)).max() < 1e-3
 
 
 def test_weights_on_other_states_are_refused_and_nothing_changes() -> None:

@@ -24,6 +24,7 @@ from otolith.core.errors import InputError
 from otolith.core.frames import DOFS
 from otolith.cueing.design import reweigh
 from otolith.cueing.mpc.washout_weights import constant
+from otolith.cueing.washout.tuning import Corners
 from otolith.experiment import Wanted
 from otolith.loop import ClosedLoop, Run
 from otolith.metrics.false_cues import false_cues
@@ -37,6 +38,8 @@ _PLAIN: Final = (
     "lowpass",
     "dofs",
     "liveliness",
+    "high_pass",
+    "low_pass",
     "horizon",
     "washout",
     "guess_entry",
@@ -166,7 +169,8 @@ class Runs:
         weights = {of: one for of in WEIGHTS if (one := self._values[f"weight_{of}"]) is not None}
         design = self._prepared.design
         mpc = replace(design.mpc, washout=constant(weights)) if weights else design.mpc
-        changed = replace(design, mpc=mpc, liveliness=self._values["liveliness"])
+        corners = Corners(high_pass=self._values["high_pass"], low_pass=self._values["low_pass"])
+        changed = replace(design, mpc=mpc, liveliness=self._values["liveliness"], corners=corners)
         for loop in having:
             reweigh(loop.cueing, loop.names[0], changed)
 

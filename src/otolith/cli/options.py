@@ -29,6 +29,7 @@ from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
 from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
 from otolith.cueing.prediction import Prediction, Road, parse_prediction
+from otolith.cueing.washout.tuning import Corners
 from otolith.experiment import Experiment, Wanted, hint_for
 from otolith.recordings.settings import PLAIN
 
@@ -55,6 +56,8 @@ DESIGN: Final = (
     "control_weight",
     "prediction",
     "liveliness",
+    "high_pass",
+    "low_pass",
     "washout",
     "weight",
     "braking",
@@ -159,6 +162,12 @@ class RunOptions:
             "first).",
         ),
     ] = None
+    high_pass: Annotated[
+        float, typer.Option(help="Of classical: factor of the high-passes' corner frequencies, 0.5 to 2.")
+    ] = 1.0
+    low_pass: Annotated[
+        float, typer.Option(help="Of classical: factor of the tilt's corner frequency, 0.5 to 2.")
+    ] = 1.0
     washout: Washout = "thesis-fit"
     weight: Weights = None
     braking: Annotated[
@@ -207,6 +216,7 @@ class RunOptions:
             explicit=ExplicitSettings(braking=rows or BrakingRows.NONE),
             mpc=settings,
             liveliness=self.liveliness,
+            corners=Corners(high_pass=self.high_pass, low_pass=self.low_pass),
             second_blocks=() if self.second_blocks is None else block_lengths(self.second_blocks),
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),

@@ -14,6 +14,7 @@ from pydantic_core import ErrorDetails
 
 from otolith import registry
 from otolith.core.errors import InputError, one_of
+from otolith.cueing.washout.tuning import LARGEST_FACTOR, LEAST_FACTOR
 from otolith.platforms.bounds import refuse
 from otolith.platforms.library import catalog
 from otolith.scenarios.scenario import MAX_SCALE
@@ -176,6 +177,26 @@ class Form(Offered):
         "Tuning of a washout",
         "(a shipped tuning) = (gains and corner frequencies of classical, optimal, adaptive)",
         among=("", *catalog()),
+    )
+    high_pass: float = setting(
+        ALGORITHM,
+        1.0,
+        "High-passes of classical",
+        "(larger) = (the platform returns sooner, and passes less on)",
+        unit="× tuning",
+        live=True,
+        ge=LEAST_FACTOR,
+        le=LARGEST_FACTOR,
+    )
+    low_pass: float = setting(
+        ALGORITHM,
+        1.0,
+        "Tilt low-pass of classical",
+        "(larger) = (it tilts sooner and faster for a lasting force)",
+        unit="× tuning",
+        live=True,
+        ge=LEAST_FACTOR,
+        le=LARGEST_FACTOR,
     )
     prediction: str = setting(
         ALGORITHM,

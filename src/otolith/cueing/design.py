@@ -32,7 +32,8 @@ from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.mpc.six_axis import body_of, six_axis_settings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.several import Several
-from otolith.cueing.washout.tuning import Tuning, load_tuning
+from otolith.cueing.washout.classical import Classical
+from otolith.cueing.washout.tuning import Corners, Tuning, load_tuning
 from otolith.interfaces import Cueing
 from otolith.mpqp import Law, Progress, enumerate_regions
 from otolith.perception import Vestibular
@@ -55,6 +56,7 @@ class Design:
     # Steps of each block of the second MPC of `lnl` and `nll`; empty for those of the first
     second_blocks: Lengths = ()
     washout: Tuning | None = None  # of the conventional washouts; None for the one shipped for the platform
+    corners: Corners = field(default_factory=Corners)  # factors of the classical washout's corner frequencies
     stored_laws: tuple[Law, ...] = ()  # from a file; if empty, laws are enumerated on first use
     hint: StoredHint | Refused | None = None  # offline knowledge, from a file
     progress: Callable[[Progress], None] | None = None  # is called with the progress of the enumeration
@@ -207,7 +209,9 @@ def six_axis_nmpc(design: Design) -> Cueing:
 
 
 def reweigh(cueing: Cueing, name: str, design: Design) -> None:
-    """Give an algorithm at work the washout weights of a changed design, from its next decision on.
+    """Give an algorithm at work the washout weights, or the corner frequencies, of a changed design.
+
+    They count from its next decision on.
 
     Parameters
     ----------
@@ -225,6 +229,8 @@ def reweigh(cueing: Cueing, name: str, design: Design) -> None:
         if name == "predictive":
             settings = predictive_settings(settings, design.platform, mpc.problem.dofs, design.liveliness)
         mpc.reweigh(settings.washout)
+    if isinstance(cueing, Classical):
+        cueing.retune(design)
 
 
 def mpcs_of(cueing: Cueing) -> list[Mpc]:

@@ -4,6 +4,7 @@ All numbers are little endian and keep their bits, so a message that is packed a
 """
 
 import struct
+from dataclasses import astuple, fields
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from otolith.live.messages import Plan, Report, Rung, State, Vitals, Word
 
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
 _VITALS: Final = struct.Struct("<q3dq?q")
-_PARAMETERS: Final = struct.Struct("<2d")
+_PARAMETERS: Final = struct.Struct(f"<{len(fields(Parameters))}d")
 _REPORT: Final = struct.Struct("<qqq")
 _NOWHERE: Final = np.full(6, np.nan)
 
@@ -110,10 +111,10 @@ def unpack_vitals(message: bytes) -> Vitals:
 
 def pack_parameters(parameters: Parameters) -> bytes:
     """Return parameters as bytes."""
-    return _PARAMETERS.pack(parameters.scale, parameters.liveliness)
+    return _PARAMETERS.pack(*astuple(parameters))
 
 
 def unpack_parameters(message: bytes) -> Parameters:
     """Return the parameters of `pack_parameters`."""
-    scale, liveliness = _PARAMETERS.unpack(message)
-    return Parameters(scale=scale, liveliness=liveliness)
+    names = [one.name for one in fields(Parameters)]
+    return Parameters(**dict(zip(names, _PARAMETERS.unpack(message), strict=True)))

@@ -7,7 +7,7 @@ again (`to_record`, `session_from_record`).
 import json
 import platform as machine
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -20,7 +20,7 @@ from otolith.core.errors import CorruptFile, InputError, damage_reported, one_of
 from otolith.core.frames import dofs_named
 from otolith.cueing.design import Design, reweigh
 from otolith.cueing.hints.stored import Refused
-from otolith.cueing.washout.tuning import Tuning, tunings
+from otolith.cueing.washout.tuning import Corners, Tuning, tunings
 from otolith.experiment import StoredFile, hint_for
 from otolith.interfaces import PlatformState, Reference
 from otolith.live.controller import Controller, Wanted, plain
@@ -148,6 +148,7 @@ class Session:
             dofs=dofs_named(stated.dofs.split(",")),
             washout=self.tuning,
             liveliness=stated.liveliness,
+            corners=Corners(high_pass=stated.high_pass, low_pass=stated.low_pass),
             stored_laws=files.read_laws(self.stored["laws"].found("laws")) if stated.laws else (),
         )
         if stated.laws:
@@ -168,8 +169,10 @@ class Session:
         cueing.reset(PlatformState())
 
         def use(parameters: Parameters) -> None:
-            if "liveliness" in self.offered:
-                reweigh(cueing, self.settings.cueing, replace(design, liveliness=parameters.liveliness))
+            if len(self.offered) > 1:
+                corners = Corners(high_pass=parameters.high_pass, low_pass=parameters.low_pass)
+                changed = replace(design, liveliness=parameters.liveliness, corners=corners)
+                reweigh(cueing, self.settings.cueing, changed)
 
         use(self.parameters)
         return Controller(
@@ -184,13 +187,14 @@ class Session:
     @property
     def parameters(self) -> Parameters:
         """Return what may change while it runs, as it is at the start."""
-        return Parameters(scale=self.settings.scale, liveliness=self.settings.liveliness)
+        stated = self.settings
+        return Parameters(**{one.name: getattr(stated, one.name) for one in fields(Parameters)})
 
     @property
     def offered(self) -> tuple[str, ...]:
         """Return the names of the parameters that its algorithm has."""
         reads = registry.cueing_named(self.settings.cueing).reads
-        return ("scale", "liveliness") if "liveliness" in reads else ("scale",)
+        return ("scale", *(one.name for one in fields(Parameters) if one.name in reads - {"scale"}))
 
     def output(self) -> Output:
         """Return the output's core."""

@@ -20,6 +20,7 @@ from pydantic import (
 
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import AXES
+from otolith.cueing.washout.tuning import LARGEST_FACTOR, LEAST_FACTOR
 from otolith.platforms import Platform
 from otolith.platforms.axes import Rotation, Translation
 from otolith.platforms.bounds import (
@@ -66,10 +67,18 @@ def _within_one(number: float) -> float:
     return number
 
 
+def _factor(number: float) -> float:
+    """Return a factor of corner frequencies."""
+    if not LEAST_FACTOR <= number <= LARGEST_FACTOR:
+        raise refuse(f"between {LEAST_FACTOR:g} and {LARGEST_FACTOR:g}")
+    return number
+
+
 Address = Annotated[str, BeforeValidator(_address)]
 Share = Annotated[float, BeforeValidator(_share)]
 Number = Annotated[float, BeforeValidator(Within(0.0, 0.0, "").finite)]
 Liveliness = Annotated[float, BeforeValidator(Within(0.0, 0.0, "").finite), AfterValidator(_within_one)]
+Factor = Annotated[float, BeforeValidator(Within(0.0, 0.0, "").finite), AfterValidator(_factor)]
 Length = Annotated[float, BeforeValidator(Within(0.0, 0.0, "m").finite)]  # [m] of any sign
 OnSilence = Literal["holds", "parks", "falls"]
 
@@ -174,6 +183,8 @@ class Preset(_Table):
     cueing: str | None = None
     tuning: str | None = None
     liveliness: Liveliness | None = None
+    high_pass: Factor | None = None
+    low_pass: Factor | None = None
     scale: Share | None = None
     limits: Limits | None = None
 
@@ -183,6 +194,8 @@ class Changes(_Table):
 
     scale: Share | None = None
     liveliness: Liveliness | None = None
+    high_pass: Factor | None = None
+    low_pass: Factor | None = None
 
 
 class Settings(_Table):
@@ -195,6 +208,8 @@ class Settings(_Table):
     laws: str | None = None  # file of explicit laws
     hint: str | None = None  # file of a hint
     liveliness: Liveliness = 0.5  # of predictive
+    high_pass: Factor = 1.0  # of classical: factors of the corner frequencies of its tuning
+    low_pass: Factor = 1.0
     scale: Share = 1.0  # of what should be felt
     page_only: bool = False  # a program alone commands: without a sign of it for 5 s, cueing ends
     input: Input

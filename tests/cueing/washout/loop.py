@@ -1,7 +1,7 @@
 """Tools of these tests: a task without any MPC, a loop without a lag, the fit of a sine."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from otolith.core.arrays import Vec
 from otolith.core.frames import SURGE_PITCH, Dof
 from otolith.cueing.washout.feedforward import Washout
-from otolith.cueing.washout.tuning import Tuning, load_tuning
+from otolith.cueing.washout.tuning import Corners, Tuning, load_tuning
 from otolith.loop import Run, simulate
 from otolith.plant.ideal import Ideal
 from otolith.platforms import Platform, load
@@ -23,6 +23,7 @@ class Task:
     platform: Platform = DAVSI
     dofs: tuple[Dof, ...] = (SURGE_PITCH,)
     tuning: Tuning = TUNING
+    corners: Corners = field(default_factory=Corners)
 
 
 Signal = Callable[[Vec], Vec]

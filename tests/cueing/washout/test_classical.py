@@ -5,15 +5,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from otolith.core.errors import InputError
 from otolith.core.frames import GRAVITY, SURGE_PITCH
+from otolith.cueing.washout import tuning as tables
 from otolith.cueing.washout.classical import (
+    Classical,
     classical,
     cross_response,
     force_response,
     hold_response,
     rate_response,
 )
-from tests.cueing.washout.loop import Task, along, drive, fitted
+from otolith.cueing.washout.tuning import Corners
+from tests.cueing.washout.loop import TUNING, Task, along, drive, fitted
 
 OMEGA = (0.1, 0.631, 2.512, 6.31, 15.849)  # of the OMCT's twelve
 DEGREE = np.pi / 180.0
@@ -47,6 +51,45 @@ def test_felt_force_is_that_of_the_transfer_function_within_one_percent_and_one_
     w = np.array([omega])
     felt, _ = response(omega, of_force=True)
     agree(felt, (force_response(Task().tuning, SURGE_PITCH, w) * hold_response(w))[0])
+
+
+def steps(t: np.ndarray) -> np.ndarray:
+    return np.where(t < 2.0, 0.6, -0.3)
+
+
+def test_factors_of_corner_frequencies_are_a_tuning_with_other_frequencies() -> None:
+    of = TUNING.of(tables.Classical)
+    rows = {name: getattr(of, name) for name in ("surge", "sway", "heave", "rotation")}
+    faster = {
+        name: row.model_copy(
+            update={one: 1.5 * getattr(row, one) for one in type(row).model_fields if one.endswith("_radps")}
+        )
+        for name, row in rows.items()
+    }
+    slower = of.tilt.model_copy(update={"natural_radps": 0.7 * of.tilt.natural_radps})
+    table = of.model_copy(update={**faster, "tilt": slower})
+    written = Task(tuning=TUNING.model_copy(update={"classical": table}))
+    factors = Task(corners=Corners(high_pass=1.5, low_pass=0.7))
+    one, other, plain = (drive(classical(task), 4.0, along(0, steps)) for task in (factors, written, Task()))
+    np.testing.assert_array_equal(one.pose, other.pose)
+    assert np.abs(one.pose - plain.pose).max() > 1e-3
+
+
+def test_corners_that_change_at_rest_are_those_of_another_washout_bit_for_bit() -> None:
+    task = Task(corners=Corners(high_pass=2.0, low_pass=0.5))
+    changed = Classical(Task())
+    changed.retune(task)
+    runs = [drive(one, 4.0, along(0, steps)) for one in (changed, classical(task))]
+    np.testing.assert_array_equal(runs[0].pose, runs[1].pose)
+    changed.retune(Task())
+    runs = [drive(one, 4.0, along(0, steps)) for one in (changed, classical(Task()))]
+    np.testing.assert_array_equal(runs[0].pose, runs[1].pose)
+
+
+@pytest.mark.parametrize("factor", [0.49, 2.01, float("nan")])
+def test_a_factor_out_of_bounds_is_refused(factor: float) -> None:
+    with pytest.raises(InputError, match=r"high_pass is .*, must be between 0\.5 and 2"):
+        Corners(high_pass=factor)
 
 
 @pytest.mark.parametrize("omega", [0.631, 2.512, 6.31])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy import signal
+from scipy import integrate, signal
 
 from otolith.core.arrays import Vec
 from otolith.cueing.washout.filters import Bank, at_period_ends, one_period_late, rotation, tilt, translation
@@ -58,6 +58,38 @@ def test_filters_of_a_bank_do_not_touch_each_other() -> None:
     for row in u:
         alone = np.concatenate([one.step(row[i : i + 1]) for i, one in enumerate(apart)])
         assert_allclose(together.step(row), alone, atol=1e-14)
+
+
+def velocity(_: float, x: Vec, of: ThirdOrder, wanted: float) -> Vec:
+    """v' = u − c₁ v − c₂ p − c₃ ∫p: the denominator of H, divided by s²; x is v, p, ∫p."""
+    second = [1.0, 2 * of.damping * of.natural_radps, of.natural_radps**2]
+    c = np.polymul(second, [1.0, of.washout_radps])
+    return np.array([wanted - c[1:] @ x, x[0], x[1]])
+
+
+def angle(_: float, x: Vec, of: SecondOrder, wanted: float) -> Vec:
+    """θ'' = ω² (u − θ) − 2ζω θ'; x is θ, θ'."""
+    w = of.natural_radps
+    return np.array([x[1], w**2 * (wanted - x[0]) - 2 * of.damping * w * x[1]])
+
+
+@pytest.mark.parametrize(
+    ("make", "of", "slope", "seen"), [(translation, THIRD, velocity, 1), (tilt, SECOND, angle, 2)]
+)
+def test_a_filter_whose_corners_change_goes_on_from_what_it_has_reached(make, of, slope, seen) -> None:
+    """The differential equations of velocity and travel, and of a tilt; coefficients change midway."""
+    then = of.model_copy(update={"natural_radps": 1.7 * of.natural_radps})
+    u = np.random.default_rng(3).normal(size=200)
+    bank = Bank.of([at_period_ends(make(of), T)])
+    x, ours, theirs = np.zeros(seen + 2 * (seen == 1)), [], []
+    for k, value in enumerate(u):
+        if k == 100:
+            bank.take([at_period_ends(make(then), T)])
+        ours.append(bank.step(np.array([value])))
+        given = (of if k < 100 else then, value)
+        x = integrate.solve_ivp(slope, (0.0, T), x, args=given, rtol=1e-10, atol=1e-12).y[:, -1]
+        theirs.append(x[:seen])
+    assert_allclose(ours, theirs, atol=1e-8)
 
 
 def test_the_printed_numerators_would_be_low_passes() -> None:

@@ -10,15 +10,14 @@ to the felt force this is K (L + H (1 − L)), which is K wherever H or L is one
 complementary.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from otolith.core.arrays import Ints, Vec
 from otolith.core.frames import AXES, GRAVITY, Dof, pairs_of
 from otolith.core.jit import kernel
-from otolith.core.lti import Complexes
-from otolith.core.methods import Bound
+from otolith.core.lti import Complexes, StateSpace
 from otolith.cueing.washout import tuning as tables
 from otolith.cueing.washout.feedforward import PERIOD, Task, Washout, cued
 from otolith.cueing.washout.filters import (
@@ -40,7 +39,9 @@ from otolith.cueing.washout.kernels import (
     Pairs,
     coordinate,
 )
-from otolith.cueing.washout.tuning import Tuning
+from otolith.cueing.washout.tuning import Corners, SecondOrder, Tuning
+
+T = TypeVar("T", bound=SecondOrder)
 
 
 class _Memory(NamedTuple):
@@ -78,19 +79,56 @@ def _filter(of: Any, fresh: int, demand: Vec, motion: Vec) -> int:
     return 0
 
 
-def classical_channels(task: Task, period: float) -> Bound:
-    """Return high-pass translations, low-pass tilts and high-pass rotations as one bank of filters."""
-    of, mask, pairs = task.tuning.of(tables.Classical), cued(task), pairs_of(task.dofs)
-    moved, turned = np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
-    systems = [at_period_ends(translation(getattr(of, AXES[i])), period) for i in moved]
-    systems += [one_period_late(rotation(of.rotation), period) for _ in turned]
-    systems += [at_period_ends(tilt(of.tilt), period) for _ in pairs]
-    return CHANNELS.bind(_filter, _Memory(Bank.of(systems), moved, turned, Pairs.of(pairs)))
+class ClassicalTask(Task, Protocol):
+    """The description of the classical washout's task; `otolith.cueing.design.Design` is one."""
+
+    @property
+    def corners(self) -> Corners:
+        """Return factors of the corner frequencies."""
 
 
-def classical(task: Task) -> Washout:
+def _moved_and_turned(task: Task) -> tuple[Ints, Ints]:
+    """Return the cued axes of x, y, z and those of roll, pitch, yaw."""
+    mask = cued(task)
+    return np.flatnonzero(mask[:3]), np.flatnonzero(mask[3:])
+
+
+def _systems(task: ClassicalTask, period: float) -> list[StateSpace]:
+    """Return the filters: high-pass translations, high-pass rotations, low-pass tilts."""
+    of, by, (moved, turned) = task.tuning.of(tables.Classical), task.corners, _moved_and_turned(task)
+    along = [_faster(getattr(of, AXES[i]), by.high_pass) for i in moved]
+    around, tilted = _faster(of.rotation, by.high_pass), _faster(of.tilt, by.low_pass)
+    systems = [at_period_ends(translation(one), period) for one in along]
+    systems += [one_period_late(rotation(around), period) for _ in turned]
+    return systems + [at_period_ends(tilt(tilted), period) for _ in pairs_of(task.dofs)]
+
+
+def _faster(table: T, factor: float) -> T:
+    """Return a filter's table with its corner frequencies times a factor."""
+    corners = [name for name in type(table).model_fields if name.endswith("_radps")]
+    return table.model_copy(update={name: factor * getattr(table, name) for name in corners})
+
+
+class Classical(Washout):
+    """The classical washout, whose corner frequencies may change while it is at work."""
+
+    def __init__(self, task: ClassicalTask) -> None:
+        moved, turned = _moved_and_turned(task)
+        self._bank = Bank.of(_systems(task, PERIOD))
+        memory = _Memory(self._bank, moved, turned, Pairs.of(pairs_of(task.dofs)))
+        super().__init__(task, CHANNELS.bind(_filter, memory))
+
+    def retune(self, task: ClassicalTask) -> None:
+        """Use the corner frequencies of a task with the same axes from the next decision on.
+
+        What the filters have reached stays, so velocities, tilt and tilt rate go on without a jump.
+        """
+        self._bank.take(_systems(task, self.period))
+
+
+def classical(task: ClassicalTask) -> Washout:
     """Make the classical washout."""
-    return Washout(task, classical_channels(task, PERIOD))
+    return Classical(task)
 
 
 def force_response(tuning: Tuning, pair: Dof, omega: Vec) -> Complexes:

@@ -9,6 +9,10 @@ Notation: ω_n natural frequency, ζ damping, ω_b washout frequency, T period.
 The numerators printed in eqs. 2.2 and 2.4, ω_n² ω_w and ω_n², belong to low-passes, while the text requires
 high-passes of third and second order: a misprint. In H all three zeros are at s = 0, so that velocity H/s and
 travel H/s² return to zero under a constant acceleration, which is the purpose of a third-order filter.
+
+The states are physical: velocity, travel and its integral of a translation, angle and its integral of a
+rotation, rate and angle of a tilt. So a coefficient may change while a filter runs (`Bank.take`): what has
+been reached stays, and only how it goes on is different.
 """
 
 from collections.abc import Sequence
@@ -48,8 +52,9 @@ def rotation(tuning: SecondOrder) -> StateSpace:
 
 def tilt(tuning: SecondOrder) -> StateSpace:
     """Return the system from a signal to its low-passed part and the derivative of that, L(s) and s L(s)."""
-    omega2 = tuning.natural_radps**2
-    return outputs([[omega2], [omega2, 0.0]], denominator(tuning))
+    _, damping, stiffness = denominator(tuning)
+    A = np.array([[-damping, -stiffness], [1.0, 0.0]])
+    return StateSpace(A=A, B=np.array([[stiffness], [0.0]]), C=np.eye(2)[::-1], D=np.zeros((2, 1)))
 
 
 def at_period_ends(system: StateSpace, period: float) -> StateSpace:
@@ -89,6 +94,12 @@ class Bank(NamedTuple):
         nx, nu, ny = s.sizes
         A, B, C, D = (np.array(matrix, order="C") for matrix in (s.A, s.B, s.C, s.D))
         return cls(A, B, C, D, np.zeros(nx), np.zeros((1, nu)), np.zeros((1, ny)))
+
+    def take(self, systems: Sequence[StateSpace]) -> None:
+        """Go on as other filters of the same orders, from the states that have been reached."""
+        s = diagonal(*systems) if systems else StateSpace.gain(np.zeros((0, 0)))
+        for matrix, other in zip((self.A, self.B, self.C, self.D), (s.A, s.B, s.C, s.D), strict=True):
+            matrix[:] = other
 
     def reset(self) -> None:
         """Start from rest."""

@@ -4,6 +4,8 @@ A washout knows no limits, so its parameters must suit the platform; each shippe
 Degrees appear only in names with `deg`; the code that reads the values converts them.
 """
 
+from dataclasses import dataclass, fields
+from functools import cache
 from importlib.resources import files
 from typing import Annotated, Final, Self, TypeVar
 
@@ -98,6 +100,28 @@ class Classical(_Table):
     rotation: SecondOrder  # high-pass of roll, pitch and yaw rate
 
 
+LEAST_FACTOR, LARGEST_FACTOR = 0.5, 2.0  # of corner frequencies
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Corners:
+    """Factors of the classical washout's corner frequencies; with 1 they are those of its tuning.
+
+    Raises
+    ------
+    InputError : a factor is beyond 0.5 to 2.
+    """
+
+    high_pass: float = 1.0  # of translations and rotations: a larger one returns sooner, and passes less on
+    low_pass: float = 1.0  # of tilt coordination: a larger one tilts sooner
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            factor = getattr(self, one.name)
+            if not LEAST_FACTOR <= factor <= LARGEST_FACTOR:
+                raise InputError(one.name, factor, f"between {LEAST_FACTOR:g} and {LARGEST_FACTOR:g}")
+
+
 class Adaptive(_Table):
     """Filters, weights and bounds of the adaptive washout (eqs. 2.6, 2.7)."""
 
@@ -180,8 +204,9 @@ def tunings() -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
+@cache
 def load_tuning(name: str) -> Tuning:
-    """Return a shipped tuning by name.
+    """Return a shipped tuning by name; it is read once.
 
     Raises
     ------

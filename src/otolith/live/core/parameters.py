@@ -1,6 +1,6 @@
-"""What may change while a session runs: how much is cued, and how lively `predictive` is.
+"""What may change while a session runs: how much is cued, and knobs that an algorithm has.
 
-A change is a number that the algorithm reads at its next decision, so nothing is compiled or built for it. It
+A change is a number that the algorithm uses from its next decision on, so nothing is compiled for it. It
 comes about gradually: no value moves faster than `SLEW`, whoever asks for it, and in whatever state. The gate
 judges every plan as before.
 """
@@ -9,16 +9,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Final, Self
 
-SLEW: Final = 0.2  # [1/s] of every parameter, whose range is 0 to 1
+SLEW: Final = 0.2  # [1/s] of every parameter; the ranges are 0 to 1, and 0.5 to 2 of factors
 LONGEST_STEP: Final = 0.1  # [s] for which values move at once; a machine that slept makes no jump of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
-    """The values, each between 0 and 1."""
+    """The values: scale and liveliness between 0 and 1, factors of corner frequencies between 0.5 and 2."""
 
     scale: float = 1.0  # of forces and rates
     liveliness: float = 0.5  # of predictive
+    high_pass: float = 1.0  # of classical
+    low_pass: float = 1.0  # of classical
 
     def toward(self, asked: Self, most: float) -> Self:
         """Return the values that are nearest to those asked for, and differ from these by at most `most`."""
