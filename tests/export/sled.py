@@ -1,7 +1,8 @@
 """A small program with the ports of a platform: a sled that follows the force wanted along x, or brakes.
 
 Every period, speed += 0.01 a and place += 0.01 speed, where a is the force along x plus the rate about z; a
-request that is not finite halves the speed instead. Its legs are told 1 m plus their place in the pose.
+request that is not finite halves the speed instead. The acceleration of heave is the force along z. Its
+legs are told 1 m plus their place in the pose.
 """
 
 from otolith.core.frames import AXES
@@ -32,6 +33,7 @@ int sled_step(sled *me, const double in[], double out[])
     out[3] = 0.1; out[4] = 0.2; out[5] = 0.3;
     out[6] = me->speed;
     out[12] = well ? a : 0.0;
+    out[14] = well ? in[2] : 0.0;
     return well ? 0 : 3;
 }
 #endif

@@ -60,6 +60,9 @@ def test_names_units_and_meanings_are_those_of_the_program(file: Path) -> None:
 def test_the_same_program_gives_the_same_bytes(file: Path) -> None:
     version: Version = "2.0" if fmpy.read_model_description(str(file)).fmiVersion == "2.0" else "3.0"
     assert fmu(LAG, version, [str(COMPILER)]) == file.read_bytes()
+    entries = zipfile.ZipFile(file).infolist()
+    assert {entry.date_time for entry in entries} == {(1980, 1, 1, 0, 0, 0)}
+    assert [entry.filename for entry in entries] == sorted(entry.filename for entry in entries)
 
 
 @pytest.mark.parametrize("part", [0.05, 0.1, 0.3, 1.0, 2.0, 5.0])

@@ -57,12 +57,13 @@ STATUS, REST, PLACE, SPEED, ACCELERATION, LEGS = 0, 1, 2, 9, 15, slice(18, 24)
 @needs_compilers
 def test_what_is_wanted_reaches_the_program_and_its_motion_is_published(node: Path) -> None:
     """Gravity is taken off along z only; turning about z counts."""
-    lines = [f"hear 2.0 5.0 {GRAVITY} 9.0 9.0 0.5"] * 10
+    lines = [f"hear 2.0 5.0 {GRAVITY + 0.25} 9.0 9.0 0.5"] * 10
     rows, speed = drive(node, lines, "10"), 0.025 * np.arange(1, 11)
     np.testing.assert_array_equal(rows[:, STATUS], 0)
     np.testing.assert_allclose(rows[:, SPEED], speed, atol=1e-15)
     np.testing.assert_allclose(rows[:, PLACE], 0.01 * np.cumsum(speed), atol=1e-15)
     np.testing.assert_allclose(rows[:, ACCELERATION], 2.5)
+    np.testing.assert_allclose(rows[:, ACCELERATION + 2], 0.25, atol=1e-14)
     pose = np.column_stack([rows[:, PLACE], *np.tile([[0.0], [0.0], [0.1], [0.2], [0.3]], 10)])
     np.testing.assert_allclose(rows[:, LEGS], 1.0 + pose, atol=1e-15)
 
