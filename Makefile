@@ -76,4 +76,4 @@ $(VENV)/.installed-dev: pyproject.toml thesis/pyproject.toml | $(VENV)/bin/pytho
 	@touch $@ $(VENV)/.installed
 
 clean:
-	rm -rf $(VENV) demo out site .docs_cache docs/api .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
+	rm -rf $(VENV) demo out site .docs_cache jupyter_execute docs/api .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage

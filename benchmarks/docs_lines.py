@@ -25,7 +25,9 @@ PAGES = (
     "README.md",
     "CONTRIBUTING.md",
     "thesis/README.md",
-    *sorted(f"docs/{p.name}" for p in ROOT.glob("docs/*.md")),
+    *sorted(
+        p.relative_to(ROOT).as_posix() for p in [*ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md")]
+    ),
 )
 PROGRAMS = ("otolith ", "python ", "make ", "pip ", "pre-commit ", ". ")
 LEFT_OUT = {  # beginning of a line: why it is never run

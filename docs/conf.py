@@ -34,7 +34,7 @@ include_patterns = [
     "thesis/README.md",
     "src/otolith/vehicle/data/README.md",
 ]
-exclude_patterns = [".*", "site", "**/.ipynb_checkpoints"]
+exclude_patterns = [".*", "site", "jupyter_execute", "**/.ipynb_checkpoints"]
 
 extensions = ["myst_nb", "sphinx_copybutton"]
 myst_heading_anchors = 5  # the same anchors as a repository's pages have
