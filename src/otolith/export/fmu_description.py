@@ -109,8 +109,7 @@ def _root(program: Program, version: Version, token: str) -> Element:
         "fmiVersion": version,
         "modelName": program.name,
         key: token,
-        "description": "Motion cueing, decided once per period of "
-        f"{1e3 * program.period:g} ms: what to feel comes in, platform motion goes out.",
+        "description": f"Motion cueing: one decision per {1e3 * program.period:g} ms",
         "generationTool": f"Otolith {__version__}",
         "variableNamingConvention": "flat",
     }

@@ -15,7 +15,7 @@ def page(program: Program, version: Version) -> str:
 <head><meta charset="utf-8"><title>{escape(program.name)}</title>
 <style>
 body {{ font: 16px/1.5 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em; }}
-td, th {{ text-align: left; padding: 0.2em 1em 0.2em 0; vertical-align: top; }}
+td, th {{ text-align: left; padding: 0.2em 1em 0.2em 0; vertical-align: top; }} th {{ white-space: nowrap; }}
 </style></head>
 <body>
 <h1>{escape(program.name)}</h1>
