@@ -184,6 +184,7 @@ def parts(s: Structure) -> dict[str, tuple[int, ...]]:
         "X": (N, nx),
         "STEP_STATE": (s.steps * bool(s.lengths), nx),  # states of all steps of the plan
         "PLAN": (N, nu),  # last certified inputs
+        "INSIDE": (N, nu),  # inputs of the interior point
         "GAIN": (N, s.gains),
         "COST_TO_GO": (N + 1, packing.symmetric_size(nu)),  # P of x_0 … x_N; the last remains zero
         "COSTATE": (nx,),

@@ -1,5 +1,9 @@
 """Solve one problem per call: check, try the current working set, exchange rows, fall back, certify.
 
+What counts is the certificate. Where active rows nearly depend on each other, as at a vertex with more of
+them than inputs, multipliers may never settle to the last digit, and sets may exchange such rows for ever,
+although the point at hand is optimal within the tolerance; so is the interior point's own.
+
 The minimiser never depends on the working set that is tried first; only the time does. If a hint is available
 on request, `solve` returns ASKING when the current set does not settle at once, and is called again with the
 hint (reverse communication). So a hint that is not needed is never made.
@@ -7,10 +11,18 @@ hint (reverse communication). So a hint that is not needed is never made.
 
 from otolith.core.arrays import Vec
 from otolith.qp.structured.kernels.certify import certificate, impossible, well_posed
-from otolith.qp.structured.kernels.interior import CLOSE, CLOSER, approach, enter, guess_from_sides
+from otolith.qp.structured.kernels.interior import (
+    CLOSE,
+    CLOSER,
+    approach,
+    enter,
+    guess_from_sides,
+    net_multipliers,
+)
 from otolith.qp.structured.kernels.kernel_symbols import (
     INFO,
     INPUTS,
+    INSIDE,
     MULTIPLIER,
     NEEDED,
     OFFERED,
@@ -64,8 +76,8 @@ def accept(W: Vec) -> bool:
 
 @jit_inlined
 def search_inside(W: Vec) -> int:
-    """Run the interior point, closer to the optimum each time its guess does not settle; return the
-    status.
+    """Run the interior point, closer to the optimum each time neither its guess nor its own point is
+    certified; return the status.
     """
     limit, polish = int(W[SETTING + ITERATION_LIMIT]), int(W[SETTING + POLISH])
     close, infeasibility = CLOSE, 1.0
@@ -74,9 +86,17 @@ def search_inside(W: Vec) -> int:
         infeasibility, proved = approach(W, close, infeasibility, limit)
         if proved:
             return INFEASIBLE
+        for i in range(N * INPUTS):
+            W[INSIDE + i] = W[U + i]
         guess_from_sides(W)
-        if settle(W, attempt(W, N - 1, False, True), polish) and accept(W):
-            return OPTIMAL
+        settle(W, attempt(W, N - 1, False, True), polish)
+        for own in range(2):
+            if own == 1:
+                net_multipliers(W)
+                for i in range(N * INPUTS):
+                    W[U + i] = W[INSIDE + i]
+            if accept(W):
+                return OPTIMAL
         close *= CLOSER
     return LIMIT
 
@@ -99,10 +119,12 @@ def search(W: Vec) -> int:
     exchanges = int(W[SETTING + EXCHANGES])
     if W[OFFERED] == GIVEN:
         W[NEEDED] = consider_hint(W, W[NEEDED])
-    if settle(W, W[NEEDED], exchanges) and accept(W):
-        return OPTIMAL
-    if exchanges > 0 and impossible(W):
-        return INFEASIBLE
+    if exchanges > 0:
+        settle(W, W[NEEDED], exchanges)
+        if accept(W):
+            return OPTIMAL
+        if impossible(W):
+            return INFEASIBLE
     return search_inside(W)
 
 

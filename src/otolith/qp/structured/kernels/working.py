@@ -312,10 +312,11 @@ def consider_hint(W: Vec, changes: float) -> float:
 
 
 @jit_inlined
-def settle(W: Vec, changes: float, limit: int) -> bool:
-    """Continue from a set that needs `changes`; True when one of at most `limit` sets has settled.
+def settle(W: Vec, changes: float, limit: int) -> None:
+    """Continue from a set that needs `changes` until one settles, at most `limit` of them.
 
-    The first set counts towards the limit. A settled point is stationary and feasible.
+    The first set counts towards the limit. The point of a settled set is stationary and feasible; the
+    certificate shows whether it was found.
     """
     fewest, stalled, early = changes, False, EARLY
     while 0.0 < changes < STUCK and limit > 1:
@@ -323,4 +324,3 @@ def settle(W: Vec, changes: float, limit: int) -> bool:
         changes = attempt(W, last_changed_stage(W), stalled, early > 0)
         stalled = stalled or changes >= fewest
         fewest, limit, early = changes, limit - 1, early - 1
-    return changes == 0.0
