@@ -126,7 +126,7 @@ def test_no_relative_link_of_the_readme_is_left() -> None:
     ("made", "changelog", "wrong"),
     [
         ("{cited}", "## {cited} - 2026-12-01\n", 0),
-        ("{cited}", "## {cited}\n", 1),
+        ("{cited}", "## {cited} - not released yet\n", 1),
         ("{cited}", "## Unreleased\n\n## {cited} - 2026-12-01\n", 1),
         ("9.9.9", "## 9.9.9 - 2026-12-01\n", 1),
         ("9.9.9", "## Unreleased\n", 2),
@@ -138,6 +138,14 @@ def test_a_release_has_one_version(release_check: ModuleType, made: str, changel
     (cited,) = re.findall(r"^version: (\S+)$", text, re.MULTILINE)
     findings = list(release_check.versions(made.format(cited=cited), changelog.format(cited=cited)))
     assert len(findings) == wrong, findings
+
+
+def test_the_changelog_and_the_citation_prepare_the_same_version() -> None:
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    newest = re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert cited is not None
+    assert newest is not None
+    assert newest[1] in (cited[1], "Unreleased")
 
 
 def test_the_workflows_call_what_a_developer_calls() -> None:
