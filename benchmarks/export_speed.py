@@ -31,7 +31,11 @@ from otolith.export.program import Program
 from otolith.export.vectors import drive, simulated
 from otolith.qp.structured.generate import INFO, SETTINGS
 
-FLAGS = ("-std=gnu99", "-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
+# Sums may be fused and reordered, as numba's are; NaN and infinity are respected
+FLAGS = (
+    *("-std=gnu99", "-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno"),
+    *("-fno-trapping-math", "-fno-signed-zeros", "-fassociative-math", "-freciprocal-math"),
+)
 STEPS, TURNS = 3000, 5
 TIMED = """
 #define _POSIX_C_SOURCE 200809L
@@ -44,7 +48,9 @@ static double now(void) {{
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }}
 unsigned long size_of_it(void) {{ return sizeof(timed); }}
-void run(timed *me, int n, const double *in, double *out, double *seconds, double *rounds, int guesses) {{
+static timed instance __attribute__((aligned(64)));
+void run(int n, const double *in, double *out, double *seconds, double *rounds, int guesses) {{
+    timed *const me = &instance;
     timed_init(me);
     {no_guesses}
     for (int k = 0; k < n; k++) {{
@@ -66,7 +72,7 @@ class Timed:
         if controllers:
             solver = controllers[0].engine._solver  # type: ignore[attr-defined]
             room = re.findall(r"double (\w*workspace\w*)\[", program.header)[0]
-            base = solver.vector.base.ctypes.data
+            base = solver.vector.ctypes.data
             at = [(solver.part(name).ctypes.data - base) // 8 for name in ("INFO", "SETTING")]
             info = f"me->{room}[{at[0]} + i]"
             setting = f"if (!guesses) me->{room}[{at[1] + SETTINGS.index('EXCHANGES')}] = 0.0;"
@@ -78,14 +84,14 @@ class Timed:
         self.library = ctypes.CDLL(str(folder / "timed.so"))
         self.library.size_of_it.restype = ctypes.c_ulong
         self.size = int(self.library.size_of_it())
-        self._me, self._outputs = ctypes.create_string_buffer(self.size), len(program.outputs)
+        self._outputs = len(program.outputs)
 
     def run(self, inputs: Mat, *, guesses: bool = True) -> tuple[Vec, Mat]:
         """Return the time of each step [s] (n,), and what the engine counted (n, INFO)."""
         n = len(inputs)
         out, seconds, rounds = np.zeros((n, self._outputs)), np.zeros(n), np.zeros((n, len(INFO)))
         given = [ctypes.c_void_p(one.ctypes.data) for one in (inputs, out, seconds, rounds)]
-        self.library.run(self._me, n, *given, int(guesses))
+        self.library.run(n, *given, int(guesses))
         return seconds, rounds
 
 

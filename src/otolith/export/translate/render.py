@@ -78,11 +78,12 @@ class Rendered:
         read = set().union(*(one.reads for one in self.functions))
         for array in kept:  # what the program's frame reads and writes
             of = unit._data_of(array)
+            unit.wrapped(array)
             of.storage.write()
             read.add(of.storage.serial)
-        data = [of for of in unit.data.values() if of.storage.serial in read and of.root.size]
+        data = [of for of in unit.data.values() if of.storage.serial in read and len(of.numbers)]
         self.names = _names_of(data, {one.name for one in self.functions} | set(_HELPERS))
-        self.members = [of for of in data if of.storage.written]
+        self.members = sorted((of for of in data if of.storage.written), key=lambda of: -len(of.numbers))
         self.constants = [of for of in data if not of.storage.written]
         self._data = {of.storage.serial: of for of in data}
         self._storages = _storages(self.functions)
@@ -102,7 +103,9 @@ class Rendered:
 
     def struct(self) -> str:
         """Return the struct with everything that is written."""
-        lines = [f"    {C_TYPES[of.storage.kind]} {self.names[of]}[{of.root.size}];" for of in self.members]
+        lines = [
+            f"    {C_TYPES[of.storage.kind]} {self.names[of]}[{len(of.numbers)}];" for of in self.members
+        ]
         return "\n".join([f"struct {self.name} {{", *lines, "};"])
 
     def of(self, array: NDArray[Any]) -> str:
@@ -117,7 +120,8 @@ class Rendered:
         constants = [self._constant(of) for of in self.constants]
         helpers = [_HELPERS[one].format(n=self.name) for one in _HELPERS if one in self._helpers]
         lanes = [_LANES.format(n=self.name)] if self._helpers - set(_HELPERS) else []
-        return "\n\n".join([*constants, "\n".join([*results, *helpers, *lanes]), functions])
+        parts = [*constants, "\n".join([*results, *helpers, *lanes]), functions]
+        return "\n\n".join(part for part in parts if part)
 
     def _result(self, kinds: tuple[Any, ...]) -> str:
         members = " ".join(f"{C_TYPES[kind]} at{i};" for i, kind in enumerate(kinds))
@@ -178,13 +182,13 @@ class Rendered:
         return f"{self.name}_{called.name}({me}"
 
     def _constant(self, of: Data) -> str:
-        head = f"static const {C_TYPES[of.storage.kind]} {self.name}_{self.names[of]}[{of.root.size}] = "
-        return head + _table(of.root.reshape(-1))
+        head = f"static const {C_TYPES[of.storage.kind]} {self.name}_{self.names[of]}[{len(of.numbers)}] = "
+        return head + _table(of.numbers)
 
     def initial(self) -> Iterator[str]:
         """Yield the lines that set what is not zero in the struct, with their tables in between."""
         for of in self.members:
-            flat, name = of.root.reshape(-1), self.names[of]
+            flat, name = of.numbers, self.names[of]
             for first, last, even in _segments(flat):
                 if even:
                     here = literal(flat[first].item())

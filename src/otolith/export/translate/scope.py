@@ -124,11 +124,19 @@ class Scope:
         found = {
             name: replace(of, kinds=set(of.kinds), paths=list(of.paths)) for name, of in self.found.items()
         }
-        return self.block, len(self.block.items), self._blocks, self.lazy, found, set(self.declared)
+        return (
+            self.block,
+            len(self.block.items),
+            self._blocks,
+            self.lazy,
+            found,
+            set(self.declared),
+            Counter(self.targets),
+        )
 
     def back_to(self, mark: tuple[Any, ...]) -> None:
         """Forget the statements since a mark."""
-        self.block, length, self._blocks, self.lazy, self.found, self.declared = mark
+        self.block, length, self._blocks, self.lazy, self.found, self.declared, self.targets = mark
         del self.block.items[length:]
 
     def note(self, name: str) -> Variable:

@@ -35,7 +35,21 @@ class Data:
 
     root: NDArray[Any]
     storage: Storage
+    begin: int  # the entry of `root` that is its first in C
     names: list[tuple[int, str]] = field(default_factory=list)  # sizes of views, and what they are called
+    first: int = -1  # the first entry that some view has …
+    last: int = -1  # … and the one after the last; −1 where there is no view
+
+    def view(self, first: int, last: int) -> None:
+        """Note that a view spans some entries."""
+        self.first = first if self.first < 0 else min(self.first, first)
+        self.last = max(self.last, last)
+
+    @property
+    def numbers(self) -> NDArray[Any]:
+        """Return the entries that are in C, as they lie in memory."""
+        found: NDArray[Any] = self.root.ravel("K")[self.begin : self.last]
+        return found
 
     @property
     def name(self) -> str:
@@ -53,18 +67,20 @@ class Unit:
     Parameters
     ----------
     variable : data that kernels write, by the address of their memory.
+    begins : the first entry of data that any view has, by address; 0 where it is not known.
     """
 
-    def __init__(self, variable: set[int]) -> None:
+    def __init__(self, variable: set[int], begins: dict[int, int]) -> None:
         self.mathematics = Mathematics()
         self.functions: list[Function] = []
         self.data: dict[int, Data] = {}  # by address
         self.results: dict[tuple[Kind, ...], str] = {}  # types of several numbers that functions return
-        self._variable = variable
+        self._variable, self._begins = variable, begins
         self._tables: dict[tuple[Any, ...], NDArray[Any]] = {}
         self._addresses: dict[int, int] = {}  # of data, by the serial of their storage
         self._made: dict[Any, Function | SizeUnknown] = {}
-        self._names = {"init", "step"}
+        self._names: dict[str, Any] = {}  # the kernel that has a name as its own
+        self._taken = {"init", "step"}
         self._methods: dict[int, str] = {}  # what a method is called, by the address of its data
 
     def call(self, values: Any, name: str) -> None:
@@ -93,7 +109,9 @@ class Unit:
             raise NotTranslated(f"an array of {root.dtype} is not translated")
         address = root.ctypes.data
         if address not in self.data:
-            self.data[address] = of = Data(root, Storage(_KINDS[root.dtype.kind]))
+            self.data[address] = of = Data(
+                root, Storage(_KINDS[root.dtype.kind]), self._begins.get(address, 0)
+            )
             self._addresses[of.storage.serial] = address
         return self.data[address]
 
@@ -105,8 +123,12 @@ class Unit:
         size = of.root.itemsize
         offset = (value.ctypes.data - of.root.ctypes.data) // size
         strides = tuple(stride // size for stride in value.strides)
-        pointer = PLACE.format("d", of.storage.serial) if value.size else "0"
-        return Array(pointer, of.storage, offset, value.shape, strides, value)
+        if not value.size:
+            return Array("0", of.storage, 0, value.shape, strides, value)
+        spans = (sum((n - 1) * step for n, step in zip(value.shape, strides, strict=True)), 0)
+        of.view(offset + min(spans), offset + max(spans) + 1)
+        pointer = PLACE.format("d", of.storage.serial)
+        return Array(pointer, of.storage, offset - of.begin, value.shape, strides, value)
 
     def table(self, numbers: tuple[Any, ...], name: str) -> Array:
         """Return a tuple of numbers as an array of constants."""
@@ -175,7 +197,7 @@ class Unit:
             try:
                 body.translate(found)
             except SizeUnknown as error:
-                self._names.discard(found.name)
+                self._taken.discard(found.name)
                 self._made[key] = error
                 raise
             self._made[key] = found
@@ -184,12 +206,11 @@ class Unit:
 
     def _name(self, function: Any) -> str:
         """Return a name in C that no other function has."""
-        own = function.__name__.lstrip("_")
-        module = function.__module__.rsplit(".", 1)[-1]
-        taken = self._names
-        others = (f"{module}_{own}_{n}" for n in count(2))
-        name: str = next(one for one in chain((own, f"{module}_{own}"), others) if one not in taken)
-        self._names.add(name)
+        own: str = function.__name__.lstrip("_")
+        if self._names.setdefault(own, function) is not function:
+            own = f"{function.__module__.rsplit('.', 1)[-1]}_{own}"
+        name = next(one for one in chain([own], (f"{own}_{n}" for n in count(2))) if one not in self._taken)
+        self._taken.add(name)
         return name
 
     def _key(self, value: Value) -> Any:
@@ -218,13 +239,15 @@ def translated(function: Any, values: Any) -> tuple[Unit, Function]:
     NotTranslated : a kernel that it reaches contains what cannot be said in C here.
     """
     variable: set[int] = set()
+    begins: dict[int, int] = {}
     for _ in range(ROUNDS):
-        unit = Unit(variable)
+        unit = Unit(variable, begins)
         unit.call(values, "")
         entry, _ = unit.function(function, [values])
-        if not unit.too_late:
+        found = {at: of.first for at, of in unit.data.items() if of.first > 0}
+        if not unit.too_late and found == begins:
             return unit, entry
-        variable |= unit.too_late
+        variable, begins = variable | unit.too_late, found
     raise NotTranslated(f"{function.__name__}: what is constant does not settle")
 
 
