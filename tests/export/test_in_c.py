@@ -5,12 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from otolith import files
-from otolith.compiled import STATUSES
+from otolith import files, registry
+from otolith.compiled import STATUSES, offered
 from otolith.core.errors import InputError
 from otolith.core.frames import dofs_named
-from otolith.cueing.design import Design
-from otolith.export.make import Kind, program_of
+from otolith.core.methods import hold
+from otolith.cueing.design import Design, mpcs_of
+from otolith.export.make import Kind, decision_of, program_of
+from otolith.export.step import decide_once
 from otolith.export.vectors import drive, vectors
 from tests.export.in_c import Stepper, needs_compiler
 
@@ -31,13 +33,16 @@ def test_a_washout_moves_a_platform_as_in_python_bit_for_bit(cueing: str, tmp_pa
 
 
 @needs_compiler
-@pytest.mark.parametrize("cueing", ["implicit", "predictive"])
-def test_an_mpc_decides_as_in_python(cueing: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("cueing", "flags"),
+    [("implicit", ["-O1"]), ("predictive", ["-O3"]), ("predictive", ["-Os", "-Ddecided_PLAIN"])],
+)
+def test_an_mpc_decides_as_in_python(cueing: str, flags: list[str], tmp_path: Path) -> None:
     """Both engines settle at 1e-9 of a bound; how sums are rounded on the way differs between compilers."""
     design = _design()
     program = program_of(design, cueing, "decided", Kind.COMMAND)
     expected = vectors(design, cueing, Kind.COMMAND, drive(20.0))
-    _, out = Stepper(program, tmp_path, "-O1").run(expected.inputs)
+    _, out = Stepper(program, tmp_path, *flags).run(expected.inputs)
     status, changes = expected.outputs[:, 6], expected.outputs[:, 8]
     assert np.count_nonzero(changes) > 100  # the platform's limits were at work
     np.testing.assert_array_equal(out[:, 6], status)
@@ -59,6 +64,29 @@ def test_what_is_not_plausible_is_answered_by_braking_and_forgotten(tmp_path: Pa
     stepper.begin()
     moving[0] = 1.0
     np.testing.assert_array_equal(stepper.step(moving)[1], before)
+
+
+@needs_compiler
+def test_from_any_motion_the_same_is_decided_and_for_the_same_reason(tmp_path: Path) -> None:
+    """Motions beyond the limits too, where there is no plan, or none after which the platform could stop."""
+    design, random = _design(), np.random.default_rng(5)
+    stepper = Stepper(program_of(design, "implicit", "anywhere", Kind.COMMAND), tmp_path, "-O1")
+    algorithm = registry.make_cueing("implicit", design)
+    for mpc in mpcs_of(algorithm):
+        mpc.unaided()
+    method = offered(algorithm)
+    assert method is not None
+    decision = decision_of(method)
+    held, _ = hold(decision)
+    within, seen = [[0.6, 0.6], [3.0, 0.06], [6.0, 1.0]], set()  # positions, speeds, accelerations
+    for _ in range(300):
+        decision.wanted[0] = random.uniform(-6.0, 6.0)
+        decision.measured[:, [0, 4]] = random.uniform(-1.0, 1.0, (3, 2)) * within
+        status, out = stepper.step(np.concatenate([decision.wanted, decision.measured.ravel()]))
+        assert status == decide_once(held)
+        seen.add(STATUSES[status].value)
+        np.testing.assert_allclose(out[:6], decision.command, atol=1e-6, rtol=0.0)
+    assert seen >= {"decided", "fallback"}
 
 
 @needs_compiler

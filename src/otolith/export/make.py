@@ -81,14 +81,7 @@ def _command(algorithm: Cueing, name: str, title: str) -> Program:
     """Return a program that decides."""
     algorithm.reset(PlatformState())
     method = _method(algorithm, "the algorithm")
-    decision = Decision(
-        method.method,
-        wanted=np.zeros(6),
-        measured=np.zeros((3, 6)),
-        preview=np.zeros((0, 3)),
-        command=np.zeros(6),
-        result=np.zeros(5),
-    )
+    decision = decision_of(method)
     about = (
         "A step decides the accelerations that the platform should have during the coming period, from what "
         "the driver should feel and from where the platform is."
@@ -102,6 +95,18 @@ def _command(algorithm: Cueing, name: str, title: str) -> Program:
         (name, title, about, algorithm.period),
         [(_WANTED, (decision.wanted, 0, 6)), *zip(_MEASURED, _rows(decision.measured), strict=True)],
         [(command, (decision.command, 0, 6)), *_outcome(decision.result)],
+    )
+
+
+def decision_of(algorithm: Bound) -> Decision:
+    """Return what the kernel of one decision takes; the algorithm's method must be kept alive."""
+    return Decision(
+        algorithm.method,
+        wanted=np.zeros(6),
+        measured=np.zeros((3, 6)),
+        preview=np.zeros((0, 3)),
+        command=np.zeros(6),
+        result=np.zeros(5),
     )
 
 

@@ -26,8 +26,8 @@ _HELPERS: Final = {
     "abs_int": "static int {n}_abs_int(int a) {{ return a < 0 ? -a : a; }}",
 }
 _LANES: Final = """
-/* Four numbers at once: in registers where the compiler has them. */
-#if defined(__GNUC__)
+/* Four numbers at once: in registers where the compiler has them, unless {n}_PLAIN is defined. */
+#if defined(__GNUC__) && !defined({n}_PLAIN)
 typedef double {n}_lanes __attribute__((vector_size(32), aligned(8), may_alias));
 #define {n}_LOAD(p) (*(const {n}_lanes *)(p))
 #define {n}_STORE(p, v) (*({n}_lanes *)(p) = (v))
@@ -39,28 +39,29 @@ typedef double {n}_lanes __attribute__((vector_size(32), aligned(8), may_alias))
 #define {n}_LESS_TIMES(a, s, v) ((a) - (s) * (v))
 #else
 typedef struct {{ double at[4]; }} {n}_lanes;
-static {n}_lanes {n}_LOAD(const double *p) {{ {n}_lanes v = {{{{p[0], p[1], p[2], p[3]}}}}; return v; }}
-static void {n}_STORE(double *p, {n}_lanes v) {{ for (int i = 0; i < 4; i++) p[i] = v.at[i]; }}
-static {n}_lanes {n}_UNIT(double a, double b, double c, double d) {{
-    {n}_lanes v = {{{{a, b, c, d}}}};
-    return v;
-}}
 #define {n}_LANE(v, i) ((v).at[i])
-static {n}_lanes {n}_TIMES(double s, {n}_lanes v) {{ for (int i = 0; i < 4; i++) v.at[i] *= s; return v; }}
-static {n}_lanes {n}_ADD({n}_lanes a, {n}_lanes b) {{
-    for (int i = 0; i < 4; i++) a.at[i] += b.at[i];
-    return a;
-}}
-static {n}_lanes {n}_ADD_TIMES({n}_lanes a, double s, {n}_lanes v) {{
-    for (int i = 0; i < 4; i++) a.at[i] += s * v.at[i];
-    return a;
-}}
-static {n}_lanes {n}_LESS_TIMES({n}_lanes a, double s, {n}_lanes v) {{
-    for (int i = 0; i < 4; i++) a.at[i] -= s * v.at[i];
-    return a;
-}}
+{plain}
 #endif
 """
+_FOUR: Final = "for (int i = 0; i < 4; i++)"
+_PLAIN: Final = {  # head and statement of what a compiler without registers of four calls
+    "LOAD": ("{n}_LOAD(const double *p)", f"{{n}}_lanes v; {_FOUR} v.at[i] = p[i]; return v;"),
+    "STORE": ("{n}_STORE(double *p, {n}_lanes v)", f"{_FOUR} p[i] = v.at[i]; return v;"),
+    "UNIT": (
+        "{n}_UNIT(double a, double b, double c, double d)",
+        "{n}_lanes v = {{{{a, b, c, d}}}}; return v;",
+    ),
+    "TIMES": ("{n}_TIMES(double s, {n}_lanes v)", f"{_FOUR} v.at[i] *= s; return v;"),
+    "ADD": ("{n}_ADD({n}_lanes a, {n}_lanes b)", f"{_FOUR} a.at[i] += b.at[i]; return a;"),
+    "ADD_TIMES": (
+        "{n}_ADD_TIMES({n}_lanes a, double s, {n}_lanes v)",
+        f"{_FOUR} a.at[i] += s * v.at[i]; return a;",
+    ),
+    "LESS_TIMES": (
+        "{n}_LESS_TIMES({n}_lanes a, double s, {n}_lanes v)",
+        f"{_FOUR} a.at[i] -= s * v.at[i]; return a;",
+    ),
+}
 
 
 class Rendered:
@@ -119,9 +120,18 @@ class Rendered:
         results = [self._result(kinds) for kinds in self.unit.results]
         constants = [self._constant(of) for of in self.constants]
         helpers = [_HELPERS[one].format(n=self.name) for one in _HELPERS if one in self._helpers]
-        lanes = [_LANES.format(n=self.name)] if self._helpers - set(_HELPERS) else []
+        lanes = [self._lanes()] if self._helpers - set(_HELPERS) else []
         parts = [*constants, "\n".join([*results, *helpers, *lanes]), functions]
         return "\n\n".join(part for part in parts if part)
+
+    def _lanes(self) -> str:
+        """Return the type of four numbers, and those functions of it that are used."""
+        plain = [
+            f"static {{n}}_lanes {head} {{{{ {statement} }}}}".format(n=self.name)
+            for name, (head, statement) in _PLAIN.items()
+            if name in self._helpers
+        ]
+        return _LANES.format(n=self.name, plain="\n".join(plain))
 
     def _result(self, kinds: tuple[Any, ...]) -> str:
         members = " ".join(f"{C_TYPES[kind]} at{i};" for i, kind in enumerate(kinds))
@@ -154,7 +164,6 @@ class Rendered:
 
     def _type(self, kind: str) -> str:
         if kind == "lanes":
-            self._helpers.add("LOAD")
             return f"{self.name}_lanes "
         return f"{C_TYPES[kind]} "
 
