@@ -18,7 +18,7 @@ from otolith.commander import trials
 from otolith.commander.errands import Ended
 from otolith.commander.learning import Ear, learn_axes
 from otolith.commander.machine import form, text_of
-from otolith.commander.rig import Rig, field_of, keep_rig, lacking, session_of_rig
+from otolith.commander.rig import VARIED, Rig, field_of, keep_rig, lacking, session_of_rig
 from otolith.core.errors import InputError
 from otolith.live.core.times import Times
 from otolith.live.permits import SelfTest, keep_axis_test, why_late
@@ -274,6 +274,14 @@ def test_what_was_driven_is_saved_as_a_map_of_a_name(tmp_path: Path, monkeypatch
     assert axes.evidence["circle"] > 0.99
     rig = Rig(source="forza", listen="127.0.0.1:5300", map="game.toml")
     assert Choices(file=keep_rig(rig, tmp_path)).session().axes == axes
+
+
+def test_what_follows_a_game_is_only_what_it_has() -> None:
+    """The variant of another game is hidden in the page, so it is no fault of this one's."""
+    assert VARIED == ("beamng", "lfs", "lfs2")
+    assert Rig(source="beamng", variant="old").sender == "beamng:old"
+    assert Rig(source="forza", variant="old", channels="x.json").sender == "forza"
+    assert Rig(source="wrc", variant="old", channels="x.json").sender == "wrc:x.json"
 
 
 def test_only_a_plain_name_leads_to_a_file_of_the_games(tmp_path: Path) -> None:

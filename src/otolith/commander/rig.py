@@ -32,6 +32,10 @@ WHERE: Final = "the rig"  # for errors
 OURS: Final = "generic"  # a source that is in our axes already
 DESCRIBED: Final = tuple(name for name, one in SOURCES.items() if "file" in one.needs)  # by the game's file
 CUEING: Final = tuple(name for name in LIVE if "hint" not in ALGORITHMS.own[name].reads)
+# Of these, a word says which of their packets is meant.
+VARIED: Final = tuple(
+    name for name, one in SOURCES.items() if (one.may or one.needs) and name not in DESCRIBED
+)
 DEVICE, TELEMETRY, RIDE, MACHINE = "Device", "Telemetry", "First ride", "Platform"  # groups
 _ADDRESS: Final = r"^[A-Za-z0-9_.:\[\]-]{1,100}$"
 _HOST: Final = "a host and a port, such as 127.0.0.1:5300"
@@ -152,14 +156,15 @@ class Rig(Offered):
         TELEMETRY,
         "",
         "Variant",
-        "(beamng: old or new; lfs: world or car; lfs2: OutSim Opts such as 1ff; else empty) = (its packets)",
+        "(beamng: old or new; lfs: world or car; lfs2: OutSim Opts such as 1ff) = (its packets)",
         pattern=r"^[a-z0-9]{0,8}$",
         words="at most 8 letters and digits, or empty",
+        of=VARIED,
     )
     channels: str = setting(
         TELEMETRY,
         "",
-        "File of the game's",
+        "The game's file of channels",
         "(wrc: telemetry/udp/NAME.json; codemasters-custom: its .xml) = (what stands in a packet)",
         pattern=f"^({FILE})?$",
         words="the name of a file that was opened here, or empty",
@@ -211,7 +216,7 @@ class Rig(Offered):
         """
         if self.source in DESCRIBED and not self.channels:
             raise InputError("channels", "empty", SOURCES[self.source].needs)
-        rest = self.channels if self.source in DESCRIBED else self.variant
+        rest = self.channels if self.source in DESCRIBED else self.variant if self.source in VARIED else ""
         return f"{self.source}:{rest}" if rest else self.source
 
 
