@@ -2,7 +2,7 @@
 
 Every period, speed += 0.01 a and place += 0.01 speed, where a is the force along x plus the rate about z; a
 request that is not finite halves the speed instead. The acceleration of heave is the force along z. Its
-legs are told 1 m plus their place in the pose.
+legs are told 1 m plus their place in the pose, and do not reach beyond 0.5 m.
 """
 
 from otolith.core.frames import AXES
@@ -56,7 +56,7 @@ int sled_legs_step(sled_legs *me, const double in[], double out[]);
 void sled_legs_init(sled_legs *me) { me->nothing = 0; }
 int sled_legs_step(sled_legs *me, const double in[], double out[])
 {
-    for (int i = 0; i < 6; i++) out[i] = 1.0 + in[i];
+    for (int i = 0; i < 6; i++) out[i] = in[0] > 0.5 ? 0.0 / (in[0] - in[0]) : 1.0 + in[i];
     return me->nothing;
 }
 #endif

@@ -106,6 +106,16 @@ def test_it_rests_until_the_first_request_comes_and_follows_after_an_outage(node
 
 
 @needs_compilers
+def test_legs_are_told_nothing_for_a_pose_beyond_their_reach(node: Path) -> None:
+    rows = drive(node, ["hear 100 0 0"] * 40, "10")
+    beyond = rows[:, PLACE] > 0.5
+    assert 5 < beyond.sum() < 35
+    assert np.isfinite(rows).all()
+    np.testing.assert_allclose(rows[~beyond, 18], 1.0 + rows[~beyond, PLACE], atol=1e-15)
+    np.testing.assert_array_equal(rows[beyond, 18], rows[~beyond, 18][-1])  # the last that was published
+
+
+@needs_compilers
 def test_rates_that_were_not_measured_count_as_none(node: Path) -> None:
     assert drive(node, ["unmeasured 1 0 0"], "10")[0, ACCELERATION] == 1.0
 
