@@ -1,17 +1,20 @@
 """Legs in the controller against one limit per axis, on the same legs in the same run.
 
-    python benchmarks/six_axis.py [table] [time] [nmpc] [hostile] [--jumps N] [--json FILE]
+    python benchmarks/six_axis.py [table] [laps] [time] [nmpc] [hostile] [--jumps N] [--seed S] [--json FILE]
 
-Without words, all four parts run; `hostile` with 100,000 jumps of what is wanted, on six machines each, takes
-hours. *table*: errors along two axes, `six-axis` on `davsi` against `davsi-4dof`, whose limits per axis the
-same legs keep in every combination: against `predictive` there, and against the very same controller there,
-without rows for legs. *time*: CPU time of a decision. *nmpc*: cost above the optimum of the nonlinear
-problem, by IPOPT. *hostile*: random jumps of force and rate on machines that nobody would build; counts
-decisions without an answer, and how far legs leave their limits at nodes and between them.
+Without words, all parts run; `hostile` with 100,000 jumps of what is wanted, on six machines each, takes
+hours, and can be done in parts with other seeds. *table*: errors along two axes, `six-axis` on `davsi`
+against `davsi-4dof`, whose limits per axis the same legs keep in every combination: against `predictive`
+there, and against the very same controller there, without rows for legs. *laps*: interventions of the
+supervisor on twelve laps, with servos and legs. *time*: CPU time of a decision. *nmpc*: cost above the
+optimum of the nonlinear problem, by IPOPT. *hostile*: random jumps of force and rate on machines that nobody
+would build; counts decisions without an answer, and how far legs leave limits and rows, beside the bound that
+is computed for what happens between nodes.
 """
 
 import argparse
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -26,10 +29,11 @@ import otolith
 from otolith import files, registry
 from otolith.core.frames import DOFS, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.design import Design
+from otolith.cueing.mpc.body import MARGINS
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.predictive import HOMING, TILT_RATE
 from otolith.cueing.mpc.settings import MpcSettings
-from otolith.cueing.mpc.six_axis import DAMPING, six_axis_settings
+from otolith.cueing.mpc.six_axis import DAMPING, body_of, six_axis_settings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.prediction.simple import Decay
 from otolith.interfaces import Cueing, PlatformState, Reference, Status
@@ -38,6 +42,7 @@ from otolith.perception import otoliths, sense
 from otolith.plant import Ideal
 from otolith.platforms import Platform, load
 from otolith.platforms.hexapod import Hexapod
+from otolith.qp.blocked import block_starts
 from otolith.qp.engines import StructuredEngine
 from otolith.scenarios import Scenario
 from otolith.vehicle import Driver, drive, load_car, road
@@ -47,6 +52,7 @@ FOUR: Final = (SURGE_PITCH, SWAY_ROLL)
 SIX: Final = tuple(DOFS.values())
 DAVSI, BOX = load("davsi"), load("davsi-4dof")
 CASES: Final = {"sine-1": (10.0, 1 / 0.80), "step-2": (8.0, 1 / 0.965), "lap120": (30.0, 1.0)}  # [s], goals
+LAPS: Final = range(120, 60, -5)  # [km/h] highest speeds of twelve laps
 EVERY: Final = 10  # plant samples of 1 ms in a period
 HOLD: Final = 8  # periods between two jumps
 Vec = NDArray[np.float64]
@@ -54,14 +60,25 @@ Vec = NDArray[np.float64]
 
 def wanted_of(name: str, folder: Path) -> Scenario:
     """What is to be felt along both axes; vertical force and rates are zero."""
-    path = folder / "lap120.csv"
-    if name == "lap120" and not path.exists():
-        files.write_lap(drive(road("hockenheim").limited(120 / 3.6), load_car(), Driver()), path)
-    given = otolith.Wanted(log=path, through="telban") if name == "lap120" else otolith.Wanted(scenario=name)
+    if name == "lap120":
+        return lap_at(120, folder, CASES[name][0])
+    return horizontal(otolith.Wanted(scenario=name), CASES[name][0])
+
+
+def lap_at(speed: int, folder: Path, duration: float = np.inf) -> Scenario:
+    """What is to be felt on a lap with at most this speed [km/h], through Telban's otoliths."""
+    path = folder / f"lap{speed}.csv"
+    if not path.exists():
+        files.write_lap(drive(road("hockenheim").limited(speed / 3.6), load_car(), Driver()), path)
+    return horizontal(otolith.Wanted(log=path, through="telban"), duration)
+
+
+def horizontal(given: otolith.Wanted, duration: float) -> Scenario:
+    """The horizontal forces of what is given, for at most `duration` [s]."""
     scenario = given.along(Design(platform=BOX, dofs=FOUR))
     return replace(
         scenario,
-        duration=min(scenario.duration, CASES[name][0]),
+        duration=min(scenario.duration, duration),
         specific_force=lambda t: scenario.specific_force(t) * [1.0, 1.0, 0.0],
         angular_rate=lambda t: np.zeros((len(t), 3)),
     )
@@ -96,15 +113,15 @@ def run_of(cueing: Cueing, wanted: Scenario, platform: Platform, dofs: tuple[Dof
 
 
 def of_legs(legs: Hexapod, pose: Vec, twist: Vec, acceleration: Vec) -> Vec:
-    """How far each sample (n, 3) leaves stroke, speed and acceleration, where it does."""
-    beyond = np.empty((len(pose), 3))
+    """How far each sample (n, 3) leaves stroke, speed and acceleration of the legs."""
+    beyond = np.empty((len(pose), 3))  # negative where there is room
     low, high = legs.stroke
     for k in range(len(pose)):
         now = legs.leg_motion(pose[k], twist[k], acceleration[k])
         beyond[k, 0] = max(low - now.length.min(), now.length.max() - high)
         beyond[k, 1] = np.abs(now.speed).max() - legs.speed
         beyond[k, 2] = np.abs(now.acceleration).max() - legs.acceleration
-    return np.maximum(beyond, 0.0)
+    return beyond
 
 
 def figures(run: Run) -> dict[str, Any]:
@@ -121,8 +138,8 @@ def figures(run: Run) -> dict[str, Any]:
         "correlation": correlation,
         "unanswered": sum(status != "decided" for status in run.status),
         "relaxed": sum(solver == "infeasible" for solver in run.solver),
-        "nodes": beyond[EVERY - 1 :: EVERY].max(axis=0),
-        "between": beyond.max(axis=0),
+        "nodes": np.maximum(beyond[EVERY - 1 :: EVERY].max(axis=0), 0.0),
+        "between": np.maximum(beyond.max(axis=0), 0.0),
         "us": 1e6 * run.step_time,
     }
 
@@ -148,6 +165,28 @@ def table(rows: list[Row]) -> None:
                 rows.append(
                     Row(what=what, before=found[rival]["norm"], now=legs, unit="m/s2", goal=round(goal, 3))
                 )
+
+
+def laps() -> None:
+    """Print what the supervisor in front of the legs had to do on twelve laps."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, dofs in (("six-axis", SIX), ("predictive", FOUR)):
+            total = 0
+            for speed in LAPS:
+                plant = registry.make_plant("hexapod", DAVSI)
+                design = Design(platform=DAVSI, dofs=dofs)
+                cueing = registry.make_cueing(name, design, dead_time=plant.dead_time)
+                names, wanted = tuple(dof.name for dof in dofs), lap_at(speed, Path(folder))
+                run = simulate(cueing, plant, wanted, platform=DAVSI, dofs=names)
+                total += len(run.interventions)
+                unanswered = sum(status != "decided" for status in run.status)
+                why = Counter(str(one.reason) for one in run.interventions)
+                print(
+                    f"lap at {speed} km/h, {run.duration:.0f} s, {name}: {len(run.interventions)} "
+                    f"interventions {dict(why)}, {unanswered} of {len(run.status)} without an answer",
+                    flush=True,
+                )
+            print(f"twelve laps, {name}: {total} interventions", flush=True)
 
 
 def times(rows: list[Row]) -> None:
@@ -199,6 +238,12 @@ def made(name: str) -> Mpc:
     return cueing
 
 
+def planned(mpc: Mpc) -> Vec:
+    """The inputs of all blocks (M, nu) in the last plan."""
+    inputs: Vec = mpc.program.plan[block_starts(mpc.settings.lengths)]
+    return inputs
+
+
 def gaps_along(wanted: Scenario) -> Iterator[tuple[int, float, float, bool]]:
     """Period, relative gap of the cost, excess of firm rows, and whether what is wanted has just jumped."""
     single, full = made("six-axis"), made("six-axis-nmpc")
@@ -213,8 +258,8 @@ def gaps_along(wanted: Scenario) -> Iterator[tuple[int, float, float, bool]]:
         command = single.step(state, reference)
         asked = np.abs(force[k]).max() > 0.0 and (k % 100 == 57 or k in (101, 102))
         if asked and full.step(state, reference).outcome.status is Status.DECIDED:
-            best, _ = full.engine.judge(full.program.U)  # type: ignore[attr-defined]
-            found, beyond = full.engine.judge(single.program.U)  # type: ignore[attr-defined]
+            best, _ = full.engine.judge(planned(full))  # type: ignore[attr-defined]
+            found, beyond = full.engine.judge(planned(single))  # type: ignore[attr-defined]
             yield k, (found - best) / best, beyond, jumped
         state = plant.step(command, single.period)
 
@@ -255,10 +300,10 @@ def _machine(joints: Vec, anchors: Vec, height: float) -> Platform:
     return Platform.model_validate(table)
 
 
-def hostile(jumps: int) -> None:
+def hostile(jumps: int, seed: int) -> None:
     """Print what random jumps do on every machine."""
     for name, platform in machines():
-        counts = attacked(named("six-axis", platform, SIX)(), platform, jumps)
+        counts = attacked(named("six-axis", platform, SIX)(), platform, jumps, seed)
         print(f"{name:18} {counts}", flush=True)
 
 
@@ -267,12 +312,14 @@ def held(values: Vec, t: Vec) -> Vec:
     return np.asarray(values[np.minimum((t * 100.0 + 1e-6).astype(int) // HOLD, len(values) - 1)])
 
 
-def attacked(cueing: Cueing, platform: Platform, jumps: int) -> str:
+def attacked(cueing: Cueing, platform: Platform, jumps: int, seed: int) -> str:
     """Let what is wanted jump every few periods, and say what came of it."""
-    rng, steps = np.random.default_rng(11), jumps * HOLD
+    rng, steps = np.random.default_rng(seed), jumps * HOLD
     size = np.exp(rng.uniform(np.log(0.1), np.log(50.0), jumps))[:, None]
     jumped = size * rng.standard_normal((jumps, 6)) * [1.0, 1.0, 1.0, 0.02, 0.02, 0.1]
-    nodes, between, found = np.zeros(3), np.zeros(3), {"decided": 0, "relaxed": 0}
+    nodes, between, found = np.full(3, -np.inf), np.full(3, -np.inf), {"decided": 0, "relaxed": 0}
+    body = body_of(platform, SIX, 0.5, period=0.01, lag=MpcSettings().lag_on(platform))
+    allowed = np.add(MARGINS, body.between)  # between rows and limits
     part = 1000 * HOLD
     for first in range(0, steps, part):
         chosen = jumped[first // HOLD : (first + part) // HOLD]
@@ -298,27 +345,38 @@ def attacked(cueing: Cueing, platform: Platform, jumps: int) -> str:
         found["relaxed"] += sum(solver == "infeasible" for solver in run.solver)
     return (
         f"{steps} decisions after {jumps} jumps: {steps - found['decided']} without an answer, "
-        f"{found['relaxed']} relaxed; legs beyond at nodes {nodes[0]:.1e} m, {nodes[1]:.1e} m/s, "
-        f"{nodes[2]:.1e} m/s2, between {between[0]:.1e}, {between[1]:.1e}, {between[2]:.1e}"
+        f"{found['relaxed']} relaxed; {in_units('legs beyond limits', np.maximum(between, 0.0))}; "
+        f"beyond rows {in_units('at nodes', nodes + allowed)}, {in_units('between', between + allowed)}, "
+        f"{in_units('computed bound', np.array(body.between))}"
     )
+
+
+def in_units(what: str, values: Vec) -> str:
+    """Length, speed and acceleration in words."""
+    return f"{what} {values[0]:.1e} m, {values[1]:.1e} m/s, {values[2]:.1e} m/s2"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("parts", nargs="*", choices=["table", "time", "nmpc", "hostile", []])
+    parser.add_argument("parts", nargs="*", choices=["table", "laps", "time", "nmpc", "hostile", []])
     parser.add_argument("--jumps", type=int, default=100_000)
+    parser.add_argument(
+        "--seed", type=int, default=11, help="Of the jumps: parts of a long run differ in it."
+    )
     parser.add_argument("--json", type=Path, help="File for the rows of ratios.")
     chosen = parser.parse_args()
-    parts, rows = chosen.parts or ["table", "time", "nmpc", "hostile"], list[Row]()
+    parts, rows = chosen.parts or ["table", "laps", "time", "nmpc", "hostile"], list[Row]()
     with threadpool_limits(limits=1):
         if "table" in parts:
             table(rows)
+        if "laps" in parts:
+            laps()
         if "time" in parts:
             times(rows)
         if "nmpc" in parts:
             nmpc()
         if "hostile" in parts:
-            hostile(chosen.jumps)
+            hostile(chosen.jumps, chosen.seed)
     if rows:
         print("\n".join(as_lines(rows)))
     if chosen.json:

@@ -58,10 +58,14 @@ def test_slopes_of_the_felt_force_are_its_derivatives(head: Vec) -> None:
         return force
 
     for motion in motions():
-        force, slopes = np.empty(3), np.empty((3, 18))
-        felt_slopes(head, motion, jet_of(motion), force, slopes)
-        assert_allclose(force, force_of(motion), atol=1e-12)
-        assert_allclose(slopes, by_differences(force_of, motion), atol=1e-6)
+        values, slopes = np.empty(6), np.empty((6, 18))
+        felt_slopes(head, motion, values, slopes)
+        assert_allclose(values[:3], force_of(motion), atol=1e-12)
+        assert_allclose(slopes[:3], by_differences(force_of, motion), atol=1e-6)
+        rate, by_rate = np.empty(3), np.empty((3, 18))
+        rate_slopes(motion, rate, by_rate)
+        assert_allclose(values[3:], rate, atol=0.0)
+        assert_allclose(slopes[3:], by_rate, atol=0.0)
 
 
 def test_slopes_of_body_rates_are_their_derivatives() -> None:

@@ -91,49 +91,104 @@ def point_jet(jet: Mat, h: Vec, out: Mat) -> None:
 
 
 @kernel
-def felt_slopes(head: Vec, motion: Mat, jet: Mat, force: Vec, slopes: Mat) -> None:
-    """Write the specific force (3,) [m/s²] at a head, as `rotation.felt` does, and its slopes (3, 18).
+def felt_slopes(head: Vec, motion: Mat, felt: Vec, slopes: Mat) -> None:
+    """Write specific force at a head and rates about the platform's axes, (6,), and their slopes (6, 18).
 
-    f = Rᵀ (a + R̈ h + g ẑ) − g ẑ.
+    With ω = E φ̇ and α the rates about the platform's own axes and their derivatives,
+
+        f = Rᵀ (a + g ẑ) − g ẑ + α × h + ω × (ω × h),   ∂(Rᵀ x)/∂φ_j = Rᵀ x × E_j.
 
     Parameters
     ----------
     head : (3,) [m] h from the reference point, in the platform's frame.
-    jet : of this motion, from `rotation_jet`.
     """
-    h = np.empty((4, 3, 3))
-    point_jet(jet, head, h)
-    pull = np.empty(3)
-    for i in range(3):
-        pull[i] = motion[2, i] + h[0, 2, i] + (GRAVITY if i == 2 else 0.0)
+    cr, sr = math.cos(motion[0, 3]), math.sin(motion[0, 3])
+    cp, sp = math.cos(motion[0, 4]), math.sin(motion[0, 4])
+    cy, sy = math.cos(motion[0, 5]), math.sin(motion[0, 5])
     slopes[:, :] = 0.0
+    slopes[0, 12], slopes[0, 13], slopes[0, 14] = cy * cp, sy * cp, -sp  # Rᵀ
+    slopes[1, 12], slopes[1, 13], slopes[1, 14] = cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr
+    slopes[2, 12], slopes[2, 13], slopes[2, 14] = cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr
+    _rate_slopes(motion, (cr, sr), (cp, sp), felt, slopes)
+    x, y, z = motion[2, 0], motion[2, 1], motion[2, 2] + GRAVITY
     for i in range(3):
-        total = -GRAVITY if i == 2 else 0.0
-        for m in range(3):
-            total += jet[0, 0, m, i] * pull[m]
-            slopes[i, 12 + m] = jet[0, 0, m, i]
-        force[i] = total
+        felt[i] = slopes[i, 12] * x + slopes[i, 13] * y + slopes[i, 14] * z
+    for j in range(3, 6):
+        _cross(felt[0], felt[1], felt[2], slopes[3:, 6 + j], slopes[:3, j])
+    felt[2] -= GRAVITY
+    if head[0] != 0.0 or head[1] != 0.0 or head[2] != 0.0:
+        _add_lever(head, motion, (cr, sr), (cp, sp), felt, slopes)
+
+
+@kernel
+def _cross(x: float, y: float, z: float, b: Vec, out: Vec) -> None:
+    """Add (x, y, z) × b (3,)."""
+    out[0] += y * b[2] - z * b[1]
+    out[1] += z * b[0] - x * b[2]
+    out[2] += x * b[1] - y * b[0]
+
+
+@kernel
+def _rate_slopes(
+    motion: Mat, roll: tuple[float, float], pitch: tuple[float, float], felt: Vec, slopes: Mat
+) -> None:
+    """Write the rates into felt[3:] and their slopes into slopes[3:]; E lies in columns 9 to 11."""
+    (cr, sr), (cp, sp), yaw = roll, pitch, motion[1, 5]
+    felt[3] = motion[1, 3] - sp * yaw
+    felt[4] = cr * motion[1, 4] + sr * cp * yaw
+    felt[5] = cr * cp * yaw - sr * motion[1, 4]
+    slopes[3, 4], slopes[3, 9], slopes[3, 11] = -cp * yaw, 1.0, -sp
+    slopes[4, 3], slopes[4, 4] = felt[5], -sr * sp * yaw
+    slopes[4, 10], slopes[4, 11] = cr, sr * cp
+    slopes[5, 3], slopes[5, 4] = -felt[4], -cr * sp * yaw
+    slopes[5, 10], slopes[5, 11] = -sr, cr * cp
+
+
+@kernel
+def _add_lever(
+    h: Vec, motion: Mat, roll: tuple[float, float], pitch: tuple[float, float], felt: Vec, slopes: Mat
+) -> None:
+    """Add α × h + ω × (ω × h) to the force, and its slopes."""
+    (cr, sr), (cp, sp) = roll, pitch
+    r, p, y = motion[1, 3], motion[1, 4], motion[1, 5]
+    pp, yy = motion[2, 4], motion[2, 5]
+    alpha, by = np.empty(3), np.zeros((2, 3, 3))  # ∂α/∂φ_j and ∂α/∂φ̇_j
+    alpha[0] = motion[2, 3] - sp * yy - cp * p * y
+    alpha[1] = cr * pp + sr * cp * yy + r * felt[5] - sr * sp * p * y
+    alpha[2] = cr * cp * yy - sr * pp - r * felt[4] - cr * sp * p * y
+    by[0, 0, 1], by[0, 0, 2] = alpha[2], -alpha[1]
+    by[0, 1, 0] = sp * p * y - cp * yy
+    by[0, 1, 1] = -sr * sp * yy - cr * sp * r * y - sr * cp * p * y
+    by[0, 1, 2] = -cr * sp * yy + sr * sp * r * y - cr * cp * p * y
+    by[1, 0, 1], by[1, 0, 2] = felt[5], -felt[4]
+    by[1, 1, 0], by[1, 1, 1], by[1, 1, 2] = -cp * y, -sr * (r + sp * y), -cr * (r + sp * y)
+    by[1, 2, 0], by[1, 2, 1], by[1, 2, 2] = -cp * p, cr * cp * r - sr * sp * p, -sr * cp * r - cr * sp * p
+    w, lever, turned_by = felt[3:], np.zeros(3), np.empty(3)  # ω, ω × h, ∂ω × h
+    _cross(w[0], w[1], w[2], h, lever)
+    _cross(alpha[0], alpha[1], alpha[2], h, felt[:3])
+    _cross(w[0], w[1], w[2], lever, felt[:3])
+    for order in range(2):
         for j in range(3):
-            by_angle, by_rate, by_growth = 0.0, 0.0, 0.0
-            for m in range(3):
-                by_angle += jet[1 + j, 0, m, i] * pull[m] + jet[0, 0, m, i] * h[1 + j, 2, m]
-                by_rate += 2.0 * jet[0, 0, m, i] * h[1 + j, 1, m]
-                by_growth += jet[0, 0, m, i] * h[1 + j, 0, m]
-            slopes[i, 3 + j], slopes[i, 9 + j], slopes[i, 15 + j] = by_angle, by_rate, by_growth
+            column = 3 + 6 * order + j
+            turn, out = slopes[3:, column], slopes[:3, column]
+            turned_by[:] = 0.0
+            _cross(turn[0], turn[1], turn[2], h, turned_by)
+            _cross(by[order, j, 0], by[order, j, 1], by[order, j, 2], h, out)
+            _cross(turn[0], turn[1], turn[2], lever, out)
+            _cross(w[0], w[1], w[2], turned_by, out)
+    for j in range(3):
+        E = slopes[3:, 9 + j]
+        _cross(E[0], E[1], E[2], h, slopes[:3, 15 + j])
 
 
 @kernel
 def rate_slopes(motion: Mat, rate: Vec, slopes: Mat) -> None:
     """Write the rates (3,) [rad/s] about the platform's own axes, Rᵀ ω, and their slopes (3, 18)."""
-    cr, sr = math.cos(motion[0, 3]), math.sin(motion[0, 3])
-    cp, sp = math.cos(motion[0, 4]), math.sin(motion[0, 4])
-    roll, pitch, yaw = motion[1, 3], motion[1, 4], motion[1, 5]
-    rate[0] = roll - sp * yaw
-    rate[1] = cr * pitch + sr * cp * yaw
-    rate[2] = cr * cp * yaw - sr * pitch
-    slopes[:, :] = 0.0
-    slopes[0, 4], slopes[0, 9], slopes[0, 11] = -cp * yaw, 1.0, -sp
-    slopes[1, 3], slopes[1, 4] = rate[2], -sr * sp * yaw
-    slopes[1, 10], slopes[1, 11] = cr, sr * cp
-    slopes[2, 3], slopes[2, 4] = -rate[1], -cr * sp * yaw
-    slopes[2, 10], slopes[2, 11] = -sr, cr * cp
+    felt, of_all = np.empty(6), np.zeros((6, 18))
+    roll = (math.cos(motion[0, 3]), math.sin(motion[0, 3]))
+    pitch = (math.cos(motion[0, 4]), math.sin(motion[0, 4]))
+    _rate_slopes(motion, roll, pitch, felt, of_all)
+    for i in range(3):
+        rate[i] = felt[3 + i]
+        for column in range(18):
+            slopes[i, column] = of_all[3 + i, column]

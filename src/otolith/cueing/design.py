@@ -193,7 +193,8 @@ def six_axis(design: Design) -> Cueing:
 
 def _body(design: Design, dofs: tuple[Dof, ...]) -> Body:
     """Return the platform as one body; errors are those of `body_of`."""
-    return body_of(design.platform, dofs, design.liveliness, period=design.mpc.period)
+    period, lag = design.mpc.period, design.mpc.lag_on(design.platform)
+    return body_of(design.platform, dofs, design.liveliness, period=period, lag=lag)
 
 
 def six_axis_nmpc(design: Design) -> Cueing:

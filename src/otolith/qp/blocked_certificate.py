@@ -19,12 +19,26 @@ from otolith.qp.stage import StageProblem
 HUGE: Final = 1e300  # larger than any number that is judged
 
 
+class Entries(NamedTuple):
+    """The non-zero entries of a matrix."""
+
+    at: Ints  # (entries, 2) row and column
+    values: Vec  # (entries,)
+
+    @classmethod
+    def of(cls, matrix: Mat) -> Self:
+        """Return those of a matrix."""
+        return cls(np.argwhere(matrix != 0.0), np.array(matrix[matrix != 0.0]))
+
+
 class Judged(NamedTuple):
     """The constant part of a problem: N steps, M blocks, nx states, nu inputs."""
 
-    A: Mat  # (nx, nx) transposed
-    B: Mat  # (nu, nx) transposed
-    C: Mat  # (nc, nx)
+    A: Entries  # an axis moves by itself, so most are zero
+    B: Entries
+    C: Entries
+    states: int  # nx
+    constant: int  # nc, number of rows of C
     outputs: Ints  # (non-zeros, 2) output and state of the numbers in a memory's `output`
     varying: Ints  # (non-zeros, 2) row and state of the numbers in its `varying`
     weighted: Ints  # states that have a weight
@@ -36,9 +50,11 @@ class Judged(NamedTuple):
     def of(cls, problem: StageProblem, lengths: Lengths) -> Self:
         """Return the numbers of one problem."""
         return cls(
-            A=np.ascontiguousarray(problem.A.T),
-            B=np.ascontiguousarray(problem.B.T),
-            C=np.array(problem.C),
+            A=Entries.of(problem.A),
+            B=Entries.of(problem.B),
+            C=Entries.of(problem.C),
+            states=problem.states,
+            constant=len(problem.C),
             outputs=np.argwhere(problem.output),
             varying=np.argwhere(problem.varying),
             weighted=np.array(problem.weighted, dtype=np.int64),
@@ -56,24 +72,24 @@ def _roll_out(of: Judged, start: Vec, U: Mat, X: Mat) -> None:
         block += k > of.ends[block]
         before = start if k == 0 else X[k - 1]
         X[k, :] = 0.0
-        for i in range(len(before)):
-            for j in range(len(before)):
-                X[k, j] += of.A[i, j] * before[i]
-        for i in range(U.shape[1]):
-            for j in range(len(before)):
-                X[k, j] += of.B[i, j] * U[block, i]
+        for s in range(len(of.A.values)):
+            i, j, value = of.A.at[s, 0], of.A.at[s, 1], of.A.values[s]
+            X[k, i] += value * before[j]
+        for s in range(len(of.B.values)):
+            i, j, value = of.B.at[s, 0], of.B.at[s, 1], of.B.values[s]
+            X[k, i] += value * U[block, j]
 
 
 @kernel
 def _rows_of(of: Judged, memory: StageMemory, X: Mat, U: Mat, r: Mat) -> None:
     """Write the values r (M, rows) of all rows."""
-    nc, nu = len(of.C), U.shape[1]
+    nc, nu = of.constant, U.shape[1]
     for m in range(len(of.ends)):
         x = X[of.ends[m]]
         r[m, :] = 0.0
-        for c in range(nc):
-            for i in range(len(x)):
-                r[m, c] += of.C[c, i] * x[i]
+        for s in range(len(of.C.values)):
+            c, i, value = of.C.at[s, 0], of.C.at[s, 1], of.C.values[s]
+            r[m, c] += value * x[i]
         for s in range(len(of.varying)):
             r[m, nc + of.varying[s, 0]] += memory.varying[m, s] * x[of.varying[s, 1]]
         for j in range(nu):
@@ -81,10 +97,12 @@ def _rows_of(of: Judged, memory: StageMemory, X: Mat, U: Mat, r: Mat) -> None:
 
 
 @kernel
-def _by_state(of: Judged, memory: StageMemory, k: int, x: Vec, slope: Vec, terms: Vec) -> None:
-    """Write the derivative of one step's cost by its state (nx,), and the sum of its terms' sizes."""
+def _by_state(of: Judged, memory: StageMemory, k: int, x: Vec, error: Vec, slope: Vec, terms: Vec) -> None:
+    """Write the derivative of one step's cost by its state (nx,), and the sum of its terms' sizes.
+
+    `error` (ny,) is working memory.
+    """
     ny = memory.error.shape[1]
-    error = np.empty(ny)
     slope[:], terms[:] = 0.0, 0.0
     for c in range(ny):
         error[c] = memory.error[k, c]
@@ -104,12 +122,12 @@ def _by_state(of: Judged, memory: StageMemory, k: int, x: Vec, slope: Vec, terms
 @kernel
 def _add_rows(of: Judged, memory: StageMemory, m: int, y: Mat, slope: Vec, terms: Vec) -> None:
     """Add what the multipliers of a block's rows contribute."""
-    nc = len(of.C)
-    for c in range(nc):
-        for i in range(len(slope)):
-            value = y[m, c] * of.C[c, i]
-            slope[i] += value
-            terms[i] += abs(value)
+    nc = of.constant
+    for s in range(len(of.C.values)):
+        c, i, entry = of.C.at[s, 0], of.C.at[s, 1], of.C.values[s]
+        value = y[m, c] * entry
+        slope[i] += value
+        terms[i] += abs(value)
     for s in range(len(of.varying)):
         value = y[m, nc + of.varying[s, 0]] * memory.varying[m, s]
         slope[of.varying[s, 1]] += value
@@ -128,22 +146,23 @@ def _gradient(of: Judged, memory: StageMemory, X: Mat, U: Mat, y: Mat, total: Ma
             total[m, j] = own + linear + row
             sizes[m, j] = abs(own) + abs(linear) + abs(row)
     s, after, slope, terms, m = np.zeros(nx), np.empty(nx), np.empty(nx), np.empty(nx), len(U) - 1
+    error = np.empty(memory.error.shape[1])
     for k in range(len(X) - 1, -1, -1):
-        _by_state(of, memory, k, X[k], slope, terms)
+        _by_state(of, memory, k, X[k], error, slope, terms)
         if k == of.ends[m]:
             _add_rows(of, memory, m, y, slope, terms)
-        for j in range(nu):
-            for i in range(nx):
-                sizes[m, j] += abs(of.B[j, i]) * (terms[i] + abs(s[i]))
+        for e in range(len(of.B.values)):
+            i, j, value = of.B.at[e, 0], of.B.at[e, 1], of.B.values[e]
+            sizes[m, j] += abs(value) * (terms[i] + abs(s[i]))
         for i in range(nx):
             s[i] += slope[i]
-        for j in range(nu):
-            for i in range(nx):
-                total[m, j] += of.B[j, i] * s[i]
-        for i in range(nx):
             after[i] = 0.0
-            for j in range(nx):
-                after[i] += of.A[i, j] * s[j]
+        for e in range(len(of.B.values)):
+            i, j, value = of.B.at[e, 0], of.B.at[e, 1], of.B.values[e]
+            total[m, j] += value * s[i]
+        for e in range(len(of.A.values)):
+            i, j, value = of.A.at[e, 0], of.A.at[e, 1], of.A.values[e]
+            after[j] += value * s[i]
         for i in range(nx):
             s[i] = after[i]
         if m > 0 and k == of.ends[m - 1] + 1:
@@ -173,7 +192,7 @@ def _row_error(r: float, low: float, high: float, w: float, y: float, reach: flo
 @kernel
 def blocked_residual(of: Judged, memory: StageMemory, U: Mat, y: Mat) -> float:
     """Return how far an answer (M, nu), (M, rows) is from optimal; infinite if a number is not finite."""
-    X, r = np.empty((len(memory.error), len(of.A))), np.empty(y.shape)
+    X, r = np.empty((len(memory.error), of.states)), np.empty(y.shape)
     total, sizes, worst, accepted = np.empty(U.shape), np.empty(U.shape), 0.0, 0
     _roll_out(of, memory.start, U, X)
     _rows_of(of, memory, X, U, r)

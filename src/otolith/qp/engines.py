@@ -11,7 +11,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.methods import VECTOR, address_of
+from otolith.core.methods import INTEGER, NO_METHOD, VECTOR, Method, Role, address_of
 from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.condensed import CondensedSolver, Dense
 from otolith.qp.dense import DenseSolver
@@ -38,16 +38,25 @@ class StageMemory(NamedTuple):
 
 
 class Entrance(NamedTuple):
-    """How kernels solve the problem in a structured engine's memory, and where they find the answer."""
+    """How kernels solve the problem in an engine's memory, and where they find the answer.
 
-    solve: int  # address of the kernel `solve(workspace)`; 0 where only `StageEngine.run` can solve
+    Where neither `solve` nor `own` is given, only `StageEngine.run` can solve it.
+    """
+
+    solve: int  # address of the structured engine's kernel `solve(workspace)`, or 0
+    own: Method  # kernel of another engine with data of its own, or zeros
     workspace: Vec
     offered: Vec  # (1,) what is known about a hint, an index of `otolith.qp.structured.generate.OFFERS`
     info: Vec  # as `otolith.qp.structured.generate.INFO`; its status is an index of `CODES`
     U: Mat  # (M, nu)
+    y: Mat  # (M, rows) multipliers; empty if the engine offers none
 
 
-NO_ENTRANCE: Final = Entrance(0, np.zeros(0), np.zeros(1), np.zeros(len(INFO)), np.zeros((0, 0)))
+NO_ENTRANCE: Final = Entrance(
+    0, NO_METHOD, np.zeros(0), np.zeros(1), np.zeros(len(INFO)), np.zeros((0, 0)), np.zeros((0, 0))
+)
+# solve(data, info): an engine's kernel writes `INFO` and returns the status, an index of `CODES`
+SOLVE: Final = Role(INTEGER, (VECTOR,))
 
 
 class StageEngine(Protocol):
@@ -148,7 +157,8 @@ class StructuredEngine:
         """The way in for kernels, which ask for `offer` and `exact` where they need them."""
         solver = self._solver
         code = address_of(solver.kernels.solve, VECTOR)
-        return Entrance(code, solver.vector, solver.part("OFFERED"), solver.part("INFO"), solver.part("PLAN"))
+        offered, info, plan = (solver.part(name) for name in ("OFFERED", "INFO", "PLAN"))
+        return Entrance(code, NO_METHOD, solver.vector, offered, info, plan, np.zeros((0, 0)))
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
         """Solve the problem in the memory with one compiled call, or two when a hint is requested."""

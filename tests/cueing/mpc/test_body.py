@@ -10,7 +10,7 @@ from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.core.rotation import felt, rate_along
 from otolith.cueing.design import Design, reweigh
-from otolith.cueing.mpc.body import BODY_ROWS, MARGINS
+from otolith.cueing.mpc.body import BODY_ROWS, MARGINS, Body
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.motion import in_six_axes
 from otolith.interfaces import PlatformState, Reference, Status
@@ -64,7 +64,9 @@ def test_rows_and_outputs_are_those_of_the_legs_and_the_head_to_first_order(dofs
     qp = expand(problem.structure, mpc.engine.memory, mpc.settings.blocks)
     ends = np.cumsum(mpc.settings.blocks) - 1
     limits = np.array([legs.stroke[1], legs.speed, legs.acceleration])
-    high = np.repeat(limits - MARGINS, 6)
+    washout = {dof.name: () for dof in dofs}
+    body = Body(platform=platform, washout=washout, weights={}, period=0.01, lag=0.01, settled=1.0)
+    high = np.repeat(limits - MARGINS - np.array(body.between), 6)
     of_legs = slice(len(problem.structure.C) + len(problem.structure.varying) - BODY_ROWS, -len(plan[0]))
     change = mpc.problem.of_steps(rng.uniform(-1.0, 1.0, (9, plan.shape[1])))
     left = []
@@ -82,7 +84,9 @@ def test_rows_and_outputs_are_those_of_the_legs_and_the_head_to_first_order(dofs
             if k in ends:
                 now = legs.leg_motion(*motion)
                 lead = legs.speed / legs.acceleration + 0.02  # lag and period
-                values = np.concatenate([now.length + lead * now.speed, now.speed, now.acceleration])
+                ahead = now.speed + 0.01 * now.acceleration  # through the lag
+                leading = now.length + 0.01 * now.speed + lead * ahead
+                values = np.concatenate([leading, ahead, now.acceleration])
                 room = qp.upper[k, of_legs][:18] - qp.varying[k, -BODY_ROWS:-3] @ X[k]
                 errors.append(np.abs(room - (high - values)).max())
         left.append(max(errors))
@@ -91,6 +95,7 @@ def test_rows_and_outputs_are_those_of_the_legs_and_the_head_to_first_order(dofs
 
 
 def test_random_jumps_leave_no_step_without_answer_and_every_leg_within_its_limits() -> None:
+    """At all nodes, and at every fifth of a period between them."""
     mpc, plant, rng, legs = controller(), Ideal(), np.random.default_rng(6), DAVSI.six_legs()
     state = PlatformState()
     plant.reset(state)
@@ -102,12 +107,13 @@ def test_random_jumps_leave_no_step_without_answer_and_every_leg_within_its_limi
         command = mpc.step(state, Reference(specific_force=wanted[:3], angular_rate=wanted[3:]))
         assert command.outcome.status is Status.DECIDED
         assert command.outcome.solver == "optimal"
-        state = plant.step(command, mpc.period)
-        now = legs.leg_motion(state.pose, state.twist, state.acceleration)
-        assert legs.stroke[0] <= now.length.min()
-        assert now.length.max() <= legs.stroke[1]
-        assert np.abs(now.speed).max() <= legs.speed
-        assert np.abs(now.acceleration).max() <= legs.acceleration
+        for _ in range(5):
+            state = plant.step(command, mpc.period / 5)
+            now = legs.leg_motion(state.pose, state.twist, state.acceleration)
+            assert legs.stroke[0] <= now.length.min()
+            assert now.length.max() <= legs.stroke[1]
+            assert np.abs(now.speed).max() <= legs.speed
+            assert np.abs(now.acceleration).max() <= legs.acceleration
 
 
 def test_where_no_command_holds_the_legs_the_answer_says_so() -> None:

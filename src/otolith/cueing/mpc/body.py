@@ -19,6 +19,7 @@ accelerations is the largest, where it may be off by 0.018 m/s² after a jump.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ from otolith.core.frames import DOFS, Dof
 from otolith.core.jit import kernel
 from otolith.core.methods import Bound
 from otolith.core.slopes import felt_slopes, rate_slopes, rotation_jet
+from otolith.cueing.mpc.between_nodes import Between, Reach
 from otolith.cueing.mpc.kernels import LINEARISE
 from otolith.cueing.mpc.motion import Axes
 from otolith.cueing.mpc.objective import Channel
@@ -35,6 +37,7 @@ from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Platform
 from otolith.platforms.kinematics import Actuators
 from otolith.platforms.leg_slopes import leg_slopes
+from otolith.safety.law import HUGE
 
 FIRM: Final = 1e6  # penalty of the rows of firm blocks per m, m/s, m/s² or rad/s
 LATER: Final = 1e4  # and of all other blocks
@@ -52,6 +55,7 @@ class _Data(NamedTuple):
     head: Vec  # (3,) [m]
     legs: Actuators
     lead: float  # τ [s]
+    lag: float  # T [s]
     ends: Ints  # (M,) last step of every block
     felt: Ints  # (C,) which of three forces and three body rates a channel feels
     root: Vec  # (C,) square root of its weight
@@ -73,6 +77,14 @@ def _motion_at(of: Any, x: Vec, motion: Mat) -> None:
 
 
 @kernel
+def _add(row: int, factor: float, other: int, values: Vec, slopes: Mat) -> None:
+    """Add a multiple of another row to a row."""
+    values[row] += factor * values[other]
+    for column in range(18):
+        slopes[row, column] += factor * slopes[other, column]
+
+
+@kernel
 def _rows(of: Any, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
     """Write the body's rows and their bounds about the motion at the ends of all blocks."""
     motion, jet = np.zeros((3, 6)), np.empty((4, 3, 3, 3))
@@ -84,9 +96,9 @@ def _rows(of: Any, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
         rotation_jet(motion, jet)
         leg_slopes(motion, jet, of.legs, values[:18], slopes[:18])
         for row in range(6):
-            values[row] += of.lead * values[6 + row]
-            for column in range(18):
-                slopes[row, column] += of.lead * slopes[6 + row, column]
+            _add(row, of.lag, 6 + row, values, slopes)  # L + T L̇ …
+            _add(6 + row, of.lag, 12 + row, values, slopes)  # … L̇ + T L̈ …
+            _add(row, of.lead, 6 + row, values, slopes)  # … and L + T L̇ + τ (L̇ + T L̈)
         rate_slopes(motion, values[18:], slopes[18:])
         for s in range(len(of.rows)):
             row, i = of.rows[s, 0], of.rows[s, 1]
@@ -101,13 +113,10 @@ def _rows(of: Any, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
 @kernel
 def _outputs(of: Any, X: Mat, wanted: Mat, output: Mat, error: Mat) -> None:
     """Write slopes and errors of all channels about the motion of every step."""
-    motion, jet = np.zeros((3, 6)), np.empty((4, 3, 3, 3))
-    values, slopes = np.empty(6), np.empty((6, 18))
+    motion, values, slopes = np.zeros((3, 6)), np.empty(6), np.empty((6, 18))
     for k in range(len(X)):
         _motion_at(of, X[k], motion)
-        rotation_jet(motion, jet)
-        felt_slopes(of.head, motion, jet, values[:3], slopes[:3])
-        rate_slopes(motion, values[3:], slopes[3:])
+        felt_slopes(of.head, motion, values, slopes)
         for c in range(wanted.shape[1]):
             error[k, c] = of.root[c] * (values[of.felt[c]] - wanted[k, c])
         for s in range(len(of.outputs)):
@@ -140,6 +149,7 @@ class Body:
     washout: Mapping[str, tuple[WashoutWeight, ...]]  # by name of the degree of freedom
     weights: Mapping[str, float]  # of squared errors, by name of the degree of freedom
     period: float  # [s] between two decisions
+    lag: float  # T [s] between commanded and actual acceleration
     # [m/s² or rad/s²] a change of all controls by less ends the Gauss-Newton steps of a period
     settled: float
 
@@ -147,7 +157,21 @@ class Body:
     def lead(self) -> float:
         """Return τ [s], with which the rows on lengths look ahead."""
         legs = self.platform.six_legs()
-        return float(legs.speed / legs.acceleration + self.platform.actuators.lag_s + self.period)
+        return float(legs.speed / legs.acceleration + self.lag + self.period)
+
+    @cached_property
+    def between(self) -> Between:
+        """Return how far legs may go beyond their rows between two nodes."""
+        place, speed, acceleration = np.zeros((2, 6)), np.zeros(6), np.zeros(6)
+        for dof in (DOFS[name] for name in self.washout):
+            limits = self.platform.limits(dof)
+            for axis, sign, of_axis in zip(dof.axes, dof.signs, limits, strict=True):
+                place[:, axis] = np.sort(sign * np.array(of_axis.position))
+                speed[axis] = of_axis.velocity
+                acceleration[axis] = min(of_axis.acceleration, HUGE)
+        reach = Reach(place, speed, acceleration)
+        legs = self.platform.six_legs()
+        return Between.of(legs, reach, lead=self.lead, lag=self.lag, period=self.period)
 
     def weighed(self, channels: Sequence[Channel], dofs: Sequence[Dof]) -> list[Channel]:
         """Return the channels with these weights."""
@@ -159,9 +183,9 @@ class Body:
         return np.broadcast_to(np.where(firm, FIRM, LATER), (horizon, BODY_ROWS)).copy()
 
     def row_structure(self, axes: Axes) -> Bools:
-        """Return which of the states of x each of the body's rows may depend on (21, nx)."""
+        """Return on which of the states of x each of the body's rows may depend (21, nx)."""
         of_motion = np.zeros((BODY_ROWS, 18), dtype=bool)
-        of_motion[:12, :12] = of_motion[12:18] = True
+        of_motion[:18] = True
         of_motion[18:, [3, 4]] = of_motion[18:, 9:12] = True
         found: Bools = of_motion[:, _columns(axes)[0]]
         return found
@@ -194,6 +218,7 @@ class Body:
             head=head,
             legs=legs.actuators,
             lead=self.lead,
+            lag=self.lag,
             ends=ends,
             felt=np.array([one.column for one in channels]),
             root=np.sqrt([one.weight for one in channels]),
@@ -211,7 +236,7 @@ class Body:
         for dof in DOFS.values():
             if dof.axes[-1] >= 3 and dof.axes[-1] in axes.axis:
                 rates[dof.axes[-1] - 3] = self.platform.limits(dof)[-1].velocity
-        of_length, of_speed, of_acceleration = MARGINS
+        of_length, of_speed, of_acceleration = np.add(MARGINS, self.between)
         moving = ([legs.speed - of_speed] * 6, [legs.acceleration - of_acceleration] * 6, rates)
         low, high = (
             np.concatenate([[end - sign * of_length] * 6, *(sign * np.asarray(side) for side in moving)])

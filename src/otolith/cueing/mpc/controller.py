@@ -27,17 +27,19 @@ from otolith.cueing.mpc.choose import Chooser
 from otolith.cueing.mpc.decide import Program, decide, planned
 from otolith.cueing.mpc.guess import Guess, Hint, NoGuess
 from otolith.cueing.mpc.guess_as_hint import GuessAsHint
-from otolith.cueing.mpc.problem import Problem, Washout
+from otolith.cueing.mpc.problem import FIRM_REACHED, Problem, Washout
 from otolith.cueing.mpc.settings import Entry, MpcSettings
 from otolith.cueing.prediction.simple import Hold, now, previewed
 from otolith.interfaces import Command, PlatformState, Predictor, Reference
 from otolith.platforms import Platform
+from otolith.qp.blocked_engine import BlockedEngine
 from otolith.qp.engines import NO_ENTRANCE, StructuredEngine
 from otolith.qp.problem import Status
 from otolith.qp.stage import StageSolution
 from otolith.qp.structured.generate import CODES
 from otolith.safety.stopping import Stopping
 
+_CALLED: Final = (StructuredEngine, BlockedEngine)  # engines that kernels can call
 _WORDS: Final = np.array([SOLVERS.index(code.lower()) for code in CODES])
 
 
@@ -68,7 +70,9 @@ class Mpc:
         body: Body | None = None,
     ) -> None:
         self.settings, self.problem = settings, Problem(platform, dofs, settings, body=body)
-        self._settled = requests.CONVERGED if body is None else body.settled
+        self._settled, self._firm = requests.CONVERGED, np.inf
+        if body is not None:
+            self._settled, self._firm = body.settled, FIRM_REACHED
         self.engine = settings.engine(
             self.problem.structure, tolerance=settings.tolerance, blocks=settings.blocks
         )
@@ -103,7 +107,7 @@ class Mpc:
         return Program(
             given=problem.given,
             memory=self.engine.memory,
-            engine=self.engine.entrance if isinstance(self.engine, StructuredEngine) else NO_ENTRANCE,
+            engine=self.engine.entrance if isinstance(self.engine, _CALLED) else NO_ENTRANCE,
             words=_WORDS,
             predict=NO_METHOD if self._prediction is None else self._prediction.method,
             period=settings.period,
@@ -116,6 +120,7 @@ class Mpc:
             hinting=self._hint is not None,
             rounds=settings.iterations,
             settled=self._settled,
+            firm=self._firm,
             x=np.zeros(problem.given.X.shape[1]),
             wanted=problem.wanted(np.zeros((N, 6))),
             **{name: np.zeros((N, nu)) for name in ("plan", "about", "guess")},
@@ -226,7 +231,7 @@ class Mpc:
                 self._take_guess()
             case requests.HINT if isinstance(self.engine, StructuredEngine):
                 self.engine.offer(self._best_set())
-            case requests.EXACT if isinstance(self.engine, StructuredEngine):
+            case requests.EXACT if isinstance(self.engine, _CALLED):
                 self._pass_on(self.engine.exact())
             case requests.ENGINE:
                 first = self._hint is not None and self.program.at[requests.ROUND] == 0

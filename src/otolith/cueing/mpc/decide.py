@@ -33,7 +33,7 @@ from otolith.core.methods import INTEGER, VECTOR, Method, call_at
 from otolith.cueing.mpc import kernels
 from otolith.cueing.mpc.kernels import Given
 from otolith.cueing.mpc.motion import read
-from otolith.qp.engines import Entrance, StageMemory
+from otolith.qp.engines import SOLVE, Entrance, StageMemory
 from otolith.qp.structured.generate import CODES, INFO, OFFERS, PENDING
 from otolith.safety.law import HUGE, allowed, to_rest
 from otolith.safety.stopping import Belief, follow, observe, rest
@@ -49,6 +49,7 @@ _REQUEST, ROUND, _CHANGES, GUESS_MISSED, GUESSED, RELAXED = range(6)  # what `Pr
 
 _ahead = PREDICT.call
 _solve = call_at(INTEGER, VECTOR)
+_solve_own = SOLVE.call
 _ON_REQUEST: Final = float(OFFERS.index("ON_REQUEST"))
 _ASKING: Final = (CODES + PENDING).index("ASKING")
 _LIMIT: Final = CODES.index("LIMIT")
@@ -73,12 +74,13 @@ class Program(NamedTuple):
     hinting: bool  # whether there is a hint
     rounds: int  # largest number of Gauss-Newton steps
     settled: float  # they end when no control changes by more
+    firm: float  # multiplier from which a row of the body's firm blocks is violated
     x: Vec  # (nx,) the measured motion
     wanted: Mat  # (N, C)
     plan: Mat  # (N, nu) controls of the last decision
     about: Mat  # (N, nu) controls about which the problem is linearised
     guess: Mat  # (N, nu) reference of the controls in the cost, if at[GUESSED]
-    U: Mat  # (M, nu) the solution of an engine other than the structured one
+    U: Mat  # (M, nu) the solution of an engine that kernels cannot call
     answer: Vec  # (3,) solver status, changes and residual of that engine, as in `result`
     at: Ints  # (6,) progress of the decision
 
@@ -120,9 +122,12 @@ def _write(p: Any) -> None:
 @jit_inlined
 def _run(p: Any, result: Vec) -> int:
     """Solve the problem in memory, or continue; return the request, or NOTHING if it is solved."""
-    if p.engine.solve == 0:
+    if p.engine.own[0] != 0:
+        code = _solve_own(p.engine.own, (p.engine.info,))
+    elif p.engine.solve != 0:
+        code = _solve(p.engine.solve, (p.engine.workspace,))
+    else:
         return ENGINE
-    code = _solve(p.engine.solve, (p.engine.workspace,))
     if code == _ASKING:
         return HINT
     if code == _LIMIT:
@@ -130,7 +135,18 @@ def _run(p: Any, result: Vec) -> int:
     result[SOLVER] = p.words[code]
     result[RESIDUAL] = p.engine.info[_RESIDUAL] if result[SOLVER] == OPTIMAL else np.inf
     p.at[_CHANGES] += int(p.engine.info[_COUNT])
+    p.at[RELAXED] = _reaches(p.engine.y, p.firm)
     return NOTHING
+
+
+@jit_inlined
+def _reaches(y: Mat, bound: float) -> int:
+    """Return 1 if the size of a multiplier reaches a bound, else 0."""
+    found = 0
+    for m in range(y.shape[0]):
+        for i in range(y.shape[1]):
+            found |= abs(y[m, i]) >= bound
+    return found
 
 
 @jit_inlined
@@ -143,7 +159,7 @@ def _take(p: Any, result: Vec) -> None:
 @jit_inlined
 def _spread(p: Any) -> float:
     """Write the solution's inputs of every step to `about`; return the largest change."""
-    U = p.U if p.engine.solve == 0 else p.engine.U
+    U = p.engine.U if p.engine.solve != 0 or p.engine.own[0] != 0 else p.U
     step, farthest = 0, 0.0
     for block in range(len(p.lengths)):
         for _ in range(p.lengths[block]):

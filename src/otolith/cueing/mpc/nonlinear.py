@@ -203,7 +203,9 @@ class _Nlp:
         length = ca.vertcat(*ends)
         speed = ca.jtimes(length, q, v)
         growth = ca.jtimes(speed, q, v) + ca.jtimes(length, q, a)
-        of = ca.Function("legs", [q, v, a], [ca.vertcat(length + self._body.lead * speed, speed, growth)])
+        T, lead = self._body.lag, self._body.lead
+        ahead = speed + T * growth
+        of = ca.Function("legs", [q, v, a], [ca.vertcat(length + T * speed + lead * ahead, ahead, growth)])
         return of(pose, twist, acceleration)
 
     def _force(self, pose: Any, twist: Any, acceleration: Any) -> Any:

@@ -51,7 +51,7 @@ from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem, StageSolution
 from otolith.safety.invariant.axis import AxisSet
 
-ROUNDING: Final = 1e-9  # relative distance from a penalty at which a multiplier counts as equal to it
+FIRM_REACHED: Final = (1.0 - 1e-9) * FIRM  # multiplier that counts as equal to the penalty of a firm row
 BACK_OFF: Final = 2e-8  # [SI] per stage, above the solvers' 1e-9
 CIRCLE_BACK_OFF: Final = 1e-6  # [m] per stage, above radius·φ²/2 for the turn φ of one step
 
@@ -124,7 +124,7 @@ class Problem:
 
     def relaxed(self, solution: StageSolution) -> bool:
         """Return whether an answer violates a row of the firm blocks, since no command holds all of them."""
-        return self._body is not None and bool((np.abs(solution.y) >= (1.0 - ROUNDING) * FIRM).any())
+        return self._body is not None and bool((np.abs(solution.y) >= FIRM_REACHED).any())
 
     def reset(self) -> None:
         """Set the organs of both drivers, in the simulator and in the car, to a long rest."""

@@ -45,7 +45,7 @@ def six_axis_settings(chosen: MpcSettings) -> MpcSettings:
     )
 
 
-def body_of(platform: Platform, dofs: Sequence[Dof], liveliness: float, *, period: float) -> Body:
+def body_of(platform: Platform, dofs: Sequence[Dof], liveliness: float, *, period: float, lag: float) -> Body:
     """Return the platform as one body, with the weights of a liveliness of 0 to 1 as in `predictive`.
 
     Raises
@@ -59,6 +59,7 @@ def body_of(platform: Platform, dofs: Sequence[Dof], liveliness: float, *, perio
         washout={dof.name: _washout(platform, dof, price) for dof in dofs},
         weights={"heave": HEAVE, "yaw": YAW},
         period=period,
+        lag=lag,
         settled=JUMP,
     )
 
