@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -185,3 +187,85 @@ def test_no_other_library_replaces_the_copies_that_a_function_calls(tmp_path: Pa
     (small / "sums.py").write_text(SUMS)
     # its own name is seen from outside; what it calls is there, and seen by nobody
     assert python(COPIES, small) == "external internal"
+
+
+SLOW = """
+import os, time
+from pathlib import Path
+import numba.extending
+from otolith.core.jit import kernel
+
+FOLDER = Path(__file__).parent
+
+def number(x):
+    pass
+
+@numba.extending.overload(number)
+def compile_number(x):
+    with (FOLDER / "compiling").open("a") as file:
+        file.write(f"{os.getpid()}\\n")
+    while not (FOLDER / "go").exists():
+        time.sleep(0.01)
+    return lambda x: 2.0 * x
+
+@kernel
+def slow(x):
+    return number(x)
+"""
+
+
+def compilers(small: Path) -> list[int]:
+    """The processes that have begun to compile, in their order."""
+    told = small / "compiling"
+    return [int(line) for line in told.read_text().split()] if told.exists() else []
+
+
+def started(small: Path) -> subprocess.Popen[str]:
+    """A process that calls the slow kernel."""
+    source = Path(otolith.__file__).parents[1]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(small.parent), str(source)])}
+    code = "from small.slow import slow; print('calling', flush=True); print(slow(3.0))"
+    return subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there two processes compile the same, as documented")
+@pytest.mark.parametrize("killed", [False, True])
+def test_of_two_processes_that_need_the_same_code_one_compiles_and_the_other_waits(
+    tmp_path: Path, killed: bool
+) -> None:
+    small = package(tmp_path)
+    (small / "slow.py").write_text(SLOW)
+    with started(small) as first, started(small) as second:
+        try:
+            for process in (first, second):
+                assert process.stdout is not None
+                assert process.stdout.readline() == "calling\n"
+            until(lambda: len(compilers(small)) == 1)
+            time.sleep(1.0)  # in which the other one would begin, too
+            (busy,) = compilers(small)
+            at_work, other = (first, second) if first.pid == busy else (second, first)
+            if killed:
+                at_work.kill()
+                until(lambda: compilers(small) == [busy, other.pid])
+            (small / "go").touch()
+            results = [process.communicate(timeout=120)[0] for process in (at_work, other)]
+        finally:
+            first.kill()
+            second.kill()
+    assert results == (["", "6.0\n"] if killed else ["6.0\n", "6.0\n"])
+    assert compilers(small) == ([busy, other.pid] if killed else [busy])
+    assert not list((small / "__pycache__").glob("*.lock"))
+
+
+def until(holds: Callable[[], bool]) -> None:
+    """Wait until something holds, for two minutes at most."""
+    end = time.monotonic() + 120.0
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.02)

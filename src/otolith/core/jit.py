@@ -12,13 +12,16 @@ import hashlib
 import pickle
 import warnings
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.compiler_lock import global_compiler_lock
 
 from otolith.core import own_copies, shipped
+from otolith.core.locks import sole
 from otolith.core.sources import fingerprint
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -57,7 +60,10 @@ def compiled(function: F, **options: Any) -> F:
     own_copies.own(function.__module__)
     dispatcher: Any = numba.njit(**options)(function)
     if hasattr(dispatcher, "py_func"):  # absent when numba is disabled
-        dispatcher._cache = _cache_of(function) or dispatcher._cache
+        cache = _cache_of(function)
+        if cache is not None:
+            dispatcher._cache = cache
+            dispatcher.compile = cache.alone(dispatcher.compile)
     return cast(F, dispatcher)
 
 
@@ -113,7 +119,7 @@ def _lean(function: F, **options: bool) -> F:
     return cast(F, dispatcher)
 
 
-def _cache_of(function: Callable[..., Any]) -> FunctionCache | None:
+def _cache_of(function: Callable[..., Any]) -> "SourceCache | None":
     """Return the cache of `function`'s machine code; None without a source file or a writable folder."""
     if not Path(function.__code__.co_filename).is_file():
         return None
@@ -150,9 +156,13 @@ class _Files(IndexDataCacheFile):
         """Remove the code for a key of numba's."""
         Path(self._data_path(self._name(key))).unlink(missing_ok=True)  # type: ignore[no-untyped-call]
 
+    def lock(self, key: Any) -> Path:
+        """Return the file whose lock the process that compiles the code for a key of numba's holds."""
+        return Path(self._data_path(self._name(key)) + ".lock")  # type: ignore[no-untyped-call]
+
     def remove_others(self, stem: str) -> None:
-        """Remove what this numba has stored for a module's functions under other fingerprints."""
-        for file in Path(self._cache_path).glob(f"{stem}.*.{_NUMBA}-*.nbc"):
+        """Remove what this numba has stored for a module's functions under other fingerprints, and locks."""
+        for file in Path(self._cache_path).glob(f"{stem}.*.{_NUMBA}-*.nbc*"):
             if self._stamp not in file.name:
                 file.unlink(missing_ok=True)
 
@@ -174,18 +184,37 @@ class SourceCache(FunctionCache):
         self._file = function.__code__.co_filename
         self._files = _Files(self._cache_path, self._impl.filename_base, "")  # type: ignore[no-untyped-call]
         self._cache_file = self._files
+        self._locks = ExitStack()  # held while this process compiles
+
+    def alone(self, compile_: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """Return a dispatcher's method `compile` that does not compile what another process is compiling.
+
+        Processes that wait for each other in a circle are impossible: each holds the locks of functions that
+        call the one it waits for, and no function is called by those that it calls.
+        """
+
+        def compile_alone(signature: Any) -> Any:
+            with global_compiler_lock, ExitStack() as locks:
+                before, self._locks = self._locks, locks
+                try:
+                    return compile_(signature)
+                finally:
+                    self._locks = before
+
+        return compile_alone
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Load the machine code for a signature, from the cache or as shipped; None if there is none."""
+        """Load the machine code for a signature, from the cache or as shipped; None if there is none.
+
+        In that case this process holds the lock of the signature, so that no other one compiles it, too.
+        """
         self._stamp()
-        try:
-            found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
-        except _MOVED:
-            self._files.remove(self._index_key(sig, target_context.codegen()))  # type: ignore[no-untyped-call]
-            found = None
-        if found is not None and tuple(found.signature.args) != tuple(sig):
-            found = None  # types of equal names are not equal
-        return found if found is not None else self._shipped(sig, target_context)
+        found = self._stored(sig, target_context) or self._shipped(sig, target_context)
+        if found is None:
+            key = self._index_key(sig, target_context.codegen())  # type: ignore[no-untyped-call]
+            self._locks.enter_context(sole(self._files.lock(key)))
+            found = self._stored(sig, target_context)  # by a process that held the lock
+        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for a signature, after removing code of this module under other stamps."""
@@ -197,6 +226,17 @@ class SourceCache(FunctionCache):
 
             code = dumps(self._impl.reduce(data))  # type: ignore[no-untyped-call]
             shipped.on_compiled(self._shipped_as(sig), code)
+
+    def _stored(self, sig: Any, target_context: Any) -> Any:
+        """Load the machine code for a signature from the cache, or None."""
+        try:
+            found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except _MOVED:
+            self._files.remove(self._index_key(sig, target_context.codegen()))  # type: ignore[no-untyped-call]
+            return None
+        if found is not None and tuple(found.signature.args) != tuple(sig):
+            return None  # types of equal names are not equal
+        return found
 
     def _shipped(self, sig: Any, target_context: Any) -> Any:
         """Load the machine code for a signature from the package's archive, or None."""
