@@ -222,8 +222,8 @@ def condense(A: Mat, B: Mat, horizon: int) -> tuple[Mat, Mat]:
     Gamma = np.zeros((horizon, nx, horizon, nu))
     power, response = np.eye(nx), B
     for k in range(horizon):
-        for j in range(horizon - k):
-            Gamma[j + k, :, j, :] = response  # Aᵏ B: the effect of u_j on x_{j+k+1}
+        j = np.arange(horizon - k)
+        Gamma[j + k, :, j, :] = response  # Aᵏ B: the effect of u_j on x_{j+k+1}
         power, response = A @ power, A @ response
         Phi[k] = power
     return Phi, Gamma.reshape(horizon, nx, horizon * nu)

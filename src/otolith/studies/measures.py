@@ -81,7 +81,7 @@ def late(run: Run, best: float = 0.0) -> float:
 def violations(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
     """Return the share of decisions that failed, or at whose node a hard limit was passed, one by one."""
     passed = sum(excess.violations for excess in excesses(run) if not excess.soft)
-    decided = sum(status == Status.DECIDED.value for part in run.parts() for status in part.status)
+    decided = sum(part.status.count(Status.DECIDED.value) for part in run.parts())
     return (passed + run.decisions - decided) / run.decisions
 
 

@@ -1,5 +1,7 @@
 """Chooses from several hints the one with the fewest violated optimality conditions."""
 
+from functools import cached_property
+
 import numpy as np
 
 from otolith.core.arrays import Ints
@@ -15,7 +17,11 @@ class Chooser:
 
     def __init__(self, problem: StageProblem, blocks: Lengths) -> None:
         self._problem, self._blocks = problem, blocks
-        self._solver = CondensedSolver(problem, blocks=blocks)
+
+    @cached_property
+    def _solver(self) -> CondensedSolver:
+        """Return what condenses; few controllers have several sets to choose from."""
+        return CondensedSolver(self._problem, blocks=self._blocks)
 
     def best(self, memory: StageMemory, sets: Ints) -> Ints:
         """Return the set of `sets` (K, M, rows) that violates the fewest conditions; the first of equals."""

@@ -5,6 +5,7 @@ module on disk, numba caches its machine code next to it, and a changed generato
 module.
 """
 
+import functools
 import hashlib
 import importlib.util
 import os
@@ -62,6 +63,7 @@ def constants(structure: Structure) -> dict[str, int]:
     return sizes | at | places | {"STEP_STATE": step_state, "ALL_STEPS": structure.steps}
 
 
+@functools.lru_cache(maxsize=KEPT)  # who makes many controllers would spend a quarter of a loop on it
 def source(structure: Structure, extension: str = "") -> str:
     """Return the module's text; `extension` is Python code appended to it, which may use all its names."""
     folder = Path(__file__).with_name("kernels")

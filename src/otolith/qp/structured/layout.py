@@ -41,6 +41,10 @@ class Structure:
     groups: tuple[int, ...]  # group of each row of a stage, as `StageProblem.groups`
     lengths: tuple[int, ...] = ()  # steps of each block if stages are blocks; N then counts the blocks
 
+    def __hash__(self) -> int:
+        """Return a number that equal structures share; that of sizes, since matrices are dictionaries."""
+        return hash((self.N, self.nx, self.nu, self.ny, self.nc, self.nv, self.groups, self.lengths))
+
     @classmethod
     def of(cls, problem: StageProblem, lengths: tuple[int, ...] = ()) -> "Structure":
         """Derive the structure of a problem with blocks of `lengths` steps; entries of D and V always
