@@ -13,7 +13,8 @@ from otolith.cueing.washout.tuning import Classical
 from otolith.platforms import load
 from otolith.scenarios import scenario
 from otolith.studies.executors import Processes
-from otolith.studies.jobs import JUDGING, TRAINING
+from otolith.studies.jobs import JUDGING, TRAINING, Job, do
+from otolith.studies.problem import problem
 from otolith.studies.results import allowed, values
 from otolith.studies.tune import TUNED, pieces, started, study_for, tuned
 
@@ -73,7 +74,22 @@ def test_every_space_begins_within_its_ranges(cueing: str) -> None:
     design = started(cueing, Design(platform=load("davsi"), dofs=(SURGE_PITCH, SWAY_ROLL)))
     study = study_for(cueing, design, 10, SHORT)
     assert set(study.start[0]) == set(study.parameters)
-    assert all(study.parameters[name].holds(value) for name, value in study.start[0].items())
+    for start in study.start:
+        assert all(study.parameters[name].holds(value) for name, value in start.items())
+
+
+def test_on_a_hard_drive_a_small_rig_begins_with_settings_that_keep_its_limits() -> None:
+    thesis = load("thesis")
+    assert thesis.surge is not None
+    surge = thesis.surge.model_copy(update={"position_m": (-0.12, 0.15), "velocity_mps": 0.4})
+    rig = thesis.model_copy(update={"name": "small", "surge": surge})
+    design = started("classical", Design(platform=rig, dofs=(SURGE_PITCH,)))
+    hard = [scenario("step:amplitude=4,duration=6,end=4")]
+    study = study_for("classical", design, 10, hard)
+    of = problem(study, design, "ideal", hard)
+    usual, cautious = (do(of, Job(tuple(start.items()), 0)).measures for start in study.start)
+    assert usual["violations"] > 0.0
+    assert cautious["violations"] == 0.0
 
 
 def test_what_cannot_be_tuned_is_refused() -> None:

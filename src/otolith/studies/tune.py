@@ -94,14 +94,14 @@ def study_for(cueing: str, design: Design, evaluations: int, references: Sequenc
         raise InputError("--cueing", repr(cueing), one_of(_SPACES, cueing))
     if evaluations < BATCH:
         raise InputError("--evaluations", evaluations, f"at least {BATCH}")
-    parameters, start = _SPACES[cueing](design)
+    parameters, starts = _SPACES[cueing](design)
     return Study(
         name=f"tune-{cueing}",
         cueing=cueing,
         platform=design.platform.name,
         dofs=",".join(dof.name for dof in design.dofs),
         parameters=parameters,
-        start=(start,),
+        start=starts,
         training=tuple(Reference(scenario=one.name) for one in references),
         objectives=(Objective(measure="tracking"), Objective(measure="travel", over="worst")),
         budget=Budget(trials=evaluations, sampler="tpe", batch=BATCH),
@@ -189,7 +189,7 @@ def cheapest(study: Study, trials: Sequence[Trial], price: float) -> Trial:
     return min(found, key=lambda one: (J(one), one.number))
 
 
-Space = tuple[dict[str, Parameter], Settings]
+Space = tuple[dict[str, Parameter], tuple[Settings, ...]]  # and what is tried first
 
 
 def _log(low: float, high: float) -> Parameter:
@@ -202,14 +202,28 @@ def _classical(design: Design) -> Space:
     table = tuning.of(Classical)
     space: dict[str, Parameter] = {"tuning.scaling.force.slope": Parameter(low=0.1, high=1.0)}
     if any(dof.is_pair for dof in design.dofs):
-        space["tuning.classical.tilt.natural_radps"] = _log(1.0, 10.0)
+        space["tuning.classical.tilt.natural_radps"] = _log(0.2, 10.0)
         space["tuning.classical.tilt.damping"] = Parameter(low=0.5, high=1.5)
     for axis in _travelling(design.dofs):
         space[f"tuning.classical.{axis}.natural_radps"] = _log(0.5, 20.0)
         space[f"tuning.classical.{axis}.damping"] = Parameter(low=0.5, high=2.0)
         space[f"tuning.classical.{axis}.washout_radps"] = _log(0.05, 3.0)
     known = {"scaling": tuning.scaling.model_dump(), "classical": table.model_dump()}
-    return space, {name: _inside(space[name], _at(known, name)) for name in space}
+    start = {name: _inside(space[name], _at(known, name)) for name in space}
+    return space, (start, _cautious(space, start))
+
+
+def _cautious(space: Mapping[str, Parameter], start: Mapping[str, float]) -> Settings:
+    """Return settings that keep the limits of most rigs on hard drives, where those to begin with do not.
+
+    Without any such settings the search would have to find the small part of the space by chance.
+    """
+    values = {"slope": 0.3, "natural_radps": 0.3, "damping": 1.0, "washout_radps": 1.0}
+    own = {name: values[name.rpartition(".")[2]] for name in space}
+    faster = {
+        name: 2.0 * start[name] for name in space if name.endswith("natural_radps") and ".tilt." not in name
+    }
+    return {name: _inside(space[name], value) for name, value in (own | faster).items()}
 
 
 def _optimal(design: Design) -> Space:
@@ -220,7 +234,7 @@ def _optimal(design: Design) -> Space:
     for name in ("integral", "position", "velocity", "acceleration", "rate"):
         value = known["optimal"][name]
         space[f"tuning.optimal.{name}"] = _log(value / 30.0, 30.0 * value)
-    return space, {name: _inside(space[name], _at(known, name)) for name in space}
+    return space, ({name: _inside(space[name], _at(known, name)) for name in space},)
 
 
 def _predictive(design: Design) -> Space:
@@ -234,13 +248,13 @@ def _predictive(design: Design) -> Space:
             value = getattr(Adaptive(), name)
             space[f"prediction.{name}"] = _log(value / 4.0, 4.0 * value)
             start[f"prediction.{name}"] = value
-    return space, start
+    return space, (start,)
 
 
 def _implicit(design: Design) -> Space:  # noqa: ARG001 (as all of them)
     """Return constant washout weights, beginning with the preset `constant-fit`."""
     space = {"weight.velocity": _log(1e-3, 1e2), "weight.position": _log(1e-4, 1e2)}
-    return space, {"weight.velocity": 0.411, "weight.position": 0.0131}
+    return space, ({"weight.velocity": 0.411, "weight.position": 0.0131},)
 
 
 _SPACES: Final[Mapping[str, Callable[[Design], Space]]] = {
