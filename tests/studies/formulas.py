@@ -14,4 +14,4 @@ def formula(shared: Any, asked: tuple[str, Job]) -> Done:
         return Done(refused="the horizon is too long")
     shift = 0.1 * job.item + (0.05 if kind == JUDGING else 0.0) + 0.01 * (of["braking"] == "none")
     measures = {"tracking": (x - 0.2) ** 2 + shift, "travel": (x - 0.8) ** 2 + y}
-    return Done(measures | {"violations": max(0.0, y - 0.4)})
+    return Done(measures | {"violations": max(0.0, y - 0.4), "noticed": 0.0})

@@ -61,6 +61,11 @@ def test_measures_are_those_of_their_definitions(run: Run) -> None:
 def test_a_passed_limit_is_counted(run: Run) -> None:
     narrow = replace(run, pose=run.pose * 50.0)
     assert MEASURES["violations"].of(narrow, 0.0) > 0.1
+    assert MEASURES["noticed"].of(run, 0.0) == 0.0
+    fast = replace(run, twist=run.twist * 50.0)
+    tilting = np.abs(fast.twist[:: round(run.period / run.plant_period), 4]) > np.deg2rad(3.0)
+    assert MEASURES["noticed"].of(fast, 0.0) == pytest.approx(tilting.mean(), abs=2.0 / run.decisions)
+    assert tilting.mean() > 0.1
     failed = replace(run, status=("fallback",) * 15 + run.status[15:])
     assert MEASURES["violations"].of(failed, 0.0) == pytest.approx(15 / run.decisions)
 

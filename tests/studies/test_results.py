@@ -12,7 +12,8 @@ OF = study()
 
 
 def trial(number: int, tracking: float, travel: float, violations: float = 0.0) -> Trial:
-    one = {k: Done({"tracking": tracking + k, "travel": travel, "violations": violations}) for k in (0, 1)}
+    rest = {"travel": travel, "violations": violations, "noticed": 0.0}
+    one = {k: Done({"tracking": tracking + k, **rest}) for k in (0, 1)}
     return Trial(number=number, settings={}, training=one, state=State.DONE)
 
 

@@ -199,13 +199,15 @@ def _cost_grid(found: "studies.Tuned") -> Table:
     """Return error, travel and passed limits before and after, on what was trained on and held out."""
     from otolith.studies.jobs import JUDGING, TRAINING
 
-    grid = Table("", "RMSE / RMS wanted", "share of the reach, p99", "decisions beyond limits")
+    grid = Table(
+        "", "RMSE / RMS wanted", "share of the reach, p99", "decisions beyond limits", "tilt noticed"
+    )
     for kind, words in ((TRAINING, "trained on"), (JUDGING, "held out")):
         for name, trial in (("before", found.before), ("tuned", found.after)):
             measured = found.measured(trial, kind)
             if measured is not None:
-                beyond = f"{100.0 * measured['violations']:.1f} %"
-                cells = f"{measured['tracking']:.4f}", f"{measured['travel']:.3f}", beyond
+                shares = (f"{100.0 * measured[name]:.1f} %" for name in ("violations", "noticed"))
+                cells = f"{measured['tracking']:.4f}", f"{measured['travel']:.3f}", *shares
                 grid.add_row(f"{words}, {name}", *cells)
     return grid
 

@@ -146,7 +146,10 @@ class Study(_Table):
     training: tuple[Reference, ...]
     judging: tuple[Reference, ...] = ()
     objectives: tuple[Objective, ...]
-    constraints: tuple[Constraint, ...] = (Constraint(measure="violations", most=0.0),)
+    constraints: tuple[Constraint, ...] = (
+        Constraint(measure="violations", most=0.0),
+        Constraint(measure="noticed", most=0.0),
+    )
     budget: Budget = Budget()
     presets: Mapping[str, Mapping[str, float]] = Field(
         default_factory=dict

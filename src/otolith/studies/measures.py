@@ -79,10 +79,19 @@ def late(run: Run, best: float = 0.0) -> float:
 
 
 def violations(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
-    """Return the share of decisions that failed, or at whose node a hard limit was passed, one by one."""
-    passed = sum(excess.violations for excess in excesses(run) if not excess.soft)
+    """Return the share of decisions that failed, or at whose node a hard limit of the machine was passed."""
     decided = sum(part.status.count(Status.DECIDED.value) for part in run.parts())
-    return (passed + run.decisions - decided) / run.decisions
+    return (_passed(run, comfort=False) + run.decisions - decided) / run.decisions
+
+
+def noticed(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
+    """Return the share of decisions at whose node the platform tilts faster than drivers fail to notice."""
+    return _passed(run, comfort=True) / run.decisions
+
+
+def _passed(run: Run, *, comfort: bool) -> int:
+    """Return at how many nodes hard limits are passed, of each limit one by one."""
+    return sum(one.violations for one in excesses(run) if not one.soft and one.comfort is comfort)
 
 
 MEASURES: Final[Mapping[str, Measure]] = {
@@ -95,7 +104,8 @@ MEASURES: Final[Mapping[str, Measure]] = {
     "sickness": Measure(sickness, "motion sickness dose", "m/s^1.5"),
     "step-time": Measure(step_time, "step time, p99", "s", timed=True),
     "late": Measure(late, "step time, p99, of the period", "", timed=True),
-    "violations": Measure(violations, "share of decisions with a failure or a limit passed", ""),
+    "violations": Measure(violations, "share of decisions with a failure or a machine's limit passed", ""),
+    "noticed": Measure(noticed, "share of decisions at which a tilt is noticed", ""),
 }
 
 

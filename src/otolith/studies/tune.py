@@ -5,8 +5,9 @@ others. Of those that keep all limits and that no other beats in tracking and tr
 
     J = ln(RMSE / RMS of the wanted force) + μ · (share of the reach, p99)
 
-is chosen, as `otolith.tuning` does for constant weights. The end of a drive is held out, to judge before and
-after on what was not trained on.
+is chosen, as `otolith.tuning` does for constant weights. Limits of the machine are kept, and the tilt is
+noticed no more often than with the settings to begin with. The end of a drive is held out, to judge before
+and after on what was not trained on.
 """
 
 import math
@@ -21,9 +22,9 @@ from otolith.cueing.design import Design
 from otolith.cueing.washout.tuning import Classical, Optimal, load_tuning, tunings
 from otolith.platforms.axes import Translation
 from otolith.scenarios import Scenario
-from otolith.studies.definition import Budget, Objective, Parameter, Reference, Study
+from otolith.studies.definition import Budget, Constraint, Objective, Parameter, Reference, Study
 from otolith.studies.executors import Executor
-from otolith.studies.jobs import JUDGING, TRAINING, Done, Problem, work
+from otolith.studies.jobs import JUDGING, TRAINING, Done, Job, Problem, do, work
 from otolith.studies.problem import problem
 from otolith.studies.results import State, Trial, front, values
 from otolith.studies.search import Progress, Search
@@ -49,13 +50,15 @@ class Tuned:
     shown: Problem  # what was held out, or else what was trained on
 
     def measured(self, trial: Trial, kind: str) -> dict[str, float] | None:
-        """Return error, travel and passed limits of a trial on one set of references, if they are known."""
+        """Return what a trial was measured to cost on one set of references, if that is known."""
         results: Mapping[int, Done] = getattr(trial, kind)
         if not results or any(done.refused for done in results.values()):
             return None
         error, travel = values(self.study, results)
-        passed = max(done.measures["violations"] for done in results.values())
-        return {"tracking": error, "travel": travel, "violations": passed}
+        passed, noticed = (
+            max(done.measures[name] for done in results.values()) for name in ("violations", "noticed")
+        )
+        return {"tracking": error, "travel": travel, "violations": passed, "noticed": noticed}
 
     def as_json(self) -> dict[str, Any]:
         """Return plain values."""
@@ -151,6 +154,7 @@ def tuned(
     InputError : no settings that were tried keep all limits.
     """
     problems = {kind: problem(study, design, plant, references[kind]) for kind in (TRAINING, JUDGING)}
+    study = _no_worse(study, problems[TRAINING])
     counts = {kind: len(one.items) for kind, one in problems.items()}
     store = Store.create("", study.name, len(study.objectives), {})
     with executor_of(problems) as executor:
@@ -167,6 +171,19 @@ def tuned(
         trials=tuple(trials),
         shown=problems[JUDGING if counts[JUDGING] else TRAINING],
     )
+
+
+def _no_worse(study: Study, of: Problem) -> Study:
+    """Return the study with the share of noticed tilts bounded by that of the settings to begin with.
+
+    Conventional washouts do not know the rate at which drivers notice a tilt, and the pitch of a car, cued as
+    it is, passes it, too. An MPC keeps to it, and so has to go on doing so.
+    """
+    first = Job(tuple(study.start[0].items()), 0)
+    done = [do(of, replace(first, item=item)) for item in range(len(of.items))]
+    shares = [one.measures["noticed"] for one in done if not one.refused]
+    bound = Constraint(measure="noticed", most=max(shares, default=0.0))
+    return study.model_copy(update={"constraints": (Constraint(measure="violations", most=0.0), bound)})
 
 
 def cheapest(study: Study, trials: Sequence[Trial], price: float) -> Trial:
