@@ -37,8 +37,8 @@ def test_a_washout_is_tuned_to_a_platform_and_a_drive(
     monkeypatch.chdir(tmp_path)
     for line in (
         "example",
-        "tune --cueing classical --platform example/rig.toml --log example/drive.csv --evaluations 10"
-        " --jobs 1 --json --figure tuned.png",
+        "tune --cueing classical --platform example/rig.toml --log example/drive.csv --lowpass 5"
+        " --evaluations 10 --jobs 1 --json --figure tuned.png",
     ):
         with pytest.raises(SystemExit) as ended:
             main(line.split())
@@ -52,7 +52,9 @@ def test_a_washout_is_tuned_to_a_platform_and_a_drive(
     assert tuning.classical is not None
     best = found["after"]["settings"]["tuning.classical.surge.natural_radps"]
     assert tuning.classical.surge.natural_radps == best
-    command = "otolith run --log example/drive.csv --cueing classical --platform example/rig.toml "
+    command = (
+        "otolith run --cueing classical --log example/drive.csv --lowpass 5.0 --platform example/rig.toml "
+    )
     assert command + "--tuning out/tuned-classical.toml" in printed.err
 
 

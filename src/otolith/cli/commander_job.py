@@ -80,12 +80,7 @@ class Choices:
         several = len(self.names) > 1
         words = ["otolith", "compare" if several else "run"]
         words += [self.options.scenario] if self.options.scenario else []
-        for one in fields(RunOptions):
-            value = getattr(self.options, one.name)
-            if one.name not in ("scenario", "given") and value != one.default:
-                option = f"--{one.name.replace('_', '-')}"
-                listed = value if isinstance(value, list) else [value]
-                words += [word for item in listed for word in (option, _shown(item))]
+        words += [_shown(word) for option in self.options.as_typed() for word in option]
         for name in self.names if several or self.names != ["predictive"] else ():
             words += ["--cueing", name]
         words += ["--tuning", self.tuning] if self.tuning else []
@@ -99,9 +94,9 @@ class Choices:
         return prepared
 
 
-def _shown(item: Any) -> str:
-    """Return a value as it is typed."""
-    return str(_here(item) if isinstance(item, Path) else item)
+def _shown(word: str) -> str:
+    """Return a path from here where it lies below this folder, and any other word as it is."""
+    return str(_here(Path(word))) if Path(word).is_absolute() else word
 
 
 def _here(path: Path) -> Path:

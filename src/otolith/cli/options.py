@@ -234,6 +234,19 @@ class RunOptions:
             return parse_prediction(self.prediction)
         return Road() if self.road is not None else None
 
+    def as_typed(self) -> list[tuple[str, ...]]:
+        """Return the options that differ from their defaults, as they are typed, each with its value."""
+        typed: list[tuple[str, ...]] = []
+        for one in fields(self):
+            value, option = getattr(self, one.name), f"--{one.name.replace('_', '-')}"
+            if one.name in ("scenario", "given") or value == one.default:
+                continue
+            if value is True:
+                typed.append((option,))
+            else:
+                typed += [(option, str(item)) for item in (value if isinstance(value, list) else [value])]
+        return typed
+
     def wanted(self) -> Wanted:
         """Return the description of what should be felt."""
         chosen = asdict(self)

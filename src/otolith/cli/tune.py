@@ -162,12 +162,13 @@ def _command(found: "studies.Tuned", choices: RunOptions, names: list[str], tuni
     """Return the command that uses the settings."""
     from otolith.studies.settings import options
 
-    log = f"--log {shlex.quote(str(choices.log))}" if choices.log else ""
-    words = ["otolith run", log or (names or TABLE_5_3)[0]]
-    words += [f"--road {shlex.quote(str(choices.road))}"] if choices.road else []
-    words += [f"--cueing {found.study.cueing}", f"--platform {shlex.quote(choices.platform)}"]
-    words += [f"--dofs {choices.dofs}"] if choices.dofs != "surge-pitch" else []
-    words += options(found.after.settings) if tuning is None else [f"--tuning {shlex.quote(str(tuning))}"]
+    tuned = options(found.after.settings) if tuning is None else [f"--tuning {shlex.quote(str(tuning))}"]
+    replaced = {"--cueing", *(words.split()[0] for words in tuned)}
+    replaced |= {"--horizon", "--blocks"} if replaced & {"--horizon", "--blocks"} else set()
+    words = ["otolith run", *([] if choices.log else [(names or TABLE_5_3)[0]])]
+    words += [f"--cueing {found.study.cueing}"]
+    words += [shlex.join(option) for option in choices.as_typed() if option[0] not in replaced]
+    words += tuned
     return " ".join(words)
 
 
