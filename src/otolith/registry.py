@@ -32,6 +32,7 @@ class Entry:
     plant: str = "ideal"  # cueing algorithms only: entry of PLANTS that the algorithm's model describes
     limited: bool = True  # cueing algorithms only: whether it knows and keeps the platform's limits
     live: bool = True  # cueing algorithms only: whether it decides in time and leaves the base at rest
+    alone: bool = True  # cueing algorithms only: whether kernels decide without Python, as a program must
     reads: frozenset[str] = frozenset()  # cueing algorithms only: the options below that it reads
     outside: bool = False  # whether it comes from outside this package
     declared: "EntryPoint | None" = None  # the entry point by which an installed package declares it
@@ -137,6 +138,7 @@ CUEING: Final = Table(
             "otolith.cueing.design:explicit",
             "the explicit law alone, 10 Hz (section 5.2.1)",
             plant="ideal-no-lag",
+            alone=False,
             reads=_LAW,
         ),
         "implicit": Entry(
@@ -147,31 +149,37 @@ CUEING: Final = Table(
         "implicit-trajectory": Entry(
             "otolith.cueing.design:implicit_trajectory",
             "guess: first control of the previous plan (model 2)",
+            alone=False,
             reads=_GUESSING,
         ),
         "hybrid-first": Entry(
             "otolith.cueing.design:hybrid_first",
             "guess: first input of the explicit law (model 3)",
+            alone=False,
             reads=_HYBRID,
         ),
         "hybrid-all": Entry(
             "otolith.cueing.design:hybrid_all",
             "guess: all inputs of the explicit law (model 4)",
+            alone=False,
             reads=_HYBRID,
         ),
         "hybrid-learned": Entry(
             "otolith.cueing.design:hybrid_learned",
             "as implicit, sooner: a network names the active limits",
+            alone=False,
             reads=_HINTED,
         ),
         "hybrid-law": Entry(
             "otolith.cueing.design:hybrid_law",
             "as implicit: a coarse explicit law of the same limits names them",
+            alone=False,
             reads=_HINTED,
         ),
         "hybrid-table": Entry(
             "otolith.cueing.design:hybrid_table",
             "as implicit: what was active near by in training",
+            alone=False,
             reads=_HINTED,
         ),
         "implicit-sensed": Entry(
@@ -219,6 +227,7 @@ CUEING: Final = Table(
             live=False,
             extra="check",
             needs=("casadi",),
+            alone=False,
             reads=_SIX_AXIS,
         ),
         "classical": Entry(

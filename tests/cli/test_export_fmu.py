@@ -81,10 +81,19 @@ def test_a_decision_alone_takes_the_measured_motion_and_is_shown_at_once(tmp_pat
         ),
         (
             ["fmu", "--sources-only", "--cueing", "explicit", "--out", "a.fmu"],
-            "must be kernels in all its parts",
+            "--cueing is 'explicit', must be one that decides without Python",
         ),
+        (
+            ["fmu", "--sources-only", "--period", "0.0105", "--out", "a.fmu"],
+            "period of the controller is 0.0105 s, must be a multiple of 0.001 s",
+        ),
+        (
+            ["fmu", "--sources-only", "--out", "status.fmu"],
+            "name of the program is 'status', must be no word of the code that goes around it",
+        ),
+        (["ros2", "--out", "rclcpp"], "'rclcpp', must be no word of the code that goes around it"),
         (["ros2", "--out", "Motion"], "name of the ROS package is 'Motion', must be lower-case letters"),
-        (["ros2", "--out", "float"], "name of the program is 'float', must be letters"),
+        (["ros2", "--out", "float"], "name of the program is 'float', must be one that has no meaning yet"),
         (["ros2", "--out", "taken"], "a folder with what 'otolith export ros2' did not write (mine.txt)"),
     ],
 )

@@ -267,6 +267,13 @@ def test_nothing_is_shared_between_instances(folder: Path, tmp_path: Path) -> No
     assert not re.search(r" [bBdDC] ", listed)
 
 
+def test_two_compilers_for_one_machine_are_refused() -> None:
+    """Their binaries would have one place in the archive."""
+    compiler = str(COMPILER)
+    with pytest.raises(InputError, match=r"--compiler is .*, must be one for each kind of machine"):
+        fmu(LAG, "2.0", [compiler, compiler])
+
+
 def test_a_compiler_that_is_none_is_refused() -> None:
     with pytest.raises(
         InputError, match="--compiler is no-such-compiler, must be the command of an installed C"

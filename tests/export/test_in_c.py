@@ -103,6 +103,18 @@ def test_two_instances_know_nothing_of_each_other(tmp_path: Path) -> None:
         np.testing.assert_array_equal(one.step(wanted)[1], expected)
 
 
-def test_what_needs_python_is_refused_with_the_reason() -> None:
-    with pytest.raises(InputError, match="asks for the guess HeldPlan"):
-        program_of(_design(), "implicit-trajectory", "refused", Kind.COMMAND)
+NOT_ALONE = [name for name, entry in registry.CUEING.own.items() if not entry.alone]
+
+
+@pytest.mark.parametrize("name", NOT_ALONE)
+def test_what_needs_python_is_refused_before_it_is_made(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Making some of them takes minutes of compiling."""
+    monkeypatch.setattr(registry, "make_cueing", None)
+    with pytest.raises(InputError, match=r"--cueing is .* must be one that decides without Python"):
+        program_of(_design(), name, "refused", Kind.COMMAND)
+
+
+def test_an_mpc_that_asks_python_says_what_for() -> None:
+    for mpc in mpcs_of(registry.make_cueing("implicit-trajectory", _design())):
+        with pytest.raises(InputError, match="asks for the guess HeldPlan"):
+            mpc.unaided()

@@ -63,7 +63,8 @@ def test_json_names_the_ports(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     [
         (["--kind", "mex"], "--kind is 'mex', must be one of command, platform"),
         (["--name", "2nd"], "name of the program is '2nd', must be letters"),
-        (["--cueing", "explicit"], "kernels in all its parts"),
+        (["--cueing", "explicit"], "--cueing is 'explicit', must be one that decides without Python"),
+        (["--name", "main"], "name of the program is 'main', must be one that has no meaning yet"),
         (["--horizon", "20"], "would ignore it"),
     ],
 )

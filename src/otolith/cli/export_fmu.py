@@ -10,11 +10,10 @@ from otolith.cli.options import CUEING_HELP, RunOptions, with_design_options
 from otolith.cli.output import print_json, screen, working
 from otolith.core.disk import write_bytes
 from otolith.core.errors import InputError, one_of
-from otolith.export.fmu import fmu
-from otolith.export.fmu_binary import installed_compiler, machine_of
+from otolith.export.fmu import check_model_name, fmu
+from otolith.export.fmu_binary import check_compilers, installed_compiler
 from otolith.export.fmu_description import Version
 from otolith.export.make import Kind, program_of
-from otolith.export.program import check_name
 from otolith.registry import check_options
 
 Cueing = Annotated[str, typer.Option(help=CUEING_HELP)]
@@ -49,13 +48,12 @@ def fmu_(
 ) -> None:
     """Write an algorithm as an FMU for co-simulation: for Simulink, CarMaker and other hosts."""
     files.check_file(out, ".fmu")
-    check_name(out.stem)
-    version, asked = _version(fmi), _kind(kind)
+    version, asked = _version(fmi), kind_named(kind)
+    check_model_name(out.stem, version)
     if sources_only and compiler:
         raise InputError("--compiler", "given with --sources-only", "left out, since nothing is compiled")
     compilers = [] if sources_only else compiler or [installed_compiler()]
-    for one in compilers:
-        machine_of(one)  # refuses one that is none before the work begins
+    check_compilers(compilers)
     design = choices.design()
     check_options([cueing], choices.given)
     with working(screen(), "translating and compiling; kernels are compiled on first use, then cached"):
@@ -89,7 +87,8 @@ def _version(text: str) -> Version:
     return cast(Version, text)
 
 
-def _kind(text: str) -> Kind:
+def kind_named(text: str) -> Kind:
+    """Return the kind of program of an option; raises `InputError`."""
     if text not in list(Kind):
         raise InputError("--kind", repr(text), one_of([kind.value for kind in Kind], text))
     return Kind(text)

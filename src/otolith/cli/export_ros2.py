@@ -12,7 +12,6 @@ from otolith.core.disk import write_text
 from otolith.core.folders import check_folder, whole_folder
 from otolith.export.legs import legs_program
 from otolith.export.make import Kind, program_of
-from otolith.export.program import check_name
 from otolith.export.ros2 import check_package_name, ros2_package
 from otolith.registry import check_options
 
@@ -31,7 +30,6 @@ def ros2_(
     """Write an algorithm as a ROS 2 package: a node from wanted motion to poses and leg set-points."""
     name = out.resolve().name
     check_package_name(name)
-    check_name(name)
     check_folder(out, command=_COMMAND, force=force)
     design = choices.design()
     check_options([cueing], choices.given)

@@ -16,10 +16,10 @@ from importlib.resources import files
 from typing import Final
 
 from otolith.compiled import STATUSES
-from otolith.export.fmu_binary import compile_binary
+from otolith.export.fmu_binary import check_compilers, compile_binary
 from otolith.export.fmu_description import Version, build_description, model_description
 from otolith.export.fmu_page import page
-from otolith.export.program import Port, Program
+from otolith.export.program import Port, Program, check_free, check_name
 
 _INTERFACE: Final = {"2.0": "fmi2.c", "3.0": "fmi3.c"}  # the file to compile; it includes the others
 _NEVER: Final = (1980, 1, 1, 0, 0, 0)  # the time of every entry: the earliest that a zip archive can say
@@ -38,9 +38,12 @@ def fmu(program: Program, version: Version, compilers: Sequence[str] = (), *, at
 
     Raises
     ------
-    InputError : a compiler cannot be started, or its machine is none that FMI has a name for.
+    InputError : a compiler cannot be started, its machine is none that FMI has a name for or that of another
+        compiler, or the program's name is no name of a model.
     NotCompiled : a compiler refused the sources.
     """
+    check_model_name(program.name, version)
+    check_compilers(compilers)
     names = [_INTERFACE[version]]
     sources = interface_sources(version) | {f"{program.name}.h": program.header}
     model, description = _model(program, at_once), model_description(program, version, "", names)
@@ -56,6 +59,12 @@ def fmu(program: Program, version: Version, compilers: Sequence[str] = (), *, at
     binaries = [compile_binary(compiler, sources, names[0], program.name) for compiler in compilers]
     libraries = {f"binaries/{one.folder(version)}/{one.name}": one.content for one in binaries}
     return _archive({name: text.encode() for name, text in entries.items()} | libraries)
+
+
+def check_model_name(name: str, version: Version) -> None:
+    """Refuse a name that the C code of an FMU uses, or that C does not take; raises `InputError`."""
+    check_name(name)
+    check_free(name, *interface_sources(version).values())
 
 
 def interface_sources(version: Version) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import which
@@ -66,6 +67,23 @@ def installed_compiler() -> str:
         f"no C compiler ({', '.join(COMPILERS)}) is on this machine: install one, name one with --compiler, "
         "or write the sources alone with --sources-only"
     )
+
+
+def check_compilers(compilers: Sequence[str]) -> None:
+    """Refuse compilers that cannot be run, or of which two are for one kind of machine.
+
+    Raises
+    ------
+    InputError : so it is, or one compiles for a machine that FMI has no name for.
+    NotCompiled : one does not say what it compiles for.
+    """
+    makers: dict[str, str] = {}
+    for compiler in compilers:
+        machine, _ = machine_of(compiler)
+        if machine in makers:
+            value = f"{compiler}, for {machine} as {makers[machine]} is"
+            raise InputError("--compiler", value, "one for each kind of machine")
+        makers[machine] = compiler
 
 
 def compile_binary(compiler: str, sources: dict[str, str], main: str, name: str) -> Binary:

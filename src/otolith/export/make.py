@@ -21,6 +21,7 @@ from otolith.export.translate.unit import translated
 from otolith.export.translate.values import NotTranslated
 from otolith.interfaces import Cueing, Plant, PlatformState
 from otolith.loop.closed import Loop
+from otolith.loop.run import steps_of_period
 
 PLANT_PERIOD: Final = 1e-3  # [s]
 _DERIVATIVES: Final = (
@@ -47,10 +48,14 @@ def program_of(design: Design, cueing: str, name: str, kind: Kind, *, plant: str
 
     Raises
     ------
-    InputError : the name is no C identifier, or the algorithm or the plant needs Python.
+    InputError : the name is no C identifier, the algorithm or the plant needs Python, or a period is no whole
+        number of steps of the plant.
     """
     check_name(name)
     entry = registry.cueing_named(cueing)
+    if not entry.alone:
+        bound = "one that decides without Python, such as predictive, implicit or classical"
+        raise InputError("--cueing", repr(cueing), bound)
     plant = plant or entry.plant
     moves = registry.make_plant(plant, design.platform)
     _refuse(design)
@@ -115,7 +120,7 @@ def _platform(algorithm: Cueing, plant: Plant, name: str, title: str, *, sensed:
     decide, follow = _method(algorithm, "the algorithm"), _method(plant, "the plant", PLANT_PERIOD)
     algorithm.reset(PlatformState())
     plant.reset(PlatformState())
-    every = round(algorithm.period / PLANT_PERIOD)
+    every = steps_of_period(algorithm.period, PLANT_PERIOD)
     result = np.zeros((1, 5))
     loop = Loop(
         decide=decide.method,

@@ -14,7 +14,7 @@ from otolith import __version__
 from otolith.compiled import STATUSES
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES
-from otolith.export.program import Program
+from otolith.export.program import Program, check_free, check_name
 
 _PLACES: Final = {
     "package.xml.in": "package.xml",
@@ -25,6 +25,7 @@ _PLACES: Final = {
     "launch.py.in": "launch/cueing.launch.py",
     "parameters.yaml.in": "config/parameters.yaml",
 }  # templates, and the files of the package that they become
+_CODE: Final = ("node.cpp.in", "program.hpp.in")  # what is compiled together with the program's header
 _WANTED: Final = [f"wanted_{kind}_{axis}" for kind in ("force", "rate") for axis in "xyz"]
 
 
@@ -44,21 +45,23 @@ def ros2_package(program: Program, legs: Program | None = None, *, leg_unit: str
     """
     check_package_name(program.name)
     words = _words(program, legs, leg_unit)
-    folder = files("otolith.export") / "ros2"
-    made = {
-        path: _filled((folder / template).read_text(encoding="utf-8"), words)
-        for template, path in _PLACES.items()
-    }
+    made = {path: _filled(_template(template), words) for template, path in _PLACES.items()}
     for one in (program, *([] if legs is None else [legs])):
         made[f"include/{one.name}.h"] = one.header
     return made
 
 
 def check_package_name(name: str) -> None:
-    """Refuse a name that ROS does not allow for a package; raises `InputError`."""
+    """Refuse a name that ROS, C or the code of the node does not take; raises `InputError`."""
     if not re.fullmatch(r"[a-z](_?[a-z0-9])+", name):
         bound = "lower-case letters, digits and single _ after a letter, at least 2 characters"
         raise InputError("name of the ROS package", repr(name), bound)
+    check_name(name)
+    check_free(name, *(_template(one) for one in _CODE))
+
+
+def _template(name: str) -> str:
+    return (files("otolith.export") / "ros2" / name).read_text(encoding="utf-8")
 
 
 def _words(program: Program, legs: Program | None, leg_unit: str) -> dict[str, str]:

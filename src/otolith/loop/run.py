@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.errors import InputError
 from otolith.core.rotation import rate_along
 from otolith.interfaces import Status
 from otolith.platforms import Platform
@@ -45,6 +46,19 @@ DECIDED: Final = (
 def periods_of_part(period: float, plant_period: float) -> int:
     """Return the number of the controller's periods in a part of a run, at least one."""
     return max(1, PART // round(period / plant_period))
+
+
+def steps_of_period(period: float, plant_period: float) -> int:
+    """Return the number of plant steps in a period of the controller, both in [s].
+
+    Raises
+    ------
+    InputError : that is no whole number.
+    """
+    steps = round(period / plant_period)
+    if steps < 1 or abs(steps * plant_period - period) > 1e-9:
+        raise InputError("period of the controller", f"{period} s", f"a multiple of {plant_period} s")
+    return steps
 
 
 def rows_of(run: "Run", name: str, first: int, last: int) -> Any:

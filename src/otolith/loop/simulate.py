@@ -31,7 +31,7 @@ from otolith.core.methods import Bound, hold
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.loop.closed import CLOCK, Loop, close, follow_once
 from otolith.loop.keep import InMemory, Keeper, joined
-from otolith.loop.run import Run, periods_of_part
+from otolith.loop.run import Run, periods_of_part, steps_of_period
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
 
@@ -160,13 +160,9 @@ class ClosedLoop:
         clock: Callable[[], float] = time.thread_time,
         keep: Keeper | None = None,
     ) -> None:
-        every = round(cueing.period / plant_period)
-        if every < 1 or abs(every * plant_period - cueing.period) > 1e-9:
-            raise InputError(
-                "period of the controller", f"{cueing.period} s", f"a multiple of {plant_period} s"
-            )
         self.cueing, self.plant, self.scenario, self.platform = cueing, plant, scenario, platform
-        self.every, self.done = every, 0  # plant steps per period; decisions that were made
+        self.every = steps_of_period(cueing.period, plant_period)
+        self.done = 0  # decisions that were made
         self.dofs, self.names, self.settings, self._dt = dofs, names, settings or {}, plant_period
         self._clock, self._state, self._request = clock, PlatformState(), NOTHING
         self.decisions = round(scenario.duration / cueing.period)
