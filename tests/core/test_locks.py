@@ -1,5 +1,6 @@
 """A lock is held by one, waited for by others, for so long and no longer, and never left behind."""
 
+import errno
 import os
 from pathlib import Path
 
@@ -44,4 +45,31 @@ def test_where_nothing_can_be_locked_work_goes_on(tmp_path: Path) -> None:
         assert not held
     (tmp_path / "left.lock").touch()  # as by a process that was killed
     with sole(tmp_path / "left.lock", patience=0.0) as held:
+        assert held
+
+
+def test_on_a_file_system_without_locks_work_goes_on_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    with sole(tmp_path / "a.lock", sleep=lambda _: pytest.fail("it waits")) as held:
+        assert not held
+
+
+def test_a_file_that_cannot_be_removed_stays_and_locks_nobody_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    path = tmp_path / "a.lock"
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "unlink", refuse)
+        with sole(path) as held:
+            assert held
+    assert path.exists()
+    with sole(path, patience=0.0) as held:
         assert held

@@ -26,7 +26,7 @@ def sole(
 
     Such a lock saves work that would be done twice; it is no means to keep data sound. Whoever gets it has to
     look whether the work is done. And a process goes on without it after `patience` [s], or where the file
-    cannot be locked: in a folder that cannot be written to, and on Windows.
+    cannot be locked: in a folder that cannot be written to, on a file system without locks, and on Windows.
     """
     file = _opened(path)
     if file is None:
@@ -34,13 +34,17 @@ def sole(
         return
     with file:
         end = now() + patience
-        while not (held := _locked(file)) and now() < end:
-            sleep(_PAUSE)
+        try:
+            while not (held := _locked(file)) and now() < end:
+                sleep(_PAUSE)
+        except OSError:  # the file system has no locks, or none left
+            held = False
         try:
             yield held
         finally:
             if held:
-                path.unlink(missing_ok=True)
+                with contextlib.suppress(OSError):  # the file stays, and locks nobody out
+                    path.unlink(missing_ok=True)
 
 
 def _opened(path: Path) -> IO[bytes] | None:
