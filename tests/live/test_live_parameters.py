@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from otolith.core.errors import InputError
+from otolith.core.errors import CorruptFile, InputError
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.design import Design, reweigh
 from otolith.cueing.washout.tuning import Corners
@@ -19,7 +19,7 @@ from otolith.live.core.device import Device
 from otolith.live.core.gate import Gate
 from otolith.live.core.ladder import Reaction
 from otolith.live.core.parameters import SLEW, Parameters, Tuned
-from otolith.live.log import NAMES, Kind
+from otolith.live.log import NAMES, Kind, meaning
 from otolith.live.messages import Plan, Rung, State, Word
 from otolith.live.output import Output
 from otolith.live.records import Record, Records
@@ -66,11 +66,15 @@ def records(log: VirtualLog) -> Records:
     return Records(bytes(log.disk.data), "s.otl", NAMES, most=1 << 20)
 
 
-def replayed(log: VirtualLog, name: str, keep: Callable[[Record], bool] = lambda _: True) -> Replay:
+def fresh(name: str) -> Replay:
     cueing, tuned = tuned_(name)
     gate, travel = (Gate(DESIGN.platform, lag=0.01, period=0.01, park=park) for park in (None, PARK))
     controller = Controller(cueing, gate, parse=Generic().parse, tuned=tuned)
-    replay = Replay(controller, Output(gate, travel, Device.at(PARK)), "s.otl")
+    return Replay(controller, Output(gate, travel, Device.at(PARK)), "s.otl")
+
+
+def replayed(log: VirtualLog, name: str, keep: Callable[[Record], bool] = lambda _: True) -> Replay:
+    replay = fresh(name)
     replay.take(one for one in records(log) if keep(one))
     return replay
 
@@ -99,6 +103,26 @@ def test_changes_replay_bit_for_bit_and_compile_nothing(
     assert without.seen[0].different > 100
     moved = [np.array([row.motion[0] for row in one.trace[-1000:]]) for one in (world, steady)]
     assert np.abs(moved[0] - moved[1]).max() > 5e-3  # they do matter
+
+
+def test_a_log_that_is_older_than_some_parameters_replays() -> None:
+    """Its changes hold scale and liveliness alone, and nothing else could be changed then."""
+    log = VirtualLog()
+    played(log, {0.3: Parameters(scale=0.4, liveliness=0.9)}, "predictive")
+
+    def older(one: Record) -> Record:
+        return one._replace(payload=one.payload[:16]) if one.kind == Kind.CHANGE else one
+
+    replay = fresh("predictive")
+    replay.take(map(older, records(log)))
+    assert [(seen.first, seen.different) for seen in replay.seen] == [("", 0)] * 2
+    assert replay.seen[0].compared > 700
+
+
+@pytest.mark.parametrize("length", [0, 8, 17, 40])
+def test_a_change_of_another_length_is_damage(length: int) -> None:
+    with pytest.raises(CorruptFile, match=r"old\.otl is damaged at byte 7"):
+        meaning(Record(kind=Kind.CHANGE, payload=bytes(length), place=7), "old.otl")
 
 
 def cued(washout: Cueing, machine: Platform) -> World:

@@ -15,6 +15,7 @@ from otolith.live.messages import Plan, Report, Rung, State, Vitals, Word
 _PLAN: Final = struct.Struct("<qqqqqqd?qq")
 _VITALS: Final = struct.Struct("<q3dq?q")
 _PARAMETERS: Final = struct.Struct(f"<{len(fields(Parameters))}d")
+_FIRST: Final = 2  # parameters of the oldest logs: scale and liveliness
 _REPORT: Final = struct.Struct("<qqq")
 _NOWHERE: Final = np.full(6, np.nan)
 
@@ -115,6 +116,9 @@ def pack_parameters(parameters: Parameters) -> bytes:
 
 
 def unpack_parameters(message: bytes) -> Parameters:
-    """Return the parameters of `pack_parameters`."""
-    names = [one.name for one in fields(Parameters)]
-    return Parameters(**dict(zip(names, _PARAMETERS.unpack(message), strict=True)))
+    """Return the parameters of `pack_parameters`.
+
+    A log holds fewer where it is older than some of them. These had their defaults then, and come last.
+    """
+    names = [one.name for one in fields(Parameters)][: max(_FIRST, len(message) // 8)]
+    return Parameters(**dict(zip(names, struct.unpack(f"<{len(names)}d", message), strict=True)))
