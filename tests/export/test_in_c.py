@@ -1,5 +1,6 @@
 """Programs in C against the closed loop in Python, decision by decision."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +102,15 @@ def test_two_instances_know_nothing_of_each_other(tmp_path: Path) -> None:
     for expected in alone:
         other.step([-2.0, 0, 0, 0, 0, 0])
         np.testing.assert_array_equal(one.step(wanted)[1], expected)
+
+
+@needs_compiler
+def test_no_name_of_a_platform_ends_the_comment_that_holds_it(tmp_path: Path) -> None:
+    design = _design()
+    named = design.platform.model_copy(update={"name": "a */ int b; /* c"})
+    program = program_of(replace(design, platform=named), "implicit", "quiet", Kind.COMMAND)
+    assert "int b;" in program.header.split("*/")[0]
+    Stepper(program, tmp_path)  # compiles without a warning
 
 
 NOT_ALONE = [name for name, entry in registry.CUEING.own.items() if not entry.alone]

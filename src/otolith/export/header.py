@@ -108,7 +108,7 @@ def header(
     return _HEADER.substitute(
         name=rendered.name,
         NAME=rendered.name.upper(),
-        title=title,
+        title=title.replace("*/", "* /").replace("/*", "/ *"),  # a platform's name may hold anything
         about=textwrap.indent(textwrap.fill(about, 107), "   "),
         mathematics=needs,
         inputs=_ports(flat_in),
