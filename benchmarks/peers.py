@@ -27,7 +27,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from otolith.bench import SCENARIOS, Step, record
-from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import MpcSettings
@@ -104,11 +104,16 @@ class Recording:
 Makers = Mapping[str, Callable[[Recording], Engine]]
 
 
+def places(n: int, every: int = EVERY) -> Ints:
+    """Return the places of the problems that are kept of n recorded ones: a stretch out of `every`."""
+    starts = np.arange(every // 2, n - LENGTH, every)
+    return (starts[:, None] + np.arange(LENGTH)).ravel()
+
+
 def recorded(pairs: Sequence[Dof], every: int = EVERY) -> Recording:
     """Record the closed loops, and keep a stretch of problems out of `every`."""
     problem, steps = record(load("thesis"), pairs, SCENARIOS, MpcSettings())
-    starts = range(every // 2, len(steps) - LENGTH, every)
-    kept = [step for first in starts for step in steps[first : first + LENGTH]]
+    kept = [steps[i] for i in places(len(steps), every)]
     memory = empty_memory(problem.structure)
     problem.begin(memory)
     qps = []
@@ -146,7 +151,7 @@ class Ours:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What one engine did with one recording; (n,) each, of the counted problems."""
+    """What one engine did with one recording; (n,) each, of its problems in their order."""
 
     update: Vec  # [s]
     solve: Vec  # [s]
@@ -154,9 +159,21 @@ class Result:
     residual: Vec
     first: Mat  # (n, nu) first inputs
 
+    def of(self, kept: Bools) -> "Result":
+        """Keep some of the problems, (n,)."""
+        series = (self.update, self.solve, self.solved, self.residual, self.first)
+        return Result(*(values[kept] for values in series))
 
-def measured(recording: Recording, makers: Mapping[str, Callable[[Recording], Engine]]) -> dict[str, Result]:
-    """Let all engines solve the recording in turns, stretch by stretch."""
+
+def measured(
+    recording: Recording, makers: Makers, at_turn: Callable[[], None] = lambda: None
+) -> dict[str, Result]:
+    """Let all engines solve the recording in turns, stretch by stretch.
+
+    Parameters
+    ----------
+    at_turn : is called at the start of every turn, for what is timed beside these engines.
+    """
     n, nu = len(recording.steps), recording.problem.structure.inputs
     engines = {name: make(recording) for name, make in makers.items()}
     results = {
@@ -165,17 +182,18 @@ def measured(recording: Recording, makers: Mapping[str, Callable[[Recording], En
     }
     with threadpool_limits(limits=1):
         for turn in range(PASSES):
+            at_turn()
             for stretch in recording.stretches:
                 for name, engine in engines.items():
                     _run(engine, recording, stretch, results[name], judge=turn == PASSES - 1)
-    moves = np.abs(results[OURS].first).max(axis=1) > 0.0
-    counted = moves & (np.arange(n) % LENGTH > 0)
-    return {
-        name: Result(
-            *(values[counted] for values in (one.update, one.solve, one.solved, one.residual, one.first))
-        )
-        for name, one in results.items()
-    }
+    return results
+
+
+def counted(results: Mapping[str, Result]) -> Bools:
+    """Return which problems count (n,): not the first of a stretch, and none at rest."""
+    first = results[OURS].first
+    kept: Bools = (np.abs(first).max(axis=1) > 0.0) & (np.arange(len(first)) % LENGTH > 0)
+    return kept
 
 
 def _run(engine: Engine, recording: Recording, stretch: range, into: Result, *, judge: bool) -> None:
@@ -195,8 +213,10 @@ def _run(engine: Engine, recording: Recording, stretch: range, into: Result, *, 
 
 
 def account(dofs: str, results: Mapping[str, Result]) -> list[dict[str, Any]]:
-    """Rows of figures, ours first; ratios are to our whole step."""
-    return [_row(dofs, name, one, results[OURS]) for name, one in results.items()]
+    """Rows of figures of the counted problems, ours first; ratios are to our whole step."""
+    kept = counted(results)
+    ours = results[OURS].of(kept)
+    return [_row(dofs, name, ours if name == OURS else one.of(kept), ours) for name, one in results.items()]
 
 
 def _row(dofs: str, name: str, one: Result, ours: Result) -> dict[str, Any]:
@@ -228,11 +248,16 @@ HEAD: Final = ("DOF", "engine", "median", "p99", "max", "update", "solved", "cer
 RATIOS: Final = ("first input off", "× ours", "× at p99", "× with update")
 
 
+def best_of(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """Return the row of the fastest peer whose answers hold, if there is one."""
+    held = [row for row in rows if row["engine"] != OURS and row["certified"] >= ENOUGH]
+    return min(held, key=lambda row: float(row["median_us"] + row["update_us"]), default=None)
+
+
 def table(rows: Sequence[Mapping[str, Any]]) -> str:
     """Write the rows of one recording in Markdown; a star marks the fastest peer whose answers hold."""
     lines = [f"| {' | '.join((*HEAD, *RATIOS))} |", "|---|---|" + "---:|" * (len(HEAD) + len(RATIOS) - 2)]
-    held = [row for row in rows if row["engine"] != OURS and row["certified"] >= ENOUGH]
-    best = min(held, key=lambda row: float(row["median_us"] + row["update_us"]), default=None)
+    best = best_of(rows)
     for row in rows:
         cells = [row["dofs"], row["engine"] + (" \\*" if row is best else "")]
         cells += [f"{row[name]:.0f}" for name in ("median_us", "p99_us", "max_us")]
@@ -246,8 +271,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def compare(makers: Makers, versions: Mapping[str, str], chosen: argparse.Namespace) -> None:
     """Measure ours and the peers on all sets of axes, print the table, and store it where asked to."""
-    today = f"{datetime.now(UTC):%Y-%m-%d}"
-    print(", ".join([today, _machine(), *(f"{name} {version}" for name, version in versions.items())]))
+    print(heading(versions))
     rows: list[dict[str, Any]] = []
     for pairs in PAIR_SETS:
         results = measured(recorded(pairs), {OURS: Ours, **makers})
@@ -255,8 +279,17 @@ def compare(makers: Makers, versions: Mapping[str, str], chosen: argparse.Namesp
         print(f"\n{found[0]['problems']} problems, µs of thread CPU\n\n{table(found)}", flush=True)
         rows += found
     if chosen.json:
-        told = {"date": today, "machine": _machine(), "versions": dict(versions), "rows": rows}
+        told = {"date": _today(), "machine": _machine(), "versions": dict(versions), "rows": rows}
         chosen.json.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+
+
+def heading(versions: Mapping[str, str]) -> str:
+    """Return one line of day, machine and versions."""
+    return ", ".join([_today(), _machine(), *(f"{name} {version}" for name, version in versions.items())])
+
+
+def _today() -> str:
+    return f"{datetime.now(UTC):%Y-%m-%d}"
 
 
 def _machine() -> str:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from otolith.core.arrays import Mat
 from otolith.qp.stage import rollout
-from peers import Answer, Recording, arguments, compare
+from peers import Answer, Makers, Recording, arguments, compare
 
 LIBRARIES: Final = ("blasfeo", "hpipm", "qpOASES_e", "daqp", "acados")  # in the order of their needs
 TIGHT: Final = 1e-14  # of complementarity, at which HPIPM's answers pass our certificate; 1e-8 is usual
@@ -208,22 +208,39 @@ def _called(lib: ctypes.CDLL, name: str, *arguments: object) -> ctypes.c_void_p:
     return ctypes.c_void_p(function(*arguments))
 
 
-def main() -> int:
-    parser = arguments(__doc__ or "")
-    parser.add_argument("--acados", type=Path, default=os.environ.get("ACADOS_SOURCE_DIR"), metavar="PATH")
-    chosen = parser.parse_args()
-    if not chosen.acados or "acados" not in (libraries := opened(Path(chosen.acados))):
-        named = "neither --acados nor ACADOS_SOURCE_DIR names an installation"
-        why = f"{chosen.acados} has no lib/libacados.so" if chosen.acados else named
-        print(f"acados is not found: {why}", file=sys.stderr)
-        return 2
+def makers_of(root: Path) -> tuple[Makers, dict[str, str]]:
+    """Return a maker for each setting, and the version, of an installation.
+
+    Raises
+    ------
+    FileNotFoundError : there is no acados.
+    """
+    libraries = opened(root)
+    if "acados" not in libraries:
+        raise FileNotFoundError(f"acados is not found: {root} has no lib/libacados.so")
     makers = {
         f"acados, {name}": partial(Acados, lib=libraries["acados"], setting=setting)
         for name, setting in SETTINGS.items()
         if NEEDS.get(setting.solver, "acados") in libraries
     }
-    mark = Path(chosen.acados) / "lib" / "git_commit_hash"
-    compare(makers, {"acados": mark.read_text().strip() if mark.exists() else "unknown"}, chosen)
+    mark = root / "lib" / "git_commit_hash"
+    return makers, {"acados": mark.read_text().strip() if mark.exists() else "unknown"}
+
+
+def main() -> int:
+    parser = arguments(__doc__ or "")
+    parser.add_argument("--acados", type=Path, default=os.environ.get("ACADOS_SOURCE_DIR"), metavar="PATH")
+    chosen = parser.parse_args()
+    try:
+        if not chosen.acados:
+            raise FileNotFoundError(
+                "acados is not found: neither --acados nor ACADOS_SOURCE_DIR names an installation"
+            )
+        makers, versions = makers_of(Path(chosen.acados))
+    except FileNotFoundError as absent:
+        print(absent, file=sys.stderr)
+        return 2
+    compare(makers, versions, chosen)
     return 0
 
 
