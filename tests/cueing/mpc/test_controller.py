@@ -205,7 +205,8 @@ def test_a_state_that_cannot_stop_in_time_is_infeasible_and_braked_fully(engine)
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"horizon": 1}, "implicit horizon is 1, must be at least 2 steps"),
+        ({"horizon": 1}, "implicit horizon is 1, must be from 2 to 1,000 steps"),
+        ({"horizon": 100_000}, "implicit horizon is 100000, must be from 2 to 1,000 steps"),
         ({"period": 0.0}, r"period is 0\.0, must be finite and greater than 0"),
         ({"lag": float("nan")}, "lag is nan"),
         ({"iterations": 0}, "iterations is 0, must be at least 1 per period"),

@@ -19,6 +19,7 @@ from otolith.qp.engines import StageEngine, StructuredEngine
 from otolith.safety.invariant.axis import LEAST_LAG
 
 HORIZON: Final = 50  # the thesis's N
+LONGEST: Final = 1_000  # steps of a horizon; the condensed matrices of 4 DOF then take 0.4 GB
 BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
 # 5 s in fourteen inputs, for a future that is foreseen
 FAR_BLOCKS: Final = (1, 1, 2, 6, 10, 20, 30, 40, 50, 60, 70, 70, 70, 70)
@@ -69,8 +70,8 @@ class MpcSettings:
     engine: Callable[..., StageEngine] = StructuredEngine
 
     def __post_init__(self) -> None:
-        if self.horizon < 2:
-            raise InputError("implicit horizon", self.horizon, "at least 2 steps")
+        if not 2 <= self.horizon <= LONGEST:
+            raise InputError("implicit horizon", self.horizon, f"from 2 to {LONGEST:,} steps")
         if self.iterations < 1:
             raise InputError("iterations", self.iterations, "at least 1 per period")
         for name in ("period", "lag", "control_weight", "tolerance"):
