@@ -33,6 +33,7 @@ from otolith.platforms import load
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StructuredEngine
 from otolith.qp.structured.generate import CODES
+from rows import Row, as_lines, write_rows
 
 HERE = str(Path(__file__).parents[1] / "src")
 TWO: tuple[Dof, ...] = (SURGE_PITCH,)
@@ -51,16 +52,15 @@ CASES: dict[str, tuple[tuple[Dof, ...], int, Lengths]] = {
     "4 DOF, full, N = 200": (FOUR, 200, ()),
     **{f"4 DOF, nine blocks, N = {N}": (FOUR, N, blocks) for N, blocks in NINE.items()},
 }
-GROWTHS = {  # short and long horizon, goal
-    "growth full, N = 50 to 100": ("4 DOF, full", "4 DOF, full, N = 100", ""),
-    "growth full, N = 50 to 200": ("4 DOF, full", "4 DOF, full, N = 200", "now ≤ 5"),
-    "growth nine blocks, N = 50 to 200": (
+GROWTHS = {  # short and long horizon
+    "growth full, N = 50 to 100": ("4 DOF, full", "4 DOF, full, N = 100"),
+    "growth full, N = 50 to 200, at most 5": ("4 DOF, full", "4 DOF, full, N = 200"),
+    "growth nine blocks, N = 50 to 200, at most 1.5": (
         "4 DOF, nine blocks, N = 50",
         "4 DOF, nine blocks, N = 200",
-        "now ≤ 1.5",
     ),
 }
-GOALS = {"2 DOF, full": "ratio ≥ 1.92", "4 DOF, full": "ratio ≥ 1.82"}  # of the p99
+GOALS = {"2 DOF, full": 1.92, "4 DOF, full": 1.82}  # of the p99
 FIGURES: dict[str, Callable[[Vec], float]] = {
     "median": lambda times: float(np.median(times)),
     "p99": lambda times: float(np.percentile(times, 99)),
@@ -126,26 +126,27 @@ def file_of(folder: Path, case: str) -> Path:
     return folder / f"{case.replace(' ', '-')}.pickle"
 
 
-def row(what: str, before: float | None, now: float, unit: str, goal: str = "") -> dict[str, object]:
-    """One line of the result."""
-    ratio = None if before is None else before / now
-    return {"what": what, "before": before, "now": now, "unit": unit, "ratio": ratio, "goal": goal}
-
-
-def rows_of(of_trees: list[dict[str, Vec]]) -> list[dict[str, object]]:
-    """What is told: the distribution of every case, then the growths whose cases were both measured."""
-    *others, now = of_trees
+def rows_of(of_trees: list[dict[str, Vec]]) -> list[Row]:
+    """What is told: the distribution of every case, then the growths whose cases were both measured; `before`
+    is NaN where there is one tree only.
+    """
     rows = []
-    for case in now:
+    for case in of_trees[-1]:
         for name, figure in FIGURES.items():
-            before = float(figure(others[0][case])) if others else None
-            goal = GOALS.get(case, "") if name == "p99" else ""
-            rows.append(row(f"{case}, {name}", before, float(figure(now[case])), "µs", goal))
-    for what, (short, long, goal) in GROWTHS.items():
-        if {short, long} <= set(now):
-            *before_, grown = (float(np.mean(tree[long]) / np.mean(tree[short])) for tree in of_trees)
-            rows.append(row(what, before_[0] if before_ else None, grown, "", goal))
+            goal = GOALS.get(case) if name == "p99" else None
+            both = [float(figure(tree[case])) for tree in of_trees]
+            rows.append(row(f"{case}, {name}", both, "µs", goal))
+    for what, (short, long) in GROWTHS.items():
+        if {short, long} <= set(of_trees[-1]):
+            both = [float(np.mean(tree[long]) / np.mean(tree[short])) for tree in of_trees]
+            rows.append(row(what, both, "", None))
     return rows
+
+
+def row(what: str, of_trees: list[float], unit: str, goal: float | None) -> Row:
+    """One line of the table of speed."""
+    before = of_trees[0] if len(of_trees) > 1 else np.nan
+    return Row(what=what, before=before, now=of_trees[-1], unit=unit, goal=goal)
 
 
 def measured(trees: list[str], cases: list[str], turns: int) -> list[dict[str, Vec]]:
@@ -158,12 +159,6 @@ def measured(trees: list[str], cases: list[str], turns: int) -> list[dict[str, V
     return [
         {case: np.min([one[i][case] for one in rounds], axis=0) for case in cases} for i in range(len(trees))
     ]
-
-
-def tell(one: dict[str, object]) -> None:
-    """Print one line of the result."""
-    cells = ("" if one[key] is None else f"{one[key]:.2f}" for key in ("before", "now", "ratio"))
-    print(f"{one['what']:36}{''.join(f'{cell:>10}' for cell in cells)}  {one['goal']}")
 
 
 def main() -> None:
@@ -185,11 +180,9 @@ def main() -> None:
     os.environ["OTOLITH_CACHE"] = str(kernels_of(HERE))  # recording compiles what is measured
     trees = [*([chosen.other] if chosen.other else []), HERE]
     rows = rows_of(measured(trees, cases, chosen.turns))
-    print(f"{'':36}{'before':>10}{'now':>10}{'ratio':>10}  goal")
-    for one in rows:
-        tell(one)
+    print("\n".join(as_lines(rows)))
     if chosen.json:
-        chosen.json.write_text(json.dumps(rows, indent=1))
+        write_rows(chosen.json, rows)
 
 
 if __name__ == "__main__":
