@@ -1,8 +1,9 @@
 """Solve one problem per call: check, try the current working set, exchange rows, fall back, certify.
 
-What counts is the certificate. Where active rows nearly depend on each other, as at a vertex with more of
-them than inputs, multipliers may never settle to the last digit, and sets may exchange such rows for ever,
-although the point at hand is optimal within the tolerance; so is the interior point's own.
+The certificate alone decides what is an answer. Where many active rows nearly depend on each other, as a
+limit and its braking rows may, multipliers never settle to the last digit, or sets exchange such rows for
+ever, although the point at hand is optimal within the tolerance. Then this point is the answer, or else the
+point of the interior method, whose sides the working set was guessed from.
 
 The minimiser never depends on the working set that is tried first; only the time does. If a hint is available
 on request, `solve` returns ASKING when the current set does not settle at once, and is called again with the
