@@ -22,6 +22,7 @@ from typing import Final
 from playwright.sync_api import Page, Playwright, sync_playwright
 
 from otolith.live.shell.virtual import surroundings
+from otolith.platforms import load
 
 ROOT: Final = Path(__file__).parents[1]
 LONG: Final = 300_000  # [ms] for whatever has to be compiled first
@@ -103,7 +104,7 @@ def rig_from_nothing(page: Page, take: Path) -> None:
     write(page, "machine-surge_velocity_mps", "0.2")
     page.click("#rig button:has-text('Save')")
     page.wait_for_selector("#rig .reach li", timeout=LONG)
-    with surroundings() as (telemetry, base):
+    with surroundings(load("davsi-4dof")) as (telemetry, base):
         step(page, "3 Telemetry")
         write(page, "rig-listen", f"127.0.0.1:{telemetry}")
         page.click("#rig-learn")

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from otolith import files
@@ -11,13 +12,19 @@ from otolith.cli.live_run import Choices
 from otolith.core.errors import CorruptFile, InputError
 from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings, explicit_problem
-from otolith.live.session import session_from_record
+from otolith.live.devices.driver import Request
+from otolith.live.devices.emulator import Envelope
+from otolith.live.devices.moog import COMMAND_PACKETS, WORDS
+from otolith.live.session import Session, session_from_record
 from otolith.live.settings import settings_from_toml
+from otolith.live.shell.virtual import base_at
 from otolith.live.wire.axes import AxisMap, axes_from_toml, with_axes
 from otolith.mpqp import enumerate_regions
-from otolith.platforms import load
+from otolith.platforms import catalog, load
+from tests.live.devices.test_template import at
 from tests.live.test_settings import SESSION
 
+FORZA = "forza+udp://127.0.0.1:5300"
 AXES = AxisMap(source="generic", force=("2", "-1", "3"), evidence={"circle": 0.99})
 
 
@@ -55,6 +62,68 @@ def test_an_algorithm_that_is_too_slow_or_moves_a_base_is_refused(path: Path, na
         InputError, match=f"cueing in s.toml is {name}, must be one of predictive, .*: it dec"
     ):
         Choices(file=path, cueing=name).session()
+
+
+def moog(platform: str, reach: str = "public") -> Session:
+    """A session with a Moog base that has 0.2 m of travel below our neutral pose."""
+    device = {**base_at(9910), "reach": reach}
+    choices = Choices(incoming=FORZA, platform=platform, device=device, dofs="surge-pitch")
+    return choices.session()
+
+
+@pytest.mark.parametrize("name", sorted(set(catalog()) - {"thesis"}))
+def test_a_session_begins_only_where_the_base_takes_all_poses_that_may_be_sent(name: str) -> None:
+    """The emulator, which would end it in the middle of a drive, has bounds of its own."""
+    session, words = moog(name, "platform"), []
+    for axis in range(6):
+        for end in (session.sent.low, session.sent.high):
+            pose = np.where(np.arange(6) == axis, end, 0.0)
+            packet = session.driver.encode(at(pose), Request.MOVE)
+            values = COMMAND_PACKETS["CDS7237"].decode(packet)
+            words.append([values[word][0] for word in WORDS])
+    small, own = Envelope(), Envelope.holding(session.platform, -0.2)
+    assert np.all((own.low <= words) & (words <= own.high))
+    if np.all((small.low <= words) & (words <= small.high)):
+        assert moog(name).platform.name == name
+    else:
+        with pytest.raises(InputError, match=r"of moog CDS7237 is .*, must be at least .*, where the pl"):
+            moog(name)
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ("surge", "surge of moog CDS7237 is -0.241 to 0.259 m, must be at least -0.5 to 0.5 m, where the"),
+        ("heave", "heave of moog CDS7237 is -0.2 to 0.2572 m, must be at least -0.42 to 0.42 m, where the"),
+        (
+            "yaw",
+            "yaw of moog CDS7237 is -22 to 22 deg, must be at least -25 to 25 deg, where the platform may",
+        ),
+        ("", ""),
+    ],
+)
+def test_the_axis_that_the_base_lacks_is_named_and_narrower_limits_are_enough(
+    tmp_path: Path, limits: str, words: str
+) -> None:
+    narrow = {
+        "surge": "[limits.surge]\nposition_m = 0.24\n[limits.sway]\nposition_m = 0.24\n",
+        "heave": "[limits.heave]\nposition_m = [-0.2, 0.25]\n",
+        "yaw": "[limits.yaw]\nangle_deg = 22\n",
+        "": "[limits.pitch]\nangle_deg = 21\n[limits.roll]\nangle_deg = 21\n",
+    }
+    path = tmp_path / "s.toml"
+    path.write_text("".join(text for axis, text in narrow.items() if axis != limits or axis == ""))
+    choices = Choices(
+        file=path,
+        platform="davsi",
+        incoming=FORZA,
+        outgoing="moog+udp://127.0.0.1:9910",
+    )
+    if words:
+        with pytest.raises(InputError, match=words):
+            choices.session()
+    else:
+        assert choices.session().sent.high[2] == 0.25
 
 
 @pytest.mark.parametrize("after", ["", "\n[limits.sway]\nvelocity_mps = 0.1  # slow\n"])

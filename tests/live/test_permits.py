@@ -64,7 +64,7 @@ def test_axes_are_tested_per_device_and_platform_and_a_change_makes_them_unteste
     for changed in (
         session(neutral_heave=-0.19),
         session(outgoing="moog+udp://127.0.0.1:9911"),
-        session(platform="davsi"),
+        session(platform="tripod"),
     ):
         assert digest(changed) != digest(tested)
         assert why_untested(changed) != ""

@@ -5,11 +5,12 @@ import pytest
 
 from otolith.interfaces import Cueing
 from otolith.live.audit import audit
+from otolith.live.devices.emulator import Envelope
 from otolith.live.devices.moog import FAULTS
 from otolith.live.machines import MoogDevice
 from otolith.live.messages import DeviceState, State, Word
 from otolith.live.world import World, arm_and_engage, sines, states
-from otolith.platforms import Platform
+from otolith.platforms import Platform, load
 
 
 def session(washout: Cueing, machine: Platform) -> World:
@@ -35,6 +36,19 @@ def test_a_moog_base_engages_is_cued_returns_and_parks(washout: Cueing, machine:
     assert len(refusals) <= 1  # sent before the reply that says "idle" has arrived
     assert world.device.faults == ()
     assert audit(world.trace, machine) == []
+
+
+def test_a_large_platform_is_rehearsed_on_a_base_as_large(washout: Cueing) -> None:
+    """`davsi` reaches further than the base of the public figures, which fails with "command range"."""
+    davsi, drive = load("davsi"), sines({0: (4.0, 0.3)})
+    farthest = []
+    for envelope in (None, Envelope.holding(davsi, -0.2)):
+        device = MoogDevice(envelope=envelope)
+        world = arm_and_engage(World(washout, davsi, drive=drive, park=device.park, tick=2e-3, device=device))
+        world.run(world.seconds + 5.0)
+        farthest.append(max(abs(row.motion[0, 0]) for row in world.trace))
+        assert world.device.faults == (("command range",) if envelope is None else ())
+    assert farthest[1] > 0.259
 
 
 def test_a_stop_pressed_at_the_moog_base_is_named_and_left_by_the_word_only(

@@ -199,12 +199,9 @@ def _live_stops(folder: Path, count: int) -> dict[str, Any]:
     from otolith.commander.bench_live import live_stops
     from otolith.commander.keeper import Setup
     from otolith.commander.security import Secrets, new_token
-    from otolith.live.shell.virtual import surroundings
 
-    with surroundings() as (telemetry, base), listening(LOCAL, 0) as socket_:
-        choices = Choices(
-            cueing="classical", platform="davsi-4dof", dofs="surge-pitch,sway-roll", tuning="davsi"
-        )
+    choices = Choices(cueing="classical", platform="davsi-4dof", dofs="surge-pitch,sway-roll", tuning="davsi")
+    with choices.rehearsed() as session, listening(LOCAL, 0) as socket_:
         setup = functools.partial(
             Setup,
             prefix=f"otolith-{os.getpid()}-bench",
@@ -213,4 +210,4 @@ def _live_stops(folder: Path, count: int) -> dict[str, Any]:
             host=LOCAL,
             secrets=Secrets(token=new_token()),
         )
-        return live_stops(choices.between(telemetry, base).session(), setup, count)
+        return live_stops(session, setup, count)

@@ -78,10 +78,8 @@ class Line:
 def _real(choices: Choices, seconds: float, json: bool) -> None:
     """Run a session with a base in software and a bare loop beside it, and print the figures."""
     from otolith.live.shell.reference import BareLoop
-    from otolith.live.shell.virtual import surroundings
 
-    with surroundings() as (telemetry, base), BareLoop() as loop:
-        session = choices.between(telemetry, base).session()
+    with choices.rehearsed() as session, BareLoop() as loop:
         live = measure(session, seconds, stderr=json)
     lines = _lines(live, loop.found, session.settings.dofs.count(",") + 1, session.platform)
     if json:

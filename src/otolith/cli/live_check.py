@@ -46,12 +46,10 @@ def check(
     from otolith.live.permits import LATEST, SelfTest
     from otolith.live.shell.processes import OUTPUT
     from otolith.live.shell.rights import real_time_is_granted
-    from otolith.live.shell.virtual import surroundings
 
     real_time = real_time_is_granted(OUTPUT)
-    with surroundings() as (telemetry, base):
-        choices = Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning)
-        live = measure(choices.between(telemetry, base).session(), seconds, stderr=json)
+    with Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning).rehearsed() as session:
+        live = measure(session, seconds, stderr=json)
     late, cpu = live.output_timing.late, live.controller_timing.cpu
     test = SelfTest.of(late, seconds=seconds, real_time=real_time)
     path = test.keep()

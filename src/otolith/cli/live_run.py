@@ -4,7 +4,7 @@ import contextlib
 import select
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from otolith.live.shell.supervise import Live
 
 DEVICES: Final = ("moog", "generic")
+MACHINE: Final = "davsi-4dof"  # the platform of a session that names none
 LOOK: Final = 0.02  # [s] between looks at the session, and at the words of pages
 Incoming = Annotated[
     str | None, typer.Option("--in", metavar="URL", help="Telemetry, SOURCE+udp://HOST:PORT to listen on.")
@@ -83,6 +84,7 @@ class Choices:
     file: Path | None = None
     preset: str | None = None
     page_only: bool = False
+    device: Mapping[str, Any] | None = None  # the fields of one in software, in place of any other
 
     def session(self) -> "Session":
         """Return the session; every invalid choice is refused before anything is opened."""
@@ -92,7 +94,7 @@ class Choices:
         from otolith.platforms.validation_messages import toml_fields
 
         source = "the command line" if self.file is None else self.file.name
-        fields: dict[str, Any] = {"platform": "davsi-4dof"}
+        fields: dict[str, Any] = {"platform": MACHINE}
         if self.file is not None:
             fields = toml_fields(files.read_text(self.file, "session"), source)
         stated = fields.pop(SECTION, None)
@@ -111,8 +113,17 @@ class Choices:
 
     def between(self, telemetry: int, base: int) -> "Choices":
         """Return the choices with the virtual driver and base of `otolith.live.shell.virtual`."""
-        incoming, outgoing = f"generic+udp://127.0.0.1:{telemetry}", f"moog+udp://127.0.0.1:{base}"
-        return replace(self, incoming=incoming, outgoing=outgoing)
+        from otolith.live.shell.virtual import base_at
+
+        return replace(self, incoming=f"generic+udp://127.0.0.1:{telemetry}", device=base_at(base))
+
+    @contextlib.contextmanager
+    def rehearsed(self) -> Iterator["Session"]:
+        """Start a virtual driver and a base that goes as far as the platform; yield a session with both."""
+        from otolith.live.shell.virtual import surroundings
+
+        with surroundings(files.read_platform(self.platform or MACHINE)) as (telemetry, base):
+            yield self.between(telemetry, base).session()
 
     def _over(self, fields: Mapping[str, Any]) -> dict[str, Any]:
         """Return the fields of a session's file with those that the command line states in their place."""
@@ -123,6 +134,8 @@ class Choices:
             changed["input"] = {**changed.get("input", {}), "source": source, "listen": listen}
         if self.page_only:
             changed["page_only"] = True
+        if self.device is not None:
+            changed["device"] = dict(self.device)
         if self.pauses_silently and "input" in changed:
             changed["input"] = {**changed["input"], "pauses_silently": True}
         if self.forward is not None and "input" in changed:
@@ -214,11 +227,8 @@ def demo(
     commander: CommanderPort = None,
 ) -> None:
     """Show a session in real time, with a virtual driver and a Moog base in software."""
-    from otolith.live.shell.virtual import surroundings
-
-    with surroundings() as (telemetry, base):
-        choices = Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning)
-        drive(choices.between(telemetry, base).session(), seconds, log, page=commander)
+    with Choices(cueing=cueing, platform=platform, dofs=dofs, tuning=tuning).rehearsed() as session:
+        drive(session, seconds, log, page=commander)
 
 
 def _address(option: str, url: str) -> tuple[str, str]:

@@ -110,16 +110,29 @@ def emulate(
     port: Annotated[int, typer.Option(help="UDP port.")] = 9910,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     interface: Annotated[str, typer.Option(help="Moog's interface: CDS7237 or CDS7330.")] = "CDS7237",
+    platform: Annotated[
+        str | None,
+        typer.Option(help="Go as far as this platform (default: public figures of a small base)."),
+    ] = None,
+    neutral_heave: Annotated[
+        float, typer.Option(help="The base's own heave [m] at the platform's neutral pose.")
+    ] = -0.2,
     seconds: Annotated[
         float | None, typer.Option(help="End after this time (default: never).", min=0.1)
     ] = None,
 ) -> None:
     """Be a device in software: it answers, moves, and refuses what the real one refuses."""
-    from otolith.live.devices.emulator import MoogEmulator
-    from otolith.live.devices.moog import MACHINE_STATES
+    from otolith.live.devices.emulator import Envelope, MoogEmulator
+    from otolith.live.devices.moog import MACHINE_STATES, Moog
     from otolith.live.shell.datagrams import opened, receive
 
-    base, console, seen = MoogEmulator(interface), screen(), {"state": -1, "refused": 0}
+    driven = Moog(
+        interface=interface, neutral_heave=neutral_heave
+    )  # refuses what a base could not start from
+    reach = (
+        None if platform is None else Envelope.holding(files.read_platform(platform), driven.neutral_heave)
+    )
+    base, console, seen = MoogEmulator(interface, reach), screen(), {"state": -1, "refused": 0}
 
     def passed(now_ns: int) -> None:
         base.tick(now_ns)

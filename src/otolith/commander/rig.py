@@ -93,6 +93,14 @@ class Rig(Offered):
         le=0.0,
         of=("moog",),
     )
+    reach: str = setting(
+        DEVICE,
+        "public",
+        "Reach of the base",
+        "(public) = (figures of a small one); (platform) = (as the platform's file says, where you know)",
+        among=("public", "platform"),
+        of=("moog",),
+    )
     frame: str = setting(
         DEVICE,
         "<255><255><Axis1a><Axis2a><10><13>",
@@ -222,7 +230,7 @@ class Rig(Offered):
 
 def fields_of(rig: Rig, folder: Path) -> dict[str, Any]:
     """Return the fields of the session file of a rig."""
-    moog = {"interface": rig.interface, "neutral_heave_m": rig.neutral_heave_m}
+    moog = {name: getattr(rig, name) for name in ("interface", "neutral_heave_m", "reach")}
     device: dict[str, Any] = {"kind": rig.device, "address": rig.address}
     device |= moog if rig.device == "moog" else {}
     device |= {"on_silence": rig.on_silence} if rig.on_silence else {}

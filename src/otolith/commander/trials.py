@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from otolith import files
 from otolith.commander.errands import Talk
 from otolith.commander.rig import axes_to_test, read_rig, session_of_rig
 from otolith.core.errors import OtolithError
@@ -20,7 +21,7 @@ from otolith.live.shell.processes import OUTPUT
 from otolith.live.shell.rights import real_time_is_granted
 from otolith.live.shell.supervise import Live, only_session
 from otolith.live.shell.timed import cued_for
-from otolith.live.shell.virtual import surroundings
+from otolith.live.shell.virtual import base_at, surroundings
 
 SECONDS: Final = 60.0  # of being cued, in the test of the host
 PATIENCE: Final = 120.0  # [s] for an answer
@@ -114,18 +115,13 @@ def try_host(folder: Path, talk: Talk, values: Mapping[str, Any]) -> str:
     del values
     rig, real_time = read_rig(folder), real_time_is_granted(OUTPUT)
     tuning = {"tuning": rig.tuning} if rig.tuning else {}
-    with surroundings() as (telemetry, base):
+    with surroundings(files.read_platform(MACHINE)) as (telemetry, base):
         fields = {
             "platform": MACHINE,
             "cueing": rig.cueing,
             **tuning,
             "input": {"source": "generic", "listen": f"127.0.0.1:{telemetry}"},
-            "device": {
-                "kind": "moog",
-                "address": f"127.0.0.1:{base}",
-                "interface": "CDS7237",
-                "neutral_heave_m": -0.2,
-            },
+            "device": base_at(base),
         }
         live = _run(session_of(settings_from(fields, "the test"), None, source="the test", named={}), talk)
     test = SelfTest.of(live.output_timing.late, seconds=SECONDS, real_time=real_time)

@@ -7,7 +7,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.live.devices.driver import Request
-from otolith.live.devices.emulator import MoogEmulator
+from otolith.live.devices.emulator import Envelope, MoogEmulator
 from otolith.live.devices.moog import FAULTS, Moog
 from otolith.live.messages import DeviceState, Feedback, SetPoint
 
@@ -96,11 +96,12 @@ class MoogDevice:
     Parameters
     ----------
     neutral_heave : as of `otolith.live.devices.moog.Moog`.
+    envelope : as of `otolith.live.devices.emulator.MoogEmulator`.
     """
 
-    def __init__(self, neutral_heave: float = -0.2) -> None:
+    def __init__(self, neutral_heave: float = -0.2, envelope: Envelope | None = None) -> None:
         self.driver = Moog(interface="CDS7237", neutral_heave=neutral_heave)
-        self.base = MoogEmulator()
+        self.base = MoogEmulator(envelope=envelope)
         self.park = np.array([0.0, 0.0, neutral_heave, 0.0, 0.0, 0.0])  # at home
 
     def receive(self, now_ns: int, set_point: SetPoint, request: Request) -> None:

@@ -5,6 +5,7 @@ again (`to_record`, `session_from_record`).
 """
 
 import json
+import math
 import platform as machine
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -32,6 +33,7 @@ from otolith.live.core.parameters import Parameters, Tuned
 from otolith.live.devices.driver import Driver
 from otolith.live.devices.generic import Generic
 from otolith.live.devices.moog import Moog
+from otolith.live.devices.reach import Sent
 from otolith.live.devices.template import Axis, Template
 from otolith.live.output import Output
 from otolith.live.settings import Settings, TemplateTable, narrowed
@@ -91,6 +93,7 @@ class Session:
             return Moog(
                 interface=stated.interface or "",
                 neutral_heave=stated.neutral_heave_m or 0.0,
+                reach=stated.reach or "public",
                 on_silence=stated.on_silence or "parks",
             )
         if stated.template is not None:
@@ -100,7 +103,7 @@ class Session:
     def _template(self, stated: TemplateTable) -> Template:
         """Return the driver of a template; its legs or cranks are the platform's."""
         hexapod = None if self.platform.hexapod is None else self.platform.six_legs()
-        driver = Template(
+        return Template(
             name="template",
             frame=stated.frame,
             axes=tuple(Axis(follows=one.follows, low=one.low, high=one.high) for one in stated.axes),
@@ -113,10 +116,17 @@ class Session:
             legs=None if hexapod is None else hexapod.positions,
             cranks=hexapod is not None and hexapod.cranks is not None,
         )
-        bounds = widened(bounds_of(self.platform, self.platform.actuators.lag_s), np.array(self.park))
+
+    @property
+    def sent(self) -> Sent:
+        """Return where the platform may be sent; a Moog base is at home in its park pose."""
+        bounds = bounds_of(self.platform, self.platform.actuators.lag_s)
+        if self.settings.device.kind != "moog":
+            bounds = widened(bounds, np.array(self.park))
+        sides = np.array([bounds.circle] * 2 + [math.inf] * 4)
         size = 1.0 if bounds.radius == 0.0 else bounds.radius
-        driver.check_reach(bounds.low, bounds.high, (bounds.stroke[0] / size, bounds.stroke[1] / size))
-        return driver
+        stroke = (bounds.stroke[0] / size, bounds.stroke[1] / size)
+        return Sent(np.maximum(bounds.low, -sides), np.minimum(bounds.high, sides), stroke)
 
     @property
     def device(self) -> tuple[str, int]:
@@ -305,7 +315,7 @@ def session_of(
         token=token,
     )
     session.design()
-    _ = session.driver
+    session.driver.check_reach(session.sent)
     return session
 
 

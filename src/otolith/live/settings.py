@@ -134,6 +134,8 @@ class DeviceTable(_Table):
     address: Address  # host and port of UDP
     interface: str | None = None  # of moog: the document that the base follows
     neutral_heave_m: Length | None = None  # of moog: its own heave at our neutral pose
+    # of moog: how far the base goes, as public figures of a small one or as the platform's file says
+    reach: Literal["public", "platform"] | None = None
     on_silence: OnSilence | None = None  # what the device does when packets stop
 
     @model_validator(mode="after")
@@ -147,6 +149,7 @@ class DeviceTable(_Table):
         ):
             if moog and getattr(self, name) is None:
                 raise refuse(bound, field=name, value="missing")
+        for name in ("interface", "neutral_heave_m", "reach"):
             if not moog and getattr(self, name) is not None:
                 raise refuse("left out: only moog has one", field=name, value=getattr(self, name))
         return self

@@ -7,6 +7,7 @@ import pytest
 
 from otolith.core.errors import InputError
 from otolith.live.devices.driver import Request
+from otolith.live.devices.reach import Sent
 from otolith.live.devices.template import Axis, Template, motion4sim, thanos
 from otolith.live.messages import SetPoint, State
 from otolith.live.wire.formats import WireError
@@ -144,15 +145,16 @@ def test_a_device_that_cannot_go_where_the_platform_may_be_sent_is_refused(
     follows: str, low: float, high: float, passes: bool
 ):
     reach = np.array([0.2, 0.2, 0.1, 0.3, 0.35, 0.4])
+    sent = Sent(-reach, reach, stroke=(1.0, 1.5))
     axes = (Axis(follows=follows, low=low, high=high),)
     driver = Template(
         name="rig", frame="<Axis1a>", axes=axes, bits=8, on_silence="holds", legs=lambda pose: pose
     )
     if passes:
-        driver.check_reach(-reach, reach, (1.0, 1.5))
+        driver.check_reach(sent)
     else:
         with pytest.raises(InputError, match=f"range of <Axis1a> of rig, which follows {follows}, is "):
-            driver.check_reach(-reach, reach, (1.0, 1.5))
+            driver.check_reach(sent)
 
 
 @pytest.mark.parametrize("value", [0.1001, -0.11, float("nan"), float("inf")])

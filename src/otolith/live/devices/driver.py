@@ -6,6 +6,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from otolith.live.devices.reach import Sent
 from otolith.live.messages import Feedback, SetPoint
 
 
@@ -39,6 +40,14 @@ class Driver(Protocol):
     @property
     def reports(self) -> bool:
         """Return whether the device answers; one that does not is driven in open loop."""
+
+    def check_reach(self, sent: Sent) -> None:
+        """Refuse a device that cannot go wherever the platform may be sent.
+
+        Raises
+        ------
+        InputError : one of its axes spans less.
+        """
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; empty where nothing is to be sent.

@@ -11,15 +11,17 @@ sinks at 0.1 m/s; in a fault it brakes and sinks home.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 
 from otolith.core.arrays import Vec, freeze
 from otolith.core.errors import InputError, one_of
+from otolith.live.core.bounds import bounds_of
 from otolith.live.devices import moog
 from otolith.live.devices.moog import COMMAND_PACKETS, ORDERS, REPLY_PACKETS
 from otolith.live.wire.formats import WireError
+from otolith.platforms import Platform
 
 STEP_NS: Final = 1_000_000  # [ns] of virtual time between two steps of the motion
 WATCHDOG_NS: Final = 100_000_000  # [ns] six packets at 60 Hz
@@ -35,18 +37,37 @@ _WORDS: Final = tuple(moog.WORDS)  # surge, lateral, heave, roll, pitch, yaw
 class Envelope:
     """What the base can do, in its own words: surge, lateral, heave [m], roll, pitch, yaw [rad].
 
-    The defaults are public figures for a base with CDS7330, apart from heave, which CDS7237 counts from home.
+    The defaults are public figures; see `moog.LOWEST`.
     """
 
-    low: Vec = field(
-        default_factory=lambda: np.array([-0.241, -0.259, -0.4572, *np.deg2rad([-21, -22, -22])])
-    )
-    high: Vec = field(default_factory=lambda: np.array([0.259, 0.259, 0.0, *np.deg2rad([21, 22, 22])]))
+    low: Vec = field(default_factory=lambda: np.array(moog.LOWEST))
+    high: Vec = field(default_factory=lambda: np.array(moog.HIGHEST))
     speed: Vec = field(default_factory=lambda: np.array([0.5, 0.5, 0.3, *np.deg2rad([30, 30, 40])]))
     acceleration: Vec = field(default_factory=lambda: np.array([5.9, 5.9, 4.9, *np.deg2rad([500, 500, 400])]))
 
     def __post_init__(self) -> None:
         freeze(self, low=(6,), high=(6,), speed=(6,), acceleration=(6,))
+
+    @classmethod
+    def holding(cls, platform: Platform, neutral_heave: float) -> Self:
+        """Return the default, as much larger as a platform needs that is rehearsed on it.
+
+        Parameters
+        ----------
+        neutral_heave : as of `moog.Moog`.
+        """
+        least, bounds = cls(), bounds_of(platform, platform.actuators.lag_s)
+        signs = np.array([sign for _, sign in moog.WORDS.values()])
+        shift = np.where(np.array(_WORDS) == "heave", neutral_heave, 0.0)
+        ends = signs * np.array([bounds.low - HOME_WITHIN, bounds.high + HOME_WITHIN]) + shift
+        moving = (bounds.twist, bounds.acceleration)
+        speed, acceleration = (np.where(np.isfinite(of), of, 0.0) for of in moving)
+        return cls(
+            low=np.minimum(least.low, ends.min(axis=0)),
+            high=np.maximum(least.high, ends.max(axis=0)),
+            speed=np.maximum(least.speed, speed),
+            acceleration=np.maximum(least.acceleration, acceleration),
+        )
 
 
 class MoogEmulator:

@@ -11,6 +11,7 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.live.devices.driver import Request
+from otolith.live.devices.reach import Sent
 from otolith.live.messages import DeviceState, Feedback, SetPoint, State
 from otolith.live.wire.formats import Number, Values, WireError
 from otolith.live.wire.generic import FEEDBACK, SET_POINT, seal, unseal
@@ -47,6 +48,9 @@ class Generic:
     rate_hz: float = 1000.0
     name: str = "generic"
     reports: bool = True
+
+    def check_reach(self, sent: Sent) -> None:
+        """Accept every reach: who builds such a device reads the platform's file."""
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; see `driver.Driver`."""

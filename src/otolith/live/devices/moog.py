@@ -12,6 +12,7 @@ the document, and the axis test before the first engagement is mandatory. Of CDS
 public; that size, codes and states are as in CDS7237 is not verified.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -19,7 +20,9 @@ import numpy as np
 
 from otolith.core.arrays import Vec
 from otolith.core.errors import InputError, one_of
+from otolith.core.frames import AXES
 from otolith.live.devices.driver import Request
+from otolith.live.devices.reach import Sent, check_span
 from otolith.live.messages import DeviceState, Feedback, SetPoint
 from otolith.live.wire.formats import Field, Packet, Values
 
@@ -86,6 +89,14 @@ WORDS: Final = {
     "yaw": (5, -1.0),
 }
 LONGEST_START: Final = -0.4572  # [m] highest heave from which START may begin; 0 is the lowest
+# Ends of each word alone [m, rad], in the order of `WORDS`: public figures for a base with CDS7330, apart
+# from heave, which CDS7237 counts from home
+LOWEST: Final = (-0.241, -0.259, LONGEST_START, *np.deg2rad([-21.0, -22.0, -22.0]).tolist())
+HIGHEST: Final = (0.259, 0.259, 0.0, *np.deg2rad([21.0, 22.0, 22.0]).tolist())
+_REMEDY: Final = (
+    "narrow the limits of the session, or state reach = 'platform' of the device if its base goes as far as"
+    " the platform's file says"
+)
 
 
 def _words(interface: str) -> tuple[Field, ...]:
@@ -125,10 +136,12 @@ class Moog:
     interface : the interface definition that the base follows, "CDS7237" or "CDS7330".
     neutral_heave : [m] the base's own heave, positive downwards, at our neutral pose; for CDS7237 within 0
         (at home) to -0.4572. No public document says where the middle of the travel is: measure it.
+    reach : how far the base goes: as "public" figures of a small one say, or as the "platform"'s file does.
     """
 
     interface: str
     neutral_heave: float
+    reach: Literal["public", "platform"] = "public"
     rate_hz: float = RATE_HZ
     on_silence: Literal["holds", "parks", "falls"] = "parks"
     reports: bool = True
@@ -146,6 +159,22 @@ class Moog:
     def name(self) -> str:
         """Return the device's name and the document that it follows."""
         return f"moog {self.interface}"
+
+    def check_reach(self, sent: Sent) -> None:
+        """Refuse a platform that may be sent beyond the words of the base; see `driver.Driver`.
+
+        Of CDS7330 it is not public where heave begins.
+        """
+        if self.reach == "platform":
+            return
+        for number, (word, (place, sign)) in enumerate(WORDS.items()):
+            if word == "heave" and self.interface != "CDS7237":
+                continue
+            shift = self.neutral_heave if word == "heave" else 0.0
+            low, high = sorted(sign * (end - shift) + 0.0 for end in (LOWEST[number], HIGHEST[number]))
+            size, unit = (1.0, "m") if place < 3 else (180.0 / math.pi, "deg")
+            needs = size * float(sent.low[place]), size * float(sent.high[place])
+            check_span(f"{AXES[place]} of {self.name}", (size * low, size * high), needs, unit, _REMEDY)
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; see `driver.Driver`.

@@ -15,14 +15,15 @@ from otolith.core.arrays import Vec
 from otolith.core.errors import InputError, one_of
 from otolith.core.frames import AXES
 from otolith.live.devices.driver import Request
+from otolith.live.devices.reach import ROUNDING, Sent, check_span
 from otolith.live.messages import Feedback, SetPoint
 from otolith.live.wire.formats import WireError
 
 FORMS: Final = ("big", "little", "decimal", "hex")
 MOST_BITS: Final = 32
-ROUNDING: Final = 1e-6  # share of a range; what is outside by less is at its end
 _TOKEN: Final = re.compile(r"<Axis(\d+)a>|<(\d{1,3})>|(.)", re.DOTALL)
 _ACTUATOR: Final = re.compile(r"(leg|crank)\d+")
+_REMEDY: Final = "narrow the limits of the session, or state the device's whole range"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,31 +125,15 @@ class Template:
                 raise InputError(f"axis of {self.name}", name, f"one of {kind}1 to {kind}6")
         object.__setattr__(self, "parts", parts)
 
-    def check_reach(self, low: Vec, high: Vec, stroke: tuple[float, float]) -> None:
-        """Refuse a device that cannot go wherever the platform may be sent.
-
-        Parameters
-        ----------
-        low, high : (6,) [m, rad] ends of the poses that are sent. stroke : [m] ends of the legs.
-
-        Raises
-        ------
-        InputError : an axis spans less.
-        """
+    def check_reach(self, sent: Sent) -> None:
+        """Refuse a device of which an axis spans less than is sent; see `driver.Driver`."""
         for number, axis in enumerate(self.axes, start=1):
+            needs = sent.stroke
             if axis.follows in AXES:
-                needs = low[AXES.index(axis.follows)], high[AXES.index(axis.follows)]
-            else:
-                needs = stroke
-            spans = sorted((axis.low, axis.high))
-            room = ROUNDING * (spans[1] - spans[0])
-            if not (spans[0] - room <= needs[0] and needs[1] <= spans[1] + room):
-                raise InputError(
-                    f"range of <Axis{number}a> of {self.name}, which follows {axis.follows},",
-                    f"{spans[0]:g} to {spans[1]:g} {axis.unit}",
-                    f"at least {needs[0]:.4g} to {needs[1]:.4g} {axis.unit}, where the platform may be sent;"
-                    " narrow the limits of the session, or state the device's whole range",
-                )
+                place = AXES.index(axis.follows)
+                needs = float(sent.low[place]), float(sent.high[place])
+            what = f"range of <Axis{number}a> of {self.name}, which follows {axis.follows},"
+            check_span(what, (axis.low, axis.high), needs, axis.unit, _REMEDY)
 
     def encode(self, set_point: SetPoint, request: Request) -> bytes:
         """Return the packet for a set-point; see `driver.Driver`."""

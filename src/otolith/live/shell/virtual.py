@@ -6,17 +6,19 @@ import os
 import socket
 import time
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
-from otolith.live.devices.emulator import MoogEmulator
+from otolith.live.devices.emulator import Envelope, MoogEmulator
 from otolith.live.messages import Flag
 from otolith.live.shell.datagrams import LOCAL, opened, receive
 from otolith.live.shell.processes import begin_child
 from otolith.live.wire.generic import TELEMETRY, seal
+from otolith.platforms import Platform
 
 RATE_HZ: Final = 60.0  # packets of the driver per second
+NEUTRAL_HEAVE: Final = -0.2  # [m] the base's own heave at our neutral pose
 BASE: Final = 5  # real-time priority, below those whose time is measured
 
 
@@ -27,13 +29,16 @@ def free_port() -> int:
 
 
 @contextlib.contextmanager
-def surroundings() -> Iterator[tuple[int, int]]:
-    """Start a driver and a base; yield the port on which the driver's packets are wanted, and the base's."""
+def surroundings(platform: Platform) -> Iterator[tuple[int, int]]:
+    """Start a driver and a base that goes as far as a platform.
+
+    Yields the port on which the driver's packets are wanted, and the base's.
+    """
     telemetry, base = free_port(), free_port()
     context = multiprocessing.get_context("spawn")
     helpers = [
-        context.Process(target=target, args=(port,), daemon=True)
-        for target, port in ((be_base, base), (be_driver, telemetry))
+        context.Process(target=be_base, args=(base, Envelope.holding(platform, NEUTRAL_HEAVE)), daemon=True),
+        context.Process(target=be_driver, args=(telemetry,), daemon=True),
     ]
     try:
         for helper in helpers:
@@ -45,12 +50,23 @@ def surroundings() -> Iterator[tuple[int, int]]:
             helper.join()
 
 
-def be_base(port: int) -> None:
+def base_at(port: int) -> dict[str, Any]:
+    """Return the device of a session that drives this base."""
+    return {
+        "kind": "moog",
+        "address": f"{LOCAL}:{port}",
+        "interface": "CDS7237",
+        "neutral_heave_m": NEUTRAL_HEAVE,
+        "reach": "platform",
+    }
+
+
+def be_base(port: int, envelope: Envelope) -> None:
     """Be a Moog base in software, until this process is ended."""
     begin_child()
     with contextlib.suppress(OSError):  # a base has a processor of its own, which a busy host does not slow
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BASE))
-    base = MoogEmulator()
+    base = MoogEmulator(envelope=envelope)
     with opened(port) as listening:
         base.cycle_power(time.monotonic_ns())
         receive(listening, base.receive, passed=base.tick)
