@@ -15,7 +15,9 @@ live-demo: $(VENV)/.installed
 commander-demo: $(VENV)/.installed-commander
 	$(BIN)/otolith commander --browser
 
-test: check unit
+# Side by side: the checks need one processor for minutes, and so do a few tests at the end.
+test: $(VENV)/.installed-dev
+	$(MAKE) --jobs 2 check unit
 
 check: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check .

@@ -1,4 +1,6 @@
-"""Shared by all tests, those of the thesis too: one thread for BLAS, and `--fast`, the daily loop."""
+"""Shared by all tests, those of the thesis too: one thread for BLAS, the same examples in each run of
+properties, and `--fast`, the daily loop.
+"""
 
 import os
 import platform
@@ -8,7 +10,12 @@ from typing import Any, NoReturn
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
+from hypothesis import settings
 from numba.core.dispatcher import Dispatcher
+
+# What failed once can be repeated anywhere. `pytest --hypothesis-profile=default` searches with new examples.
+settings.register_profile("repeatable", derandomize=True, database=None)
+settings.load_profile("repeatable")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -106,7 +106,8 @@ def solve(A: Mat, B: Mat, gains: Mat, factors: Mat, h: Mat, last: Vec, dX: Mat, 
                 before[j] += A[m, j] * p[m]
             for m in range(nu):
                 before[j] -= K[m, j] * of_u[m]
-        p[:] = before
+        for j in range(nx):
+            p[j] = before[j]
         for i in range(nu):
             for m in range(i):
                 of_u[i] -= L[i, m] * of_u[m]

@@ -160,7 +160,8 @@ def _move_on(organs: Organs, c: int, o: Vec, before: float, now: float) -> None:
     for i in range(high - low):
         for j in range(high - low):
             after[i] += organs.A[low + i, low + j] * o[low + j]
-    o[low:high] = after
+    for i in range(high - low):
+        o[low + i] = after[i]
 
 
 @kernel
