@@ -18,6 +18,7 @@ from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.predictive import DERIVED
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
+from otolith.cueing.mpc.six_axis import Generator
 from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.cueing.prediction.named import Prediction, prediction_named, prediction_to_record
 from otolith.cueing.washout.tuning import Corners, Tuning
@@ -48,6 +49,8 @@ def design_to_record(design: Design, reads: Collection[str] | None = None) -> di
         record["corners"] = asdict(design.corners)
     if reads is None or "second_blocks" in reads:
         record["second_blocks"] = list(design.second_blocks)
+    if reads is None or "generator" in reads:
+        record["generator"] = design.generator.value
     if reads is None or "law" in reads:
         record["explicit"] = explicit | {"state_weights": list(design.explicit.state_weights)}
     if reads is None or "guess_entry" in reads:
@@ -76,6 +79,8 @@ def design_from_record(record: Mapping[str, Any], platform: Platform, dofs: tupl
         values["corners"] = Corners(**record["corners"])
     if "second_blocks" in record:
         values["second_blocks"] = tuple(record["second_blocks"])
+    if "generator" in record:
+        values["generator"] = Generator(record["generator"])
     if "guess_entry" in record:
         values["entry"] = Entry(record["guess_entry"])
     if "tuning" in record:

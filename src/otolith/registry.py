@@ -113,6 +113,7 @@ _SENSED: Final = frozenset(
 _PREDICTIVE: Final = frozenset({"solver", "period", "prediction", "road", "liveliness", "braking", "soft"})
 _IN_TURN: Final = _PREDICTIVE | {"second_blocks"}
 _SIX_AXIS: Final = frozenset({"prediction", "road", "liveliness", "braking"})
+_NONLINEAR: Final = _SIX_AXIS | {"generator"}
 _LINEAR: Final = _SENSED - {
     "washout",
     "weight",
@@ -228,7 +229,7 @@ CUEING: Final = Table(
             extra="check",
             needs=("casadi",),
             alone=False,
-            reads=_SIX_AXIS,
+            reads=_NONLINEAR,
         ),
         "classical": Entry(
             "otolith.cueing.washout.classical:classical",

@@ -27,6 +27,7 @@ from otolith.cueing.design import Design
 from otolith.cueing.mpc.explicit_problem import ExplicitSettings
 from otolith.cueing.mpc.rows import BrakingRows, parse_braking_rows
 from otolith.cueing.mpc.settings import BLOCKS, HORIZON, MpcSettings, parse_entry
+from otolith.cueing.mpc.six_axis import parse_generator
 from otolith.cueing.mpc.washout_weights import WashoutWeight, constant, preset
 from otolith.cueing.prediction import Prediction, Road, parse_prediction
 from otolith.cueing.washout.tuning import Corners
@@ -162,6 +163,13 @@ class RunOptions:
             "first).",
         ),
     ] = None
+    generator: Annotated[
+        str,
+        typer.Option(
+            help="Of six-axis-nmpc: references as wanted (plain), or as perceived, with all other states at "
+            "zero (khusro)."
+        ),
+    ] = "plain"
     high_pass: Annotated[
         float, typer.Option(help="Of classical: factor of the high-passes' corner frequencies, 0.5 to 2.")
     ] = 1.0
@@ -218,6 +226,7 @@ class RunOptions:
             liveliness=self.liveliness,
             corners=Corners(high_pass=self.high_pass, low_pass=self.low_pass),
             second_blocks=() if self.second_blocks is None else block_lengths(self.second_blocks),
+            generator=parse_generator(self.generator),
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
             hint=None if self.hint is None else hint_for(self.hint, platform, pairs_of(dofs), settings),

@@ -29,7 +29,7 @@ from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.predictive import predictive_settings
 from otolith.cueing.mpc.rows import BrakingRows
 from otolith.cueing.mpc.settings import Entry, MpcSettings
-from otolith.cueing.mpc.six_axis import body_of, six_axis_settings
+from otolith.cueing.mpc.six_axis import Generator, body_of, six_axis_settings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.several import Several
 from otolith.cueing.washout.classical import Classical
@@ -55,6 +55,7 @@ class Design:
     liveliness: float = 0.5  # of `predictive`, 0 to 1: how much travel it uses for cueing
     # Steps of each block of the second MPC of `lnl` and `nll`; empty for those of the first
     second_blocks: Lengths = ()
+    generator: Generator = Generator.PLAIN  # of the references of `six-axis-nmpc`
     washout: Tuning | None = None  # of the conventional washouts; None for the one shipped for the platform
     corners: Corners = field(default_factory=Corners)  # factors of the classical washout's corner frequencies
     stored_laws: tuple[Law, ...] = ()  # from a file; if empty, laws are enumerated on first use
@@ -191,18 +192,18 @@ def six_axis(design: Design) -> Cueing:
     return Mpc(design.platform, design.dofs, six_axis_settings(design.mpc), body=body)
 
 
-def _body(design: Design, dofs: tuple[Dof, ...]) -> Body:
+def _body(design: Design, dofs: tuple[Dof, ...], generator: Generator = Generator.PLAIN) -> Body:
     """Return the platform as one body; errors are those of `body_of`."""
     period, lag = design.mpc.period, design.mpc.lag_on(design.platform)
-    return body_of(design.platform, dofs, design.liveliness, period=period, lag=lag)
+    return body_of(design.platform, dofs, design.liveliness, period=period, lag=lag, generator=generator)
 
 
 def six_axis_nmpc(design: Design) -> Cueing:
     """Make the same with its nonlinear problem solved to the end, as a reference; far from real time."""
     from otolith.cueing.mpc.nonlinear import IpoptEngine
 
-    body = replace(_body(design, design.dofs), settled=math.inf)
-    settings = replace(six_axis_settings(design.mpc), engine=IpoptEngine)
+    body = replace(_body(design, design.dofs, design.generator), settled=math.inf)
+    settings = replace(six_axis_settings(design.mpc, design.generator), engine=IpoptEngine)
     mpc = Mpc(design.platform, design.dofs, settings, body=body)
     if isinstance(mpc.engine, IpoptEngine):
         mpc.engine.attach(mpc.problem, body, mpc.program.wanted)
@@ -225,7 +226,8 @@ def reweigh(cueing: Cueing, name: str, design: Design) -> None:
     for mpc in mpcs_of(cueing):
         settings = design.mpc
         if name.startswith("six-axis"):
-            mpc.reweigh(_body(design, mpc.problem.dofs).washout)
+            generator = design.generator if name == "six-axis-nmpc" else Generator.PLAIN
+            mpc.reweigh(_body(design, mpc.problem.dofs, generator).washout)
             continue
         if name == "predictive":
             settings = predictive_settings(settings, design.platform, mpc.problem.dofs, design.liveliness)

@@ -20,7 +20,9 @@ from otolith.cueing.prediction import (
 )
 from otolith.cueing.prediction.adaptive import AdaptivePredictor
 from otolith.cueing.prediction.named import prediction_to_record
+from otolith.cueing.prediction.perceived import Perceived
 from otolith.interfaces import Predictor, Reference
+from otolith.perception import Vestibular
 
 DT = 0.01
 
@@ -163,3 +165,22 @@ def test_a_wrong_prediction_is_refused_in_one_sentence(text: str, sentence: str)
     with pytest.raises(InputError) as refused:
         parse_prediction(text)
     assert str(refused.value).startswith(sentence)
+
+
+def test_what_is_perceived_passes_the_organs_and_what_is_no_number_leaves_them_alone() -> None:
+    rng, organs = np.random.default_rng(4), Vestibular()
+    force, rate, known = rng.normal(size=(30, 3)), rng.normal(size=(30, 3)), rng.normal(size=(10, 3))
+    predictor = Perceived(of=Oracle()).begin()
+
+    def predicted(k: int, preview: Mat | None = None) -> Mat:
+        now = Reference(specific_force=force[k], angular_rate=rate[k], preview=preview)
+        return predictor.ahead(now, DT, 10)
+
+    for k in range(29):
+        assert_allclose(predicted(k)[:, :3], np.tile(organs.force(force[: k + 1], DT)[-1], (10, 1)))
+        assert np.isnan(predictor.ahead(reference(np.nan), DT, 2)[:, 0]).all()
+    last = predicted(29, known)
+    assert_allclose(last[:, :3], organs.force(np.vstack([force, known]), DT)[30:], atol=1e-12)
+    assert_allclose(last[:, 3:], np.tile(organs.rate(rate, DT)[-1], (10, 1)), atol=1e-12)
+    predictor.reset()
+    assert_allclose(predicted(0)[0, :3], organs.force(force[:1], DT)[0])

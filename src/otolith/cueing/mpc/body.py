@@ -174,8 +174,9 @@ class Body:
         return Between.of(legs, reach, lead=self.lead, lag=self.lag, period=self.period)
 
     def weighed(self, channels: Sequence[Channel], dofs: Sequence[Dof]) -> list[Channel]:
-        """Return the channels with these weights."""
-        return [replace(one, weight=self.weights.get(dofs[one.of].name, one.weight)) for one in channels]
+        """Return the channels with these weights; their rates are those about the platform's own axes."""
+        weights = (self.weights.get(dofs[one.of].name, one.weight) for one in channels)
+        return [replace(one, weight=weight, sign=1.0) for one, weight in zip(channels, weights, strict=True)]
 
     def penalties(self, horizon: int, hard_steps: int) -> Mat:
         """Return the penalties (N, 21) of the body's rows."""

@@ -26,9 +26,10 @@ RATE_WEIGHT: Final = 100.0  # of a wanted rate: (10 m/s)², from the force on a 
 class Objective:
     """Weights of the squared errors, and whether the errors are of what is perceived."""
 
-    senses: Vestibular | None = None  # None to track physical quantities, without a tilt's rate
+    senses: Vestibular | None = None  # None to track physical quantities
+    tilts: bool = False  # whether the rate of a tilt is tracked, too, if it is physical
     force: float = FORCE_WEIGHT  # [(m/s²)⁻²]
-    tilting: float = TILTING_WEIGHT  # [(rad/s)⁻²], only if `senses` is given
+    tilting: float = TILTING_WEIGHT  # [(rad/s)⁻²], of a tilt's rate where it is tracked
     rate: float = RATE_WEIGHT  # [(rad/s)⁻²]
 
 
@@ -82,7 +83,7 @@ def _of_dof(p: int, dof: Dof, objective: Objective) -> list[Channel]:
     force = Channel(
         of=p, row=row, weight=objective.force, organ=otolith, is_rate=False, index=dof.felt, tilt=TILT
     )
-    if canal is None:
+    if canal is None and not objective.tilts:
         return [force]
     turning = np.zeros(len(row))
     turning[TILT_RATE] = 1.0
