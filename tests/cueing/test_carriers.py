@@ -17,7 +17,9 @@ from otolith.core.frames import BASES, SURGE_PITCH
 from otolith.core.lti import zero_order_hold
 from otolith.cueing.design import Design
 from otolith.cueing.mpc.controller import Mpc
-from otolith.cueing.mpc.motion import dynamics
+from otolith.cueing.mpc.motion import dynamics, stacked
+from otolith.cueing.mpc.rows import BrakingRows, interference_rows
+from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.several import Several
 from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.loop import Run, simulate
@@ -25,7 +27,7 @@ from otolith.plant import Ideal
 from otolith.platforms import Platform, load
 from otolith.qp.blocked import condense_blocked
 from otolith.qp.dense import DenseSolver
-from otolith.qp.engines import expand
+from otolith.qp.engines import CondensedEngine, expand
 from otolith.scenarios import Scenario, scenario
 
 ULTIMATE, THESIS = load("ultimate"), load("thesis")
@@ -114,6 +116,56 @@ def test_every_limit_of_every_carrier_holds(name: str, heights: list[float]) -> 
     assert set(run.status) == {"decided"}
     for excess in metrics.excesses(run):
         assert excess.at_nodes < 1e-6, excess
+
+
+def together(bound: float, **others: float) -> Platform:
+    """`ultimate` with a wall that the rail and the hexapod on it reach together."""
+    values = ULTIMATE.model_dump()
+    values["base"]["interference"] = [{"surge": 1.0, "base_surge": 1.0, "at_most_m": bound, **others}]
+    return Platform.model_validate(values)
+
+
+@pytest.mark.parametrize("name", ["joint", "lnl", "nll"])
+def test_base_and_platform_stay_apart_where_they_would_not_without_the_rows(name: str) -> None:
+    """By the file and the motion alone; a base that decides first leaves room for all that follows."""
+    wall, push = together(0.4), scenario("step-2").part(0.9, 3.2)
+    (free,) = (one for one in metrics.excesses(replace(loop(name, push), platform=wall)) if one.violations)
+    assert (free.quantity, free.limit) == ("interference 1", (-2.85, 0.4))
+    assert free.at_nodes > 0.5
+    dense = MpcSettings(engine=CondensedEngine)
+    cueing = registry.make_cueing(name, Design(platform=wall, mpc=dense))
+    run = simulate(
+        cueing,
+        registry.make_plant("ideal", wall),
+        push,
+        platform=wall,
+        dofs=("surge-pitch",),
+        plant_period=0.01,
+    )
+    assert set(run.status) == {"decided"}
+    assert not any(one.violations for one in metrics.excesses(run))
+    assert run.base is not None
+    assert (run.pose[:, 0] + run.base[:, 0]).max() > 0.2  # the room is used
+
+
+def test_the_row_is_the_braking_law_of_the_sum_less_the_reach_of_what_another_decides() -> None:
+    platform = together(3.0, sway=-0.5)
+    own, both = stacked((SURGE_PITCH, BASES[0])), BrakingRows.STOPPING
+    (row,) = interference_rows(platform, own, both)
+    assert row.upper == pytest.approx(3.0 - 0.5 * 0.25)
+    x = np.arange(9.0)
+    s, v, a = (x[own.place], x[own.speed], x[own.acceleration])
+    law = [of[1] + of[2] for of in (s, v, a)]  # surge of platform and base
+    assert row.coefficients @ x == pytest.approx(law[0] + 2.5 * law[1] + 0.5 * 0.45 * 2.5**2 * law[2])
+    assert interference_rows(platform, stacked((SURGE_PITCH,)), both) == []
+    assert interference_rows(platform, stacked((BASES[1],)), both) == []
+
+
+def test_a_fixed_split_refuses_what_it_could_not_keep() -> None:
+    with pytest.raises(
+        InputError, match=r"\[\[base.interference\]\] of platform ultimate is given, must be left"
+    ):
+        registry.make_cueing("split", Design(platform=together(0.4)))
 
 
 def test_the_limits_of_the_base_are_judged() -> None:

@@ -1,6 +1,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
 from otolith.core.errors import InputError
@@ -78,3 +79,40 @@ def test_an_axis_or_a_base_that_is_missing_is_named() -> None:
         parse_platform(RIG + RAIL, "rig.toml").limits(BASES[1])
     with pytest.raises(InputError, match=r"\[base\] of platform rig is missing"):
         parse_platform(RIG, "rig.toml").limits(BASES[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("surge = 1.0\nat_most_m = 0.5", r"base_surge or base_sway in rig.toml is 0, must be other than 0"),
+        (
+            "base_surge = 1.0\nsurge = 1.0\nat_most_m = 0.1",
+            r"\.0\.at_most_m in rig.toml is 0.1, must be at least 0.2 m",
+        ),
+        ("base_surge = 1.0", r"base.interference.0.at_most_m in rig.toml is missing"),
+        (
+            "base_sway = 1.0\nat_most_m = 0.5",
+            r"0\.base_sway in rig.toml is 1.0, must be 0: the base has no sway",
+        ),
+        (
+            "base_surge = 1.0\nheave = 1.0\nat_most_m = 1",
+            r"0\.heave in rig.toml is 1.0, must be 0: the platform has",
+        ),
+        ("base_surge = 1.0\nat_most_m = 500", r"0\.at_most_m in rig.toml is 500, must be between .* m"),
+        ("base_surge = 1.0\npitch = 1.0\nat_most_m = 1", r"interference.0.pitch in rig.toml is unknown"),
+    ],
+)
+def test_interference_that_makes_no_sense_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words) as refused:
+        parse_platform(f"{RIG}{RAIL}[[base.interference]]\n{text}\n", "rig.toml")
+    assert "\n" not in str(refused.value)
+
+
+def test_interference_comes_back_and_a_circle_makes_the_platforms_own_reach_smaller() -> None:
+    text = f"{RIG}{RAIL}[[base.interference]]\nsurge = -2.0\nbase_surge = 1.0\nat_most_m = 0.4\n"
+    rig = parse_platform(text, "rig.toml")
+    assert Platform.model_validate_json(rig.model_dump_json()) == rig
+    assert "interference" not in load("tripod").model_dump_json()
+    diagonal = np.array([1.0, 1.0, 0.0])
+    assert load("tripod").farthest(diagonal) == pytest.approx(0.165 * math.sqrt(2.0))
+    assert load("ultimate").farthest(diagonal) == 0.5

@@ -88,6 +88,11 @@ class Split:
         if platform.base is None:
             what = f"[base] of platform {platform.name}"
             raise InputError(what, "missing", "in its file for commands to be split")
+        if platform.base.interference:
+            what = f"[[base.interference]] of platform {platform.name}"
+            raise InputError(
+                what, "given", "left out for split, whose low-pass knows no rows; joint keeps them"
+            )
         bases = platform.bases(dofs)
         self._inner = inner
         self._lags = max(platform.actuators.lag_s, LEAST_LAG), platform.base.lag_s

@@ -83,7 +83,8 @@ def excesses(run: Run) -> list[Excess]:
     """
     dofs = [DOFS[name] for name in run.dofs]
     of_base = () if run.base is None else run.platform.bases(dofs)
-    limited = [one for dof in (*dofs, *of_base) for one in _of_dof(run, dof)] + _of_circle(run)
+    limited = [one for dof in (*dofs, *of_base) for one in _of_dof(run, dof)]
+    limited += _of_circle(run) + _of_interference(run)
     worst: list[tuple[float, float, int]] = [(0.0, 0.0, 0)] * len(limited)
     for part in run.parts():
         series = _series(part)
@@ -119,10 +120,13 @@ class _Limited:
     limit: tuple[float, float]  # low and high [SI]
     series: str  # a key of `_SERIES`
     axis: int | None  # None: the distance of surge and sway from neutral
+    weights: Vec | None = None  # (12,) of a sum of places of platform and base
 
     def of(self, series: Mapping[str, Mat]) -> Vec:
         """Return its values, given the series of a run by name."""
         values = series[self.series]
+        if self.weights is not None:
+            return np.asarray(values @ self.weights)
         return np.hypot(values[:, 0], values[:, 1]) if self.axis is None else values[:, self.axis]
 
 
@@ -132,6 +136,22 @@ def _of_circle(run: Run) -> list[_Limited]:
     if radius is None or not {"surge-pitch", "sway-roll"} <= set(run.dofs):
         return []
     return [_Limited("circle", ("distance of surge and sway", "m"), (0.0, radius), "pose", None)]
+
+
+def _of_interference(run: Run) -> list[_Limited]:
+    """Return where base and platform may be together; from below a sum is limited by their travel alone."""
+    if run.base is None or run.platform.base is None:
+        return []
+    found = []
+    for number, one in enumerate(run.platform.base.interference, start=1):
+        lowest = -run.platform.farthest(-one.weights)
+        for dof, weight in ((dof, one.weights[dof.axes[0]]) for dof in run.platform.base.dofs):
+            if weight != 0.0:
+                lowest += min(weight * end for end in run.platform.limits(dof)[0].position)
+        name = f"interference {number}"
+        words = (f"{name} of base and platform", "m")
+        found.append(_Limited(name, words, (lowest, one.at_most_m), "pose", None, one.weights))
+    return found
 
 
 def _of_dof(run: Run, dof: Dof) -> list[_Limited]:

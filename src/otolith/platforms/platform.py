@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from otolith.core.arrays import Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import AXES, Dof, bases_of
 from otolith.platforms.axes import AxisLimits, Rotation, Table, Translation
@@ -108,6 +109,19 @@ class Platform(Table):
             raise refuse(f"at least one of {', '.join(AXES)}", field="the set of axes", value="empty")
         return self
 
+    @model_validator(mode="after")
+    def _must_be_free_above_the_middle(self) -> Self:
+        """Refuse interference with the base at rest: algorithms that leave it there know of none."""
+        for number, one in enumerate(() if self.base is None else self.base.interference):
+            field = f"base.interference.{number}"
+            for axis in ("surge", "sway", "heave"):
+                if (value := getattr(one, axis)) != 0.0 and getattr(self, axis) is None:
+                    raise refuse(f"0: the platform has no {axis}", field=f"{field}.{axis}", value=value)
+            if one.at_most_m < (farthest := self.farthest(one.weights)):
+                bound = f"at least {farthest:.4g} m: above the middle of its base the platform must be free"
+                raise refuse(bound, field=f"{field}.at_most_m", value=one.at_most_m)
+        return self
+
     @model_serializer(mode="wrap")
     def _without_what_is_absent(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Leave out a base that a platform does not have, so that digests of platforms stay as they were."""
@@ -128,6 +142,17 @@ class Platform(Table):
     def head(self) -> tuple[float, float, float] | None:
         """Return the driver's head [m] from the motion reference point; None if the file does not give it."""
         return None if self.hexapod is None else self.hexapod.head_m
+
+    def farthest(self, weights: Vec) -> float:
+        """Return the largest sum [m] of the platform's own places on its base, times weights (6,) or more."""
+        along = []
+        for axis, weight in zip(AXES[:3], weights.tolist(), strict=False):
+            table = getattr(self, axis)
+            along.append(0.0 if table is None else max(weight * end for end in table.position_m))
+        plane = along[0] + along[1]
+        if self.circle is not None:
+            plane = min(plane, self.circle * math.hypot(weights[0], weights[1]))
+        return float(plane + along[2])
 
     def six_legs(self) -> Hexapod:
         """Return the legs and the body that they move.

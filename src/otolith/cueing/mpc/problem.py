@@ -42,7 +42,15 @@ from otolith.cueing.mpc.motion import (
 )
 from otolith.cueing.mpc.objective import Channel, carried_by, channels
 from otolith.cueing.mpc.organs import organs_of
-from otolith.cueing.mpc.rows import REST, Limits, Row, command_bounds, rest_rows, rows_of
+from otolith.cueing.mpc.rows import (
+    REST,
+    Limits,
+    Row,
+    command_bounds,
+    interference_rows,
+    rest_rows,
+    rows_of,
+)
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Braking, Platform
@@ -87,6 +95,7 @@ class Problem:
             self._rows_of(dof, of_dof, platform.braking, own)
             for dof, of_dof, own in zip(self.dofs, limits, sets, strict=True)
         ]
+        self._between = interference_rows(platform, self.axes, settings.braking)
         self.command_bound = np.concatenate(
             [
                 command_bounds(dof, of_dof, settings.braking)
@@ -113,6 +122,7 @@ class Problem:
         names = [
             f"{dof.name} {row.name}" for dof, own in zip(self.dofs, self._rows, strict=True) for row in own
         ]
+        names += [row.name for row in self._between]
         names += ["circle"] * len(self.structure.varying)  # commands, which come last, are hard
         soft = self.structure.penalty[0] < FIRM
         return frozenset(name for name, is_soft in zip(names, soft, strict=False) if is_soft)
@@ -215,11 +225,17 @@ class Problem:
             rows = [row for row in rows if row.name != "position"]
         return rows if self._body is None else rows + rest_rows(dof)
 
+    @property
+    def _all_rows(self) -> list[Row]:
+        """Return the constant rows in order: of the degrees of freedom, then between base and platform."""
+        return [row for own in self._rows for row in own] + self._between
+
     def _stage_problem(self, lag: Vec) -> StageProblem:
         """Return the structure for which the engines are built."""
         nx, A, B = self._first[-1], *self._dynamics(lag)
-        C = np.zeros((sum(map(len, self._rows)), len(A)))
-        C[:, :nx] = block_diag(*[np.array([row.coefficients for row in own]) for own in self._rows])
+        of_dofs = block_diag(*[np.array([row.coefficients for row in own]) for own in self._rows])
+        C = np.zeros((len(self._all_rows), len(A)))
+        C[:, :nx] = np.vstack([of_dofs, *(row.coefficients[None] for row in self._between)])
         varying = np.zeros((0 if self.circle is None else 1, len(A)), dtype=bool)
         if self.circle is not None:
             varying[0, self.circle.states] = self.circle.weights != 0.0
@@ -306,7 +322,7 @@ class Problem:
         nothing limits the states. So rows that are hard over the whole horizon may contradict each other.
         """
         settings = self.settings
-        names = [row.name for own in self._rows for row in own] + ["circle"] * circles
+        names = [row.name for row in self._all_rows] + ["circle"] * circles
         of_states = [settings.soft.get(name, np.inf) for name in names]
         penalty = np.tile(of_states + [np.inf] * len(self.command_bound), (settings.horizon, 1))
         later = penalty[settings.hard_steps :, : len(names)]
@@ -321,7 +337,7 @@ class Problem:
         linearisation of the circle makes the next problem infeasible (constraint tightening; Chisci, Rossiter
         & Zappa, 2001).
         """
-        N, rows = self.settings.horizon, [row for own in self._rows for row in own]
+        N, rows = self.settings.horizon, self._all_rows
         radius = [] if self.circle is None else [self.circle.radius]
         below = [row.lower for row in rows] + [-np.inf] * len(radius)
         above = [row.upper for row in rows] + radius
@@ -364,7 +380,7 @@ class Problem:
         if self._body is None:
             return None
         circles = 0 if self.circle is None else 2 * int(np.count_nonzero(self.circle.weights))
-        before = sum(map(len, self._rows)) + (self.circle is not None)
+        before = len(self._all_rows) + (self.circle is not None)
         return self._body.method(self.axes, self.channels, self._ends, circles=circles, rows_before=before)
 
     def _felt(self) -> kernels.Felt:

@@ -18,9 +18,9 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.errors import InputError, one_of
-from otolith.core.frames import Dof
-from otolith.cueing.mpc.motion import Chain, chains, states
-from otolith.platforms import AxisLimits, Braking
+from otolith.core.frames import AXES, Dof
+from otolith.cueing.mpc.motion import Axes, Chain, chains, states
+from otolith.platforms import AxisLimits, Braking, Platform
 from otolith.safety.invariant.axis import AxisRow, AxisSet
 from otolith.safety.law import HUGE
 
@@ -59,7 +59,7 @@ def parse_braking_rows(name: str) -> BrakingRows:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row: lower ≤ coefficients · x ≤ upper, with x the states of one degree of freedom."""
+    """A row: lower ≤ coefficients · x ≤ upper, with x the states of one degree of freedom, or of all."""
 
     name: str
     coefficients: Vec  # (states,)
@@ -249,6 +249,30 @@ def rest_rows(dof: Dof) -> list[Row]:
     """Return rows that ask every axis to be at rest at the end of the horizon."""
     names = [_names(dof, chain)[1] for chain in chains(dof)]
     return [Row(REST + name, _form(dof, **{name: 1.0}), 0.0, 0.0) for name in names]
+
+
+def interference_rows(platform: Platform, axes: Axes, kind: BrakingRows) -> list[Row]:
+    """Return rows that keep a base and the platform on it apart, over all states of a problem (nx,).
+
+    Where the base is slowed down by eq. C.2, so is the sum, since it is of the same form: it leads to the
+    bound without passing it. A platform that is not moved by this problem may be wherever it reaches.
+    """
+    if platform.base is None or axes.axis.max() < len(AXES):
+        return []
+    T, law = platform.braking.position_s, platform.braking
+    slows = 0.0 if kind in (BrakingRows.NONE, BrakingRows.PRINTED) else 1.0
+    rows = []
+    for number, one in enumerate(platform.base.interference, start=1):
+        form, others = np.zeros(3 * len(axes.axis)), one.weights.copy()
+        of_axis = axes.sign * others[axes.axis]
+        if not of_axis.any():
+            continue
+        form[axes.place] = of_axis
+        form[axes.speed] = slows * law.c_v * T * of_axis
+        form[axes.acceleration] = slows * 0.5 * law.c_u * T**2 * of_axis
+        others[axes.axis] = 0.0
+        rows.append(Row(f"interference {number}", form, -math.inf, one.at_most_m - platform.farthest(others)))
+    return rows
 
 
 def plausible(values: Mat) -> bool:
