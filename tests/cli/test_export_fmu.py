@@ -84,7 +84,7 @@ def test_a_decision_alone_takes_the_measured_motion_and_is_shown_at_once(tmp_pat
             "--cueing is 'explicit', must be one that decides without Python",
         ),
         (
-            ["fmu", "--sources-only", "--period", "0.0105", "--out", "a.fmu"],
+            ["fmu", "--sources-only", "--cueing", "linear-mpc", "--period", "0.0105", "--out", "a.fmu"],
             "period of the controller is 0.0105 s, must be a multiple of 0.001 s",
         ),
         (

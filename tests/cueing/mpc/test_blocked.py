@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from otolith import metrics
+from otolith import metrics, registry
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
+from otolith.cueing.design import Design
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.problem import Problem
 from otolith.cueing.mpc.settings import BLOCKS, MpcSettings
@@ -67,20 +68,17 @@ def test_rows_on_states_are_hard_at_the_first_blocks_and_soft_after_them() -> No
     assert np.isinf(penalty[:, commands]).all()
 
 
-def controller(pairs: tuple[Dof, ...] = (SURGE_PITCH,)) -> Mpc:
-    options = MpcSettings(horizon=sum(BLOCKS), blocks=BLOCKS)
-    return Mpc(load("thesis"), pairs, options)
-
-
 @PAIRS
 def test_a_plan_of_blocks_is_told_in_single_steps_and_ends_at_rest(pairs: tuple[Dof, ...]) -> None:
-    mpc = controller(pairs)
+    mpc = registry.make_cueing("predictive", Design(platform=load("davsi-4dof"), dofs=pairs))
+    assert isinstance(mpc, Mpc)
+    blocks = mpc.settings.blocks
     mpc.reset(PlatformState())
     good = mpc.step(PlatformState(), Reference(specific_force=np.array([1.0, 0.5, 0.0])))
     assert good.outcome.status is Status.DECIDED
-    held = np.repeat(np.arange(len(BLOCKS)), BLOCKS)
-    assert len(good.plan) >= sum(BLOCKS) - 1
-    for block in range(1, len(BLOCKS)):
+    held = np.repeat(np.arange(len(blocks)), blocks)
+    assert len(good.plan) >= sum(blocks) - 1
+    for block in range(1, len(blocks)):
         steps = 1 + np.flatnonzero(held[1:] == block)
         assert (good.plan[steps - 1] == good.plan[steps[0] - 1]).all()
     plant, state = Ideal(), PlatformState()
@@ -94,7 +92,7 @@ def test_a_long_horizon_travels_less_than_a_short_one() -> None:
         simulate(mpc, Ideal(), scenario("sine-1"), platform=load("thesis"), dofs=("surge-pitch",))
         for mpc in (
             Mpc(load("thesis"), (SURGE_PITCH,), MpcSettings()),
-            controller(),
+            Mpc(load("thesis"), (SURGE_PITCH,), MpcSettings(horizon=sum(BLOCKS), blocks=BLOCKS)),
         )
     ]
     short, long = (metrics.summarise(run) for run in runs)
