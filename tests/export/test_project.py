@@ -40,6 +40,19 @@ def test_its_vectors_are_replayed_under_sanitizers(kind: str, tmp_path: Path) ->
 
 
 @needs_compiler
+@pytest.mark.parametrize("kind", ["gate", "supervisor"])
+def test_a_guard_is_a_project_too(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "out"
+    with pytest.raises(SystemExit) as ended:
+        run_program(["export", "c", "--kind", kind, "--platform", "davsi", "--out", str(folder), "--json"])
+    assert ended.value.code == 0
+    assert json.loads(capsys.readouterr().out)["period_s"] == 0.001
+    assert "-ffp-contract=off" in (folder / "CMakeLists.txt").read_text()
+    done = _replay(folder, "cueing", "-O1")
+    assert done.stdout.startswith("2000 steps, largest difference 0.0e+00"), done.stdout + done.stderr
+
+
+@needs_compiler
 def test_a_wrong_answer_is_found(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     _exported(folder)
@@ -66,6 +79,8 @@ def test_json_names_the_ports(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         (["--cueing", "explicit"], "--cueing is 'explicit', must be one that decides without Python"),
         (["--name", "main"], "name of the program is 'main', must be one that has no meaning yet"),
         (["--horizon", "20"], "would ignore it"),
+        (["--set-points", "legs"], "--set-points is given with --kind command, must be left out"),
+        (["--kind", "gate"], "--cueing is given with --kind gate, must be left out"),
     ],
 )
 def test_what_cannot_be_is_one_sentence(
@@ -94,3 +109,24 @@ def test_the_example_of_a_host_runs(tmp_path: Path) -> None:
     subprocess.run(line, check=True, capture_output=True, text=True)
     done = subprocess.run([str(built)], check=True, capture_output=True, text=True)
     assert done.stdout.count("status 0") == 12
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["gate"], "--platform is thesis, must be a machine's"),
+        (["supervisor", "--platform", "benchmark"], "legs"),
+        (["gate", "--platform", "davsi", "--dofs", "heave"], "--dofs is given with --kind gate"),
+        (["gate", "--platform", "davsi", "--set-points", "legs"], "--set-points is given with --kind gate"),
+        (["supervisor", "--platform", "davsi", "--set-points", "x"], "must be one of pose, legs"),
+        (["gate", "--platform", "davsi", "--period", "1"], "--period is 1 s, must be 0.00001 to 0.05 s"),
+    ],
+)
+def test_what_no_guard_can_be_is_one_sentence(
+    options: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run_program(["export", "c", "--out", str(tmp_path / "out"), "--kind", *options])
+    assert ended.value.code == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

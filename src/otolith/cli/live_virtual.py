@@ -14,6 +14,7 @@ from otolith.core.frames import dofs_named
 from otolith.cueing.design import Design
 from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.platforms import Platform
+from otolith.platforms.library import check_machine
 
 CueingName = Annotated[str, typer.Option(help=CUEING_HELP)]
 Tuning = Annotated[
@@ -104,8 +105,7 @@ def machine_named(platform: str, dofs: str) -> Platform:
     InputError : it is the profile `thesis`, or lacks one.
     """
     machine = files.read_platform(platform)
-    if machine.name == "thesis":
-        raise InputError("--platform", "thesis", "a machine's: this profile has limits that no machine has")
+    check_machine(machine, "--platform")
     for dof in dofs_named(dofs.split(",")):
         machine.limits(dof)
     return machine

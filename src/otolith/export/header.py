@@ -47,9 +47,7 @@ typedef struct $name $name;
 /* Start at rest, in the neutral pose. */
 void ${name}_init($name *me);
 
-/* Do one period; return the status: 0 decided by the algorithm; else the fallback, which brakes: 1 without a
-   certified answer, 2 because the platform could not have stopped after it, 3 because an input is not
-   plausible. */
+/* $returns */
 int ${name}_step($name *me, const double in[], double out[]);
 
 $struct
@@ -84,6 +82,7 @@ def header(
     title: str,
     about: str,
     *,
+    returns: str,
     period: float,
     inputs: Sequence[tuple[Port, ...]],
     outputs: Sequence[tuple[Port, ...]],
@@ -94,6 +93,7 @@ def header(
 
     Parameters
     ----------
+    returns : what the number is that a step returns.
     inputs, outputs : ports of every part of `read` and `write`.
     read : where the inputs go, one part after the other.
     write : where the outputs come from.
@@ -110,6 +110,7 @@ def header(
         NAME=rendered.name.upper(),
         title=title.replace("*/", "* /").replace("/*", "/ *"),  # a platform's name may hold anything
         about=textwrap.indent(textwrap.fill(about, 107), "   "),
+        returns=textwrap.fill(f"Do one period. Returns {returns}.", 107, subsequent_indent="   "),
         mathematics=needs,
         inputs=_ports(flat_in),
         outputs=_ports(flat_out),

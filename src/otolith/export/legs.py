@@ -5,19 +5,15 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Mat
-from otolith.core.frames import AXES
 from otolith.core.jit import kernel
 from otolith.export.header import header
-from otolith.export.program import Port, Program
+from otolith.export.program import Port, Program, per_axis
 from otolith.export.translate.render import Rendered
 from otolith.export.translate.unit import translated
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.kinematics import Actuators, lengths_along
 
-_POSE: Final = tuple(
-    Port(f"pose_{axis}", "rad" if i > 2 else "m", f"{axis} from the neutral pose")
-    for i, axis in enumerate(AXES)
-)
+_POSE: Final = per_axis("pose", "", "{} from the neutral pose")
 
 
 class Legs(NamedTuple):
@@ -52,6 +48,7 @@ def legs_program(hexapod: Hexapod, name: str, period: float) -> Program:
         Rendered(unit, function, name, [legs.pose, legs.told]),
         "the legs of a motion platform",
         "A step gives, for one pose, what the drives of the six legs are told there.",
+        returns="0",
         period=period,
         inputs=[_POSE],
         outputs=[drives],

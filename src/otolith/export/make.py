@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from otolith import registry
 from otolith.compiled import offered
 from otolith.core.errors import InputError
-from otolith.core.frames import AXES
 from otolith.core.methods import Bound
 from otolith.cueing.design import Design, mpcs_of
 from otolith.export.header import Part, header
-from otolith.export.program import Port, Program, check_name
+from otolith.export.program import MOTION, Port, Program, check_name, per_axis
 from otolith.export.step import Decision, Moved, decide_once, move_once
 from otolith.export.translate.render import Rendered
 from otolith.export.translate.unit import translated
@@ -24,10 +23,9 @@ from otolith.loop.closed import Loop
 from otolith.loop.run import steps_of_period
 
 PLANT_PERIOD: Final = 1e-3  # [s]
-_DERIVATIVES: Final = (
-    ("pose", "", ""),
-    ("velocity", "/s", "rate of the "),
-    ("acceleration", "/s2", "second rate of the "),
+STATUS: Final = (
+    "the status: 0 decided by the algorithm; else the fallback, which brakes: 1 without a certified answer, "
+    "2 because the platform could not have stopped after it, 3 because an input is not plausible"
 )
 
 
@@ -91,14 +89,11 @@ def _command(algorithm: Cueing, name: str, title: str) -> Program:
         "A step decides the accelerations that the platform should have during the coming period, from what "
         "the driver should feel and from where the platform is."
     )
-    command = tuple(
-        Port(f"command_{axis}", "rad/s2" if i > 2 else "m/s2", f"acceleration of {axis} during the period")
-        for i, axis in enumerate(AXES)
-    )
+    command = per_axis("command", "/s2", "acceleration of {} during the period")
     return _program(
         (decide_once, decision),
         (name, title, about, algorithm.period),
-        [(_WANTED, (decision.wanted, 0, 6)), *zip(_MEASURED, _rows(decision.measured), strict=True)],
+        [(_WANTED, (decision.wanted, 0, 6)), *zip(MOTION, _rows(decision.measured), strict=True)],
         [(command, (decision.command, 0, 6)), *_outcome(decision.result)],
     )
 
@@ -152,7 +147,7 @@ def _platform(algorithm: Cueing, plant: Plant, name: str, title: str, *, sensed:
         (move_once, moved),
         (name, title, about, algorithm.period),
         [(_WANTED, (loop.now, 0, 6))],
-        [*zip(_MEASURED, _rows(loop.state), strict=True), (felt, (moved.force, 0, 3)), *_outcome(result)],
+        [*zip(MOTION, _rows(loop.state), strict=True), (felt, (moved.force, 0, 3)), *_outcome(result)],
     )
 
 
@@ -174,6 +169,7 @@ def _program(
         Rendered(unit, function, name, kept),
         title,
         about,
+        returns=STATUS,
         period=period,
         inputs=[ports for ports, _ in read],
         outputs=[ports for ports, _ in write],
@@ -223,13 +219,6 @@ _WANTED: Final = (
         for axis in "xyz"
     ),
     *(Port(f"wanted_rate_{axis}", "rad/s", f"angular rate wanted about {axis}") for axis in "xyz"),
-)
-_MEASURED: Final = tuple(
-    tuple(
-        Port(f"{name}_{axis}", ("rad" if i > 2 else "m") + per, f"{words}{axis}")
-        for i, axis in enumerate(AXES)
-    )
-    for name, per, words in _DERIVATIVES
 )
 
 

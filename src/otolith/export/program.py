@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from otolith.core.errors import InputError
+from otolith.core.frames import AXES
 
 # Names that mean something else where a program is compiled: by C99 and C++ compilers, in the headers that a
 # program or its host includes, as the file of such a header, in the test program, and in CMake.
@@ -68,6 +69,21 @@ class Port:
     unit: str  # as in "m/s2"; empty for a pure number
     meaning: str  # one line for a reader
     start: float = 0.0  # its value at rest, before the first step
+
+
+def per_axis(name: str, per: str, meaning: str) -> tuple[Port, ...]:
+    """Return ports of the six axes, in m or rad `per` something; `meaning` holds {} for an axis."""
+    return tuple(
+        Port(f"{name}_{axis}", ("rad" if i > 2 else "m") + per, meaning.format(axis))
+        for i, axis in enumerate(AXES)
+    )
+
+
+MOTION: Final = (
+    per_axis("pose", "", "{}"),
+    per_axis("velocity", "/s", "rate of the {}"),
+    per_axis("acceleration", "/s2", "second rate of the {}"),
+)  # of a platform, relative to its neutral pose
 
 
 @dataclass(frozen=True, kw_only=True)

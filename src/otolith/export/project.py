@@ -6,7 +6,7 @@ from typing import Final
 
 from otolith.core.disk import write_text
 from otolith.export.program import Program
-from otolith.export.vectors import EFFORT, Vectors
+from otolith.export.vectors import Vectors
 
 _SOURCE: Final = Template("""\
 /* The one file that holds the functions of $name. */
@@ -28,13 +28,18 @@ add_library($name STATIC $name.c)
 target_include_directories($name PUBLIC $${CMAKE_CURRENT_SOURCE_DIR})
 if(UNIX)
   target_link_libraries($name PUBLIC m)
-endif()
+endif()$strict
 
 enable_testing()
 add_executable(${name}_test ${name}_test.c)
 target_link_libraries(${name}_test PRIVATE $name)
 add_test(NAME vectors COMMAND ${name}_test $${CMAKE_CURRENT_SOURCE_DIR}/vectors.txt)
 """)
+
+_STRICT: Final = """
+if(NOT MSVC) # what judges is as exact as in Python: no sum is fused
+  target_compile_options({name} PRIVATE -ffp-contract=off)
+endif()"""
 
 _TEST: Final = Template("""\
 /* Replay vectors.txt: each line holds the inputs of a step and the outputs that Otolith computed in Python.
@@ -80,9 +85,19 @@ int main(int count, char *arguments[]) {
 FILES: Final = ("CMakeLists.txt", "vectors.txt")  # besides NAME.h, NAME.c and NAME_test.c
 
 
-def write_project(program: Program, checks: Vectors, folder: Path) -> None:
-    """Write all files of a program into a folder; raises `otolith.core.disk.NotWritten`."""
-    words = {"name": program.name, "NAME": program.name.upper(), "effort": EFFORT}
+def write_project(program: Program, checks: Vectors, folder: Path, *, strict: bool = False) -> None:
+    """Write all files of a program into a folder.
+
+    Parameters
+    ----------
+    strict : whether no compiler may fuse its sums, since it judges.
+
+    Raises
+    ------
+    NotWritten : a file cannot be written.
+    """
+    words = {"name": program.name, "NAME": program.name.upper(), "effort": checks.free}
+    words["strict"] = _STRICT.format(name=program.name) if strict else ""
     name = program.name
     write_text(folder / f"{name}.h", program.header)
     write_text(folder / f"{name}.c", _SOURCE.substitute(words))

@@ -26,6 +26,7 @@ class Vectors:
 
     inputs: Mat  # (m, inputs of the program)
     outputs: Mat  # (m, its outputs)
+    free: int = EFFORT  # outputs at the end that may differ
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,6 +41,7 @@ from otolith.live.wire.axes import AxisMap, axes_from
 from otolith.live.wire.source import Source
 from otolith.live.wire.sources import source_named
 from otolith.platforms import Platform, catalog
+from otolith.platforms.library import check_machine
 
 PERIOD: Final = 0.01  # [s] of the algorithms that are run live
 LIBRARIES: Final = ("numpy", "numba", "scipy", "daqp", "ruckig")  # on which a decision's bits depend
@@ -288,8 +289,7 @@ def session_of(
     InputError, CorruptFile : a value or a file is refused.
     """
     platform = files.read_platform(settings.platform)
-    if platform.name == "thesis":
-        raise InputError("platform", "thesis", "a machine's: this profile has limits that no machine has")
+    check_machine(platform, "platform")
     platform = narrowed(platform, settings.limits, source)
     for dof in dofs_named(settings.dofs.split(",")):
         platform.limits(dof)

@@ -29,6 +29,7 @@ import numpy as np
 from otolith.core.arrays import Mat, Vec
 from otolith.core.jit import kernel
 from otolith.core.rotation import rotation_of
+from otolith.core.singular_values import extreme_singular_values
 from otolith.platforms.hexapod import DEAD_CENTRE, SINGULAR_CONDITION, Hexapod
 from otolith.platforms.kinematics import Actuators, forward, inverse
 from otolith.platforms.reach import change_rates
@@ -129,6 +130,17 @@ def _to_rods(J: Mat, of: Actuators, leverages: Vec) -> None:
 
 
 @kernel
+def _least(J: Mat, size: float, floor: float) -> float:
+    """Return w, given the Jacobian (6, 6) of the legs, or of their rods."""
+    scaled = J.copy()
+    for i in range(6):
+        for j in range(3, 6):
+            scaled[i, j] /= size
+    largest, smallest = extreme_singular_values(scaled)
+    return smallest - largest * floor + floor
+
+
+@kernel
 def place_ball(lengths: Vec, of: Joints, ball: Ball) -> int:
     """Move the ball to leg lengths (6,), whose pose is near its place, and compute its radius.
 
@@ -148,11 +160,10 @@ def place_ball(lengths: Vec, of: Joints, ball: Ball) -> int:
             return 6 + i
     rotation_of(ball.place, R)
     _to_rods(J, of.actuators, leverages)
-    J[:, 3:] /= of.size
-    sigma = np.linalg.svd(J)[1]
-    floor = 1.0 / SINGULAR_CONDITION
-    w = sigma[5] - sigma[0] * floor + floor
-    rates = of.rates[0] + w * of.rates[1]
+    floor, rates = 1.0 / SINGULAR_CONDITION, np.empty(4)
+    w = _least(J, of.size, floor)
+    for k in range(4):
+        rates[k] = of.rates[0, k] + w * of.rates[1, k]
     room, which = _room(J, leverages, R, of, rates)
     end = w - rates[0] * room
     if end < floor:

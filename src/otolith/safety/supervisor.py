@@ -60,7 +60,7 @@ class Reason(StrEnum):
         return str(self) if self in named else f"the {self} of a leg"
 
 
-_REASONS: Final = (Reason.INVALID, *Reason)  # in the order of the numbers above
+REASONS: Final = (Reason.INVALID, *Reason)  # in the order of the numbers above
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,6 +101,15 @@ class Keeps(NamedTuple):
 
 
 @kernel
+def _finite(values: Vec) -> bool:
+    """Return whether all six values are finite numbers."""
+    wrong = 0
+    for i in range(6):
+        wrong += not abs(values[i]) < np.inf  # a NaN fails every comparison
+    return wrong == 0
+
+
+@kernel
 def _largest(values: Vec) -> int:
     worst = 0
     for i in range(1, len(values)):
@@ -111,8 +120,7 @@ def _largest(values: Vec) -> int:
 
 @kernel
 def _periods_to_stop(speeds: Vec, A: float, dt: float) -> float:
-    periods: float = math.ceil(abs(speeds[_largest(speeds)]) / (A * dt) - 1e-9)
-    return periods
+    return float(np.ceil(abs(speeds[_largest(speeds)]) / (A * dt) - 1e-9))
 
 
 @kernel
@@ -254,12 +262,12 @@ def supervise(
 
     Returns
     -------
-    The reason for less motion than requested, an index of `_REASONS`, and the leg (0 … 5; −1 for none).
+    The reason for less motion than requested, an index of `REASONS`, and the leg (0 … 5; −1 for none).
     """
     V, A = keeps.speed, keeps.acceleration
     aim, reason, leg = speeds.copy(), _FREE, -1
     _wanted_speeds(lengths, to_length, to_speed, A, dt, aim)
-    if not np.all(np.isfinite(aim)):
+    if not _finite(aim):
         aim[:] = 0.0
         reason, leg = _INVALID, 0
     leg_of_speed = _shrink(aim, V)
@@ -360,6 +368,6 @@ class Supervisor:
     def interventions(self) -> tuple[Intervention, ...]:
         """Return the interventions since the last reset, at most the first `KEPT`, in order of time."""
         return tuple(
-            Intervention(start=start, end=end, reason=_REASONS[int(code)], leg=int(leg), behind=behind)
+            Intervention(start=start, end=end, reason=REASONS[int(code)], leg=int(leg), behind=behind)
             for start, end, code, leg, behind in self.log.rows[: self.log.at[1]].tolist()
         )

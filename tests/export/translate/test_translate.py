@@ -128,6 +128,52 @@ def _loops(of: Any) -> int:
     return 1000 * total + 10 * n + seen
 
 
+class Pair(NamedTuple):
+    """Two arrays that a kernel makes, handed over as one argument."""
+
+    first: Vec  # (2,)
+    second: Vec  # (2,)
+
+
+@kernel
+def _weigh(pair: Any, of: tuple[float, float], sign: int) -> float:
+    pair.second[0] += 1.0
+    x, y = of
+    return sign * (pair.first[0] * x + pair.second[0] * y)
+
+
+@kernel
+def _halve(values: Vec) -> None:
+    values *= 0.5  # in place: the caller sees it
+
+
+@kernel
+def _handed(of: Any) -> int:
+    g, out = of.given, of.out
+    one, other = Pair(g[:2].copy(), g[2:4].copy()), Pair(g[4:6].copy(), g[6:].copy())
+    out[0], out[1] = _weigh(one, (g[1], 2.0), 1), _weigh(other, (g[2], -1.0), -1)
+    out[2], out[3] = one.second[0], other.second[0]
+    halved = g[:3].copy()
+    _halve(halved)
+    halved -= 1.0
+    out[4], out[5] = halved[0], g[0]
+    x = g[0]
+    before = (x + 1.0, 2.0 * x)
+    for k in range(2):
+        x += k
+        if x > 0.5:
+            late = x  # assigned in a block first, and later outside it
+            out[6] = late
+        late = 3.0 * x
+        out[7] = late
+    out[8], out[9] = before[0], before[1]
+    out[10] = _pair(g[2], 4)[0]
+    nearest = 0
+    for x in (0.5, 1.5, 2.5, -0.5, -1.5, -2.6, 0.49999999999999994, 1e6 + 0.25):
+        nearest = 3 * nearest + round(x * of.at[1] / 5)
+    return nearest
+
+
 @kernel
 def _branches(of: Any) -> int:
     if of.on:
@@ -159,7 +205,7 @@ def _by_address(of: Any) -> int:
 
 
 @needs_compiler
-@pytest.mark.parametrize("function", [_arithmetic, _loops])
+@pytest.mark.parametrize("function", [_arithmetic, _loops, _handed])
 def test_a_kernel_gives_the_same_in_c(function: Any, tmp_path: Path) -> None:
     result, out = _in_c(function, _data(), tmp_path)
     expected = _data()

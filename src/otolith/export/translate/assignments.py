@@ -102,7 +102,7 @@ class Assignments:
         elif isinstance(value, Number):
             self._assign_number(name, value)
         elif once:
-            self.of.here[name] = value
+            self.of.here[name] = self.of.as_now(value)
         else:
             self._assign_number(name, number(value))
 
@@ -118,7 +118,7 @@ class Assignments:
     def _spread(self, target: ast.Tuple, value: Value, sole: bool) -> None:
         """Assign several values at once: all are computed before the first is assigned."""
         if isinstance(value, Several):
-            value = self._unpacked(value)
+            value = self.of.unpacked(value)
         elif isinstance(value, Array):
             value = self.unit.entries(value)
         if not isinstance(value, tuple) or len(value) != len(target.elts):
@@ -130,12 +130,6 @@ class Assignments:
         for one, part in zip(target.elts, kept, strict=True):
             self.bind(one, part, sole)
 
-    def _unpacked(self, value: Several) -> tuple[Number, ...]:
-        """Return the numbers that a call returns."""
-        name = self.of.temporary()
-        self.scope.emit(f"const \0r{self.unit.result(value.kinds)}\0 {name} = {value.text};")
-        return tuple(Number(f"{name}.at{i}", kind) for i, kind in enumerate(value.kinds))
-
     def _store(self, target: ast.Subscript, value: Value) -> None:
         of = self.of.value(target.value)
         if not isinstance(of, Array):
@@ -145,8 +139,10 @@ class Assignments:
     def augmented(self, node: ast.AugAssign) -> None:
         """Translate target op= value."""
         if isinstance(node.target, ast.Name):
-            value = self.of.value(node.value)
-            if not self._added_in_place(node.op, node.target.id, value):
+            value, of = self.of.value(node.value), self.of.here.get(node.target.id)
+            if isinstance(of, Array):  # in place, as NumPy does
+                self.of.store(of, arithmetic.binary(node.op, of, value))
+            elif not self._added_in_place(node.op, node.target.id, value):
                 now = self.of.value(ast.Name(id=node.target.id, ctx=ast.Load()))
                 self._name(node.target.id, arithmetic.binary(node.op, now, value), sole=False)
             return

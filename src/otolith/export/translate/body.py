@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -80,24 +81,19 @@ class Body:
         self.assigning = Assignments(self.unit, self.scope, self.of, self.sites)
         left = iter(self.parameters)
         for argument, value in zip(self.tree.args.args, self.given, strict=True):
-            self._receive(argument.arg, value, left)
+            self.of.here |= self._received(argument.arg, value, left)
         self._block(self.tree.body)
         self.scope.finish()
         return self.scope
 
-    def _receive(self, name: str, value: Value, left: Any) -> None:
-        """Let a parameter stand for its argument."""
-        if isinstance(value, (Array, Number)):
-            parameter = next(left)
-            if isinstance(value, Array):
-                self.of.here[name] = Array(c_name(name), parameter.storage, 0, value.shape, value.strides)
-            else:
-                natural = value.natural and self.sites[name] == 1
-                self.of.here[name] = Number(c_name(name), parameter.kind, natural=natural)
-        elif self.sites[name] > 1 and not isinstance(value, tuple):
+    def _received(self, name: str, value: Value, left: Iterator[Parameter]) -> dict[str, Value]:
+        """Return what the name of a parameter stands for; nothing if it is a variable."""
+        if isinstance(value, Number) and self.sites[name] > 1:
+            return {name: Number(c_name(next(left).name), value.kind)}
+        if self.sites[name] > 1 and not isinstance(value, (Array, tuple)):
             self.scope.assign(name, number(value))
-        else:
-            self.of.here[name] = value
+            return {}
+        return {name: _argument(value, left)}
 
     def _result(self) -> Any:
         if not self.returned:
@@ -285,6 +281,23 @@ class Body:
 
     def _augassign(self, node: ast.AugAssign) -> None:
         self.assigning.augmented(node)
+
+
+def _argument(value: Value, left: Iterator[Parameter]) -> Value:
+    """Return an argument with its parts that are not known replaced by the next parameters."""
+    if isinstance(value, tuple):
+        kind = type(value)
+        found = [_argument(one, left) for one in value]
+        return kind(*found) if hasattr(kind, "_fields") else tuple(found)
+    if isinstance(value, Number):
+        parameter = next(left)
+        return Number(c_name(parameter.name), parameter.kind, natural=value.natural)
+    if isinstance(value, Array):
+        parameter = next(left)
+        return Array(
+            c_name(parameter.name), parameter.storage or value.storage, 0, value.shape, value.strides
+        )
+    return value
 
 
 @dataclass(frozen=True)

@@ -119,6 +119,13 @@ def as_integer(a: Value) -> Value:
     return Number(f"(int){a.within(UNARY)}", "int", UNARY)
 
 
+def rounded(a: Value) -> Value:
+    """Return round(a): the nearest integer, of two that are as near the even one."""
+    if not isinstance(a, Number):
+        return round(a)
+    return Number(f"\0hround_int\0{a.text})", "int") if a.kind == "double" else as_integer(a)
+
+
 def as_float(a: Value) -> Value:
     """Return float(a)."""
     if not isinstance(a, Number):
@@ -137,6 +144,7 @@ OF_PYTHON: Final[dict[Any, Callable[..., Value]]] = {
     builtins.len: size_of,
     builtins.abs: magnitude,
     builtins.int: as_integer,
+    builtins.round: rounded,
     builtins.float: as_float,
     builtins.bool: as_truth,
 }

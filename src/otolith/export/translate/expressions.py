@@ -25,6 +25,7 @@ from otolith.export.translate.values import (
     kind_of,
     known,
     number,
+    parts,
     plain,
 )
 
@@ -163,6 +164,11 @@ class Expressions:
             if isinstance(i, Number):
                 raise SizeUnknown("the place in a tuple is not known")
             return self.unit.wrapped(of[i])
+        if isinstance(of, Several):
+            i = self.value(node.slice)
+            if not isinstance(i, int):
+                raise SizeUnknown("the place among the numbers that a call returns is not known")
+            return Number(f"{of.text}.at{i}", of.kinds[i])
         if not isinstance(of, Array):
             raise NotTranslated("what is indexed is no array")
         view = self.view(of, node.slice)
@@ -246,7 +252,7 @@ class Expressions:
         if isinstance(function, Callable) and getattr(function, "__name__", "") == "<lambda>":  # type: ignore[arg-type]
             return function(*given)
         if isinstance(function, type) and issubclass(function, tuple):
-            return function(*given)
+            return function(*map(self._settled, given))
         raise NotTranslated(f"a call of {getattr(function, '__name__', function)} is not translated")
 
     def _largest(self, function: Any, of: Value) -> Value:
@@ -301,8 +307,9 @@ class Expressions:
         if called.constant is not None:
             return called.constant[0]
         texts = []
-        for parameter, one in zip(called.parameters, given, strict=True):
-            if parameter is None or not parameter.used:
+        handed = [part for one in given for _, part in parts(one)]
+        for parameter, one in zip(called.parameters, handed, strict=True):
+            if not parameter.used:
                 continue
             if isinstance(one, Array) and parameter.storage is not None:
                 parameter.storage.point_into(one.storage)
@@ -322,7 +329,24 @@ class Expressions:
             return self.stored(self.temporary(), value)
         if isinstance(value, Choice):
             return self.scope.point(self.temporary(), value.text, value.a)
+        if isinstance(value, Several):
+            return self.unpacked(value)
         return value
+
+    def as_now(self, value: Value) -> Value:
+        """Return a tuple whose parts no later assignment changes; any other value as it is."""
+        if not isinstance(value, tuple):
+            return value
+        found: list[Value] = [
+            self.kept(one) if isinstance(one, Number) else self.as_now(self._settled(one)) for one in value
+        ]
+        return type(value)(*found) if hasattr(value, "_fields") else tuple(found)
+
+    def unpacked(self, value: Several) -> tuple[Number, ...]:
+        """Return the numbers that a call returns."""
+        name = self.temporary()
+        self.scope.emit(f"const \0r{self.unit.result(value.kinds)}\0 {name} = {value.text};")
+        return tuple(Number(f"{name}.at{i}", kind) for i, kind in enumerate(value.kinds))
 
     def stored(self, name: str, value: Value) -> Array:
         """Store an array under the name of a local one."""

@@ -25,7 +25,7 @@ class Function:
 
     name: str
     comment: str
-    parameters: list[Parameter | None]  # one for every argument; None where it is known
+    parameters: list[Parameter]  # one for every part of the arguments that is not known
     returns: Kind | tuple[Kind, ...] | None = None
     constant: tuple[Value] | None = None  # what it returns, if it does nothing else
     body: Any = None

@@ -23,6 +23,10 @@ _HELPERS: Final = {
     "max_int": "static int {n}_max_int(int a, int b) {{ return b > a ? b : a; }}",
     "floor_div": "static int {n}_floor_div(int a, int b) {{ return a / b - (a % b != 0 && (a < 0) != (b < 0)); }}",  # noqa: E501
     "floor_mod": "static int {n}_floor_mod(int a, int b) {{ return (a % b + b) % b; }}",
+    "round_int": """static int {n}_round_int(double a) {{
+    const double below = floor(a), over = a - below;
+    return (int)(over > 0.5 || (over == 0.5 && (int)below % 2 != 0) ? below + 1.0 : below);
+}}""",
     "abs_int": "static int {n}_abs_int(int a) {{ return a < 0 ? -a : a; }}",
 }
 _LANES: Final = """
@@ -140,7 +144,7 @@ class Rendered:
     def _function(self, of: Function) -> str:
         parameters = [f"{self.name} *me"] if of in self._using else []
         for one in of.parameters:
-            if one is None or not one.used:
+            if not one.used:
                 continue
             name = c_name(one.name)
             if one.storage is None:

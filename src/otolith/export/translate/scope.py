@@ -176,12 +176,19 @@ class Scope:
                 self.emit(f"(void){value.within(UNARY)};")
             return
         self.targets[name] += 1
-        if known is not None and known.home == self.block.path and (name, known.home) not in self.declared:
-            self.declared.add((name, known.home))
-            qualified = "const " if known.assigned == 1 else ""
+        if self._begins(name):
+            qualified = "const " if known is not None and known.assigned == 1 else ""
             self.emit(f"{qualified}{self.type_of(name)} {c_name(name)} = {value.text};")
             return
         self.emit(f"{c_name(name)} = {value.text};")
+
+    def _begins(self, name: str) -> bool:
+        """Return whether a variable that was just noted is declared here: first, and in its home."""
+        known, of = self.before.get(name), self.found[name]
+        if known is None or known.home != self.block.path or len(of.paths) > 1:
+            return False
+        self.declared.add((name, known.home))
+        return True
 
     def type_of(self, name: str) -> str:
         """Return the C type of a variable."""
@@ -197,8 +204,7 @@ class Scope:
             raise NotTranslated(f"the array {name} has several shapes")
         of.kinds, of.size, of.assigned = {kind}, shape, of.assigned + 1
         array = array_of(c_name(name), of.storage, shape)
-        if known is not None and known.home == self.block.path and (name, known.home) not in self.declared:
-            self.declared.add((name, known.home))
+        if self._begins(name):
             self.targets[name] += 1
             self.emit(f"{C_TYPES[kind]} {c_name(name)}[{max(1, array.size)}]{' = {0}' if zero else ''};")
         elif zero:
@@ -216,8 +222,7 @@ class Scope:
         of.size, of.kinds, of.pointer = (*array.shape, *array.strides), {array.kind}, True
         of.assigned += 1
         self.targets[name] += 1
-        if known is not None and known.home == self.block.path and (name, known.home) not in self.declared:
-            self.declared.add((name, known.home))
+        if self._begins(name):
             self.emit(f"{pointer_type(of.storage)} *{c_name(name)} = {text};")
         else:
             self.emit(f"{c_name(name)} = {text};")

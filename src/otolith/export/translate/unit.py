@@ -1,5 +1,6 @@
 """One translation unit: the functions that an entry reaches, and the data that they read and write."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import chain, count
 from typing import Any
@@ -22,6 +23,7 @@ from otolith.export.translate.values import (
     Storage,
     Value,
     number,
+    parts,
     plain,
 )
 
@@ -186,14 +188,8 @@ class Unit:
         if isinstance(found, SizeUnknown):
             raise found
         if found is None:
-            parameters = [
-                Parameter(name, one.kind, Storage(one.kind) if isinstance(one, Array) else None)
-                if isinstance(one, (Array, Number))
-                else None
-                for name, one in zip(function.__code__.co_varnames, given, strict=False)
-            ]
-            found = Function(self._name(function), _comment(function), parameters)
-            body = Body(self, function, given, [one for one in parameters if one is not None])
+            found = Function(self._name(function), _comment(function), _parameters(function, given))
+            body = Body(self, function, given, found.parameters)
             try:
                 body.translate(found)
             except SizeUnknown as error:
@@ -209,7 +205,7 @@ class Unit:
         own: str = function.__name__.lstrip("_")
         if self._names.setdefault(own, function) is not function:
             own = f"{function.__module__.rsplit('.', 1)[-1]}_{own}"
-        name = next(one for one in chain([own], (f"{own}_{n}" for n in count(2))) if one not in self._taken)
+        name = next(one for one in _variants(own) if one not in self._taken)
         self._taken.add(name)
         return name
 
@@ -249,6 +245,25 @@ def translated(function: Any, values: Any) -> tuple[Unit, Function]:
             return unit, entry
         variable, begins = variable | unit.too_late, found
     raise NotTranslated(f"{function.__name__}: what is constant does not settle")
+
+
+def _parameters(function: Any, given: list[Value]) -> list[Parameter]:
+    """Return the parameters of a kernel for its arguments, with names that no variable of it has."""
+    names: tuple[str, ...] = function.__code__.co_varnames
+    return [
+        Parameter(
+            part if part == name else next(one for one in _variants(part) if one not in names),
+            value.kind,
+            Storage(value.kind) if isinstance(value, Array) else None,
+        )
+        for name, one in zip(names, given, strict=False)
+        for part, value in parts(one, name)
+    ]
+
+
+def _variants(name: str) -> Iterator[str]:
+    """Yield a name, and others like it."""
+    return chain([name], (f"{name}_{n}" for n in count(2)))
 
 
 def _unknown(value: Value) -> Value:

@@ -5,7 +5,7 @@ pieces of C text: a `Number`, an `Array`, or an `Elementwise` that is computed e
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal
 from itertools import count
@@ -146,6 +146,15 @@ def known(value: Value) -> bool:
     if isinstance(value, (Number, Array, Elementwise)):
         return False
     return all(map(known, value)) if isinstance(value, tuple) else True
+
+
+def parts(value: Value, name: str = "") -> Iterator[tuple[str, Number | Array]]:
+    """Yield what is not known in an argument: itself or, of a tuple, its parts; each with a name."""
+    if isinstance(value, (Number, Array)):
+        yield name, value
+    elif isinstance(value, tuple):
+        for part, one in zip(getattr(value, "_fields", range(len(value))), value, strict=True):
+            yield from parts(one, f"{name}_{part}")
 
 
 def plain(value: Value) -> Value:

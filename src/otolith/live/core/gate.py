@@ -36,7 +36,7 @@ from otolith.core.jit import kernel
 from otolith.live.core.bounds import Bounds, bounds_of, dofs_of, widened, widened_reach
 from otolith.live.core.legs import legs_at, legs_hold
 from otolith.platforms import Platform
-from otolith.safety.law import Reach, decay, move, move_by, none_above, safe, stop, stop_by, to_rest
+from otolith.safety.law import Reach, decay, move, move_by, none_above, safe, stop_by, to_rest
 from otolith.safety.stopping import reach_of
 
 SAMPLE: Final = 5e-3  # [s] between samples of the way to rest, and of a plan
@@ -231,7 +231,9 @@ def _way_of_axes(motion: Mat, b: Bounds, reach: Reach, span: Mat) -> tuple[int, 
             _end(motion, b)
             _widen(span, motion, b.lag)
             i = _finite(motion)
-            return (_FINITE, i) if i >= 0 else _within(span, b)
+            if i >= 0:
+                return _FINITE, i
+            return _within(span, b)
         for _ in range(n):
             move_by(motion, u, reach.lag, reach.period / n, rho)
             _widen(span, motion, b.lag)
@@ -340,52 +342,49 @@ class Gate:
         )
         if park is not None:
             self.bounds, self.reach = widened(self.bounds, park), widened_reach(self.reach, park)
-        self._u = np.empty(
-            6
-        )  # a command to work with: one that can be written to, so that kernels have one form
+        self._u = np.empty(6)  # a command to work with
         rest = np.zeros((3, 6))
         self.judge(rest)  # compiled now, so that no set-point waits for the compiler
         self.plan(rest, np.zeros((1, 6)), period)
         self.advance(rest, np.zeros(6), 1e-3)
-        self.brake(rest, np.zeros(6))
         self.rest(rest)
         self.point(rest, rest, 0.0)
         self.move(rest, np.zeros(6), 0.0)
 
     def judge(self, motion: Mat, before: Mat | None = None, dt: float = 0.0) -> Verdict:
         """Judge a motion (3, 6), and its jerk since the motion `before`, dt [s] earlier, where given."""
-        return _verdict(judge(motion, motion if before is None else before, dt, self.bounds, self.reach))
+        return verdict_of(judge(motion, motion if before is None else before, dt, self.bounds, self.reach))
 
     def point(self, motion: Mat, before: Mat, dt: float) -> Verdict:
         """Judge a motion (3, 6) alone, without the way to rest."""
-        return _verdict(_point(motion, before, dt, self.bounds, 0.0))
+        return verdict_of(_point(motion, before, dt, self.bounds, 0.0))
 
     def plan(self, motion: Mat, stages: Mat, period: float) -> Verdict:
         """Judge the commands (K, 6) of a plan from `motion`, each held for a period [s], and the way to rest
         after them.
         """
-        return _verdict(judge_plan(motion, np.array(stages), period, self.bounds, self.reach))
+        return verdict_of(judge_plan(motion, np.array(stages), period, self.bounds, self.reach))
 
     def advance(self, motion: Mat, u: Vec, dt: float) -> Verdict:
         """Advance `motion` in place by dt [s] under the commands u (6,) if this passes; else leave it."""
-        self._u[:] = u
-        return _verdict(advance(motion, self._u, dt, self.bounds, self.reach))
+        return verdict_of(advance(motion, self.writable(u), dt, self.bounds, self.reach))
 
     def rest(self, motion: Mat) -> Mat:
         """Return the commands (K, 6) of the law from `motion` to rest, one for each of its periods."""
         room = np.zeros((LONGEST, 6))
         return room[: max(1, to_rest(motion.copy(), self.reach, 0, room))]
 
-    def brake(self, motion: Mat, u: Vec) -> None:
-        """Write the commands u (6,) of the law that leads to rest, to be held for one of its periods."""
-        stop(motion, self.reach, u)
-
     def move(self, motion: Mat, u: Vec, dt: float) -> None:
         """Advance `motion` (3, 6) in place by dt [s] under the commands u (6,), unjudged."""
+        move(motion, self.writable(u), self.reach.lag, dt)
+
+    def writable(self, u: Vec) -> Vec:
+        """Return commands (6,) in an array that may be written to, so that kernels have one form."""
         self._u[:] = u
-        move(motion, self._u, self.reach.lag, dt)
+        return self._u
 
 
-def _verdict(found: tuple[int, int]) -> Verdict:
+def verdict_of(found: tuple[int, int]) -> Verdict:
+    """Return the verdict that a kernel has found."""
     code, index = found
     return PASSES if code == _FREE else Verdict(Refusal(code), index)

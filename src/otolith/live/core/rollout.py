@@ -7,14 +7,57 @@ law that leads to rest, asked anew once per period. The law is deterministic, an
 from every motion that passed.
 """
 
+from typing import Final, NamedTuple
+
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.live.core.gate import Gate, Verdict
+from otolith.core.jit import kernel
+from otolith.live.core.bounds import Bounds
+from otolith.live.core.gate import Gate, Verdict, advance, verdict_of
 from otolith.live.messages import Plan
+from otolith.safety.law import Reach, move, stop
 
+INSTANT: Final = 1e-9  # [s] durations that are no longer are over
 SPEED_AT_REST = 1e-5  # [m/s, rad/s] below which the motion counts as at rest …
 ACCELERATION_AT_REST = 1e-3  # [m/s², rad/s²] … together with this
+
+
+class Track(NamedTuple):
+    """Where the set-points are, in a form that kernels take."""
+
+    motion: Mat  # (3, 6) pose, twist, acceleration
+    braking: Vec  # (6,) commands of the law in its present period
+    left: Vec  # (1,) [s] of that period; negative: no way to rest has begun
+
+
+@kernel
+def brake(of: Track, dt: float, reach: Reach) -> None:
+    """Move by dt [s] along the way to rest from the motion that passed last."""
+    while dt > INSTANT:
+        if of.left[0] <= INSTANT:
+            stop(of.motion, reach, of.braking)
+            of.left[0] = reach.period
+        step = min(dt, of.left[0])
+        move(of.motion, of.braking, reach.lag, step)
+        of.left[0] -= step
+        dt -= step
+
+
+@kernel
+def follow(of: Track, command: Vec, dt: float, b: Bounds, reach: Reach) -> tuple[int, int]:
+    """Move by dt [s] under commands (6,) if the gate lets it pass, else along the way to rest.
+
+    Returns
+    -------
+    What the commands would break, an index of `otolith.live.core.gate.Refusal`, and where.
+    """
+    code, i = advance(of.motion, command, dt, b, reach)
+    if code == 0:
+        of.left[0] = -1.0
+    else:
+        brake(of, dt, reach)
+    return code, i
 
 
 class Rollout:
@@ -27,35 +70,33 @@ class Rollout:
 
     def __init__(self, gate: Gate) -> None:
         self.gate = gate
-        self.motion = np.zeros((3, 6))  # pose, twist, acceleration
-        self._braking = np.zeros(6)  # commands of the law in its present period
-        self._left = 0.0  # [s] of that period; negative: no way to rest has begun
+        self._track = Track(np.zeros((3, 6)), np.zeros(6), np.zeros(1))
+        self.follow(np.zeros(6), INSTANT)  # compiled now, so that no set-point waits for the compiler
+        self.brake(INSTANT)
+
+    @property
+    def motion(self) -> Mat:
+        """Pose, twist and acceleration (3, 6) of the set-points; may be written."""
+        return self._track.motion
 
     def place(self, pose: Vec) -> None:
         """Start at rest at a pose (6,)."""
         self.motion[:] = 0.0
         self.motion[0] = pose
-        self._left = -1.0
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin a new way to rest when one is needed, from the motion that is then."""
+        self._track.left[0] = -1.0
 
     def follow(self, command: Vec, dt: float) -> Verdict:
         """Move by dt [s] under commands (6,) if the gate lets it pass, else along the way to rest."""
-        verdict = self.gate.advance(self.motion, command, dt)
-        if verdict.passes:
-            self._left = -1.0
-        else:
-            self.brake(dt)
-        return verdict
+        gate = self.gate
+        return verdict_of(follow(self._track, gate.writable(command), dt, gate.bounds, gate.reach))
 
     def brake(self, dt: float) -> None:
         """Move by dt [s] along the way to rest from the motion that passed last."""
-        while dt > 1e-9:
-            if self._left <= 1e-9:
-                self.gate.brake(self.motion, self._braking)
-                self._left = self.gate.reach.period
-            step = min(dt, self._left)
-            self.gate.move(self.motion, self._braking, step)
-            self._left -= step
-            dt -= step
+        brake(self._track, dt, self.gate.reach)
 
     @property
     def rests(self) -> bool:
@@ -71,7 +112,7 @@ def ahead(rollout: Rollout, motion: Mat, plan: Plan | None, span_ns: tuple[int, 
     """
     now, end = span_ns
     rollout.motion[:] = motion
-    rollout._left = -1.0
+    rollout.forget()
     while now < end:
         command = None if plan is None else plan.command(now)
         until = end
