@@ -26,7 +26,7 @@ from otolith.export.make import Kind, program_of
 from otolith.export.program import Program, check_name
 from otolith.export.project import write_project
 from otolith.export.vectors import Vectors, drive, vectors
-from otolith.platforms.library import check_machine
+from otolith.platforms.machines import check_machine
 from otolith.registry import check_options
 
 app = group("Algorithms for hosts without Python: C, an FMU, a ROS 2 package.")

@@ -14,7 +14,7 @@ from otolith.core.frames import dofs_named
 from otolith.cueing.design import Design
 from otolith.interfaces import Cueing, PlatformState, Reference
 from otolith.platforms import Platform
-from otolith.platforms.library import check_machine
+from otolith.platforms.machines import check_machine
 
 CueingName = Annotated[str, typer.Option(help=CUEING_HELP)]
 Tuning = Annotated[

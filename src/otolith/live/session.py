@@ -41,7 +41,7 @@ from otolith.live.wire.axes import AxisMap, axes_from
 from otolith.live.wire.source import Source
 from otolith.live.wire.sources import source_named
 from otolith.platforms import Platform, catalog
-from otolith.platforms.library import check_machine
+from otolith.platforms.machines import check_machine
 
 PERIOD: Final = 0.01  # [s] of the algorithms that are run live
 LIBRARIES: Final = ("numpy", "numba", "scipy", "daqp", "ruckig")  # on which a decision's bits depend

@@ -38,16 +38,5 @@ def load(name: str) -> "Platform":
     return parse_platform(_text(name), f"{name}.toml")
 
 
-def check_machine(platform: "Platform", field: str) -> None:
-    """Refuse the profile `thesis`, whose limits are beyond those of any machine.
-
-    Raises
-    ------
-    InputError : it is this profile; `field` is what the platform was given as.
-    """
-    if platform.name == "thesis":
-        raise InputError(field, "thesis", "a machine's: this profile has limits that no machine has")
-
-
 def _text(name: str) -> str:
     return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
