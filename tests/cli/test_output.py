@@ -5,7 +5,8 @@ import time
 
 from rich.console import Console
 
-from otolith.cli.output import _progress_sentence, lines, progress_bar, screen, working
+from otolith.cli.output import _progress_sentence, lines, progress_bar, progress_line, screen, working
+from otolith.mpqp.enumerate import Progress
 
 
 def awaited(console: Console, text: str, seconds: float = 20.0) -> list[str]:
@@ -31,6 +32,15 @@ def test_without_a_terminal_a_line_comes_every_few_seconds_with_an_estimate() ->
 def test_what_is_unknown_is_not_estimated() -> None:
     assert _progress_sentence("preparing", None, 12.3) == "preparing; 12 s so far"
     assert _progress_sentence("running", 0.0, 12.3) == "running; 12 s so far"
+
+
+def test_an_enumeration_that_is_done_is_not_told_while_other_work_goes_on() -> None:
+    """A first run compiles for a minute after the law is there; "0 sets to examine" looked like a hang."""
+    under_way, done = Progress(regions=30, open=4, seconds=0.5), Progress(regions=90, open=0, seconds=1.5)
+    text = "explicit law: 30 regions, 4 sets to examine, 60 regions/s, 0.5 s"
+    assert progress_line(under_way, after="compiling") == text
+    assert progress_line(done, after="compiling") == "compiling"
+    assert progress_line(done) == "explicit law: 90 regions, 0 sets to examine, 60 regions/s, 1.5 s"
 
 
 def test_short_work_says_nothing_and_its_thread_ends_with_it() -> None:

@@ -96,7 +96,7 @@ class Algorithms:
         self.tell: Callable[[Cued, float], None] = _tell_nobody  # how far a run is, if it is made here
         self._made: dict[str, Cueing] = {}
         design = replace(
-            prepared.design, progress=lambda now: report(f"explicit law: {progress_line(now)}")
+            prepared.design, progress=lambda now: report(progress_line(now, after=text))
         )  # all algorithms share one design, and with it the laws that are enumerated on first use
         for name in prepared.plants:
             text = f"preparing {name}; kernels are compiled on first use (10 to 30 s), then cached"

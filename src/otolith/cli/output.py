@@ -161,10 +161,13 @@ def _progress_sentence(text: str, fraction: float | None, seconds: float) -> str
     return f"{text}: {100.0 * fraction:.0f} %, {seconds:.0f} s so far, about {left:.0f} s left"
 
 
-def progress_line(now: "Progress") -> str:
-    """Return how far an enumeration is."""
+def progress_line(now: "Progress", *, after: str = "") -> str:
+    """Return how far an enumeration is, or the text `after` once it is done and other work goes on."""
+    if after and not now.open:
+        return after
     rate = now.regions / max(now.seconds, 1e-9)
-    return f"{now.regions} regions, {now.open} sets to examine, {rate:.0f} regions/s, {now.seconds:.1f} s"
+    found = f"{now.regions} regions, {now.open} sets to examine"
+    return f"explicit law: {found}, {rate:.0f} regions/s, {now.seconds:.1f} s"
 
 
 def sentence(summary: dict[str, Any]) -> str:
