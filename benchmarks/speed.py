@@ -4,7 +4,7 @@
     python benchmarks/speed.py /tmp/before [--only WORDS] [--json FILE]
 
 Every script below runs both versions in turns, in processes of their own; what a figure means is said at its
-head. The whole takes about an hour on two cores. Run it once on an idle machine and once on a busy one:
+head. The whole takes half an hour on two cores. Run it once on an idle machine and once on a busy one:
 ratios change less than times do.
 """
 
