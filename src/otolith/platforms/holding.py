@@ -27,6 +27,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.jit import kernel
 from otolith.core.rotation import rotation_of
 from otolith.core.singular_values import extreme_singular_values
@@ -96,7 +97,7 @@ def _room(J: Mat, leverages: Vec, R: Mat, of: Joints, rates: Vec) -> tuple[float
         for k in range(2):
             if of.lean[k] >= math.pi:
                 continue
-            axis[:] = of.axes[k, i]
+            copy_to(axis, of.axes[k, i])
             if k == 1:
                 for row in range(3):
                     axis[row] = (
@@ -149,7 +150,7 @@ def place_ball(lengths: Vec, of: Joints, ball: Ball) -> int:
     What bounds the ball: the leg (0 … 5) whose joint may lean too far first, 6 more for a crank that may come
     to its dead centre, or −1 for a singular pose. The radius is 0 if the pose does not hold or is not found.
     """
-    ball.centre[:] = lengths
+    copy_to(ball.centre, lengths)
     ball.radius[0] = 0.0
     if forward(lengths, of.actuators, ball.place, CLOSE, NEWTON) < 0:
         return -1

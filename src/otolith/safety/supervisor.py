@@ -25,6 +25,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.errors import InputError
 from otolith.core.jit import kernel
 from otolith.core.rotation import place_of
@@ -173,6 +174,13 @@ def _braking(speeds: Vec, A: float, dt: float, braked: Vec) -> None:
 
 
 @kernel
+def _between(braked: Vec, further: Vec, share: float, aim: Vec) -> None:
+    """Write speeds that are a share of what is further than braking."""
+    for i in range(6):
+        aim[i] = braked[i] + share * further[i]
+
+
+@kernel
 def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float], A: float, dt: float) -> int:
     """Move `aim`, in place, as close to braking as a safe end of the period needs; return the causing leg."""
     moved, braked = np.empty(6), np.empty(6)
@@ -184,13 +192,13 @@ def _stop_short(lengths: Vec, before: Vec, aim: Vec, stroke: tuple[float, float]
     further, safe, unsafe = aim - braked, 0.0, 1.0
     for _ in range(HALVINGS):
         share = 0.5 * (safe + unsafe)
-        aim[:] = braked + share * further
+        _between(braked, further, share, aim)
         _move(lengths, before, aim, dt, moved)
         if _first_outside(moved, aim, stroke, A, dt) < 0:
             safe = share
         else:
             unsafe = share
-    aim[:] = braked + safe * further
+    _between(braked, further, safe, aim)
     return leg
 
 
@@ -225,14 +233,14 @@ def _stay_held(lengths: Vec, before: Vec, aim: Vec, keeps: Keeps, dt: float) -> 
     further, safe, unsafe = aim - braked, 0.0, 1.0
     for _ in range(POSE_HALVINGS):
         share = 0.5 * (safe + unsafe)
-        aim[:] = braked + share * further
+        _between(braked, further, share, aim)
         _move(lengths, before, aim, dt, moved)
         inside = _first_outside(moved, aim, keeps.stroke, A, dt) < 0
         if inside and _holds(lengths, before, aim, keeps, dt)[0]:
             safe = share
         else:
             unsafe = share
-    aim[:] = braked + safe * further
+    _between(braked, further, safe, aim)
     return True, why
 
 
@@ -286,7 +294,7 @@ def supervise(
         elif leg_of_acceleration >= 0:
             reason, leg = _ACCELERATION, leg_of_acceleration
     _move(lengths, speeds, aim, dt, lengths)
-    speeds[:] = aim
+    copy_to(speeds, aim)
     _follow_ball(lengths, keeps)
     return reason, leg
 

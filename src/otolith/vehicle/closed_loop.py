@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.errors import InputError, OtolithError
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
@@ -142,10 +143,10 @@ def _run(
         if k % every == 0:
             decide(x, road, p, d, command)
         if k % keep == 0:
-            records[count, :STATES] = x
+            copy_to(records[count, :STATES], x)
         advance(x, command, road, p, dt, work)
         if k % keep == 0:
-            records[count, STATES:] = work[5, :EXTRAS]
+            copy_to(records[count, STATES:], work[5, :EXTRAS])
             count += 1
         k += 1
         resting = abs(x[3]) < AT_REST and k * dt > 1.0

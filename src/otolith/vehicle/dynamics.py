@@ -25,6 +25,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
 from otolith.vehicle.car import CarNumbers
@@ -174,7 +175,7 @@ def rates(x: Vec, command: Vec, road: RoadNumbers, p: CarNumbers, dx: Vec, extra
     dx[6], dx[8], dx[10] = x[7], x[9], x[11]
     dx[12] = min(max((command[0] - x[12]) / p.T_steer, -p.steer_rate), p.steer_rate)
     dx[13] = (command[1] - x[13]) / (p.T_brake if command[1] < x[13] else p.T_drive)
-    dx[18:22] = x[22:26]
+    copy_to(dx[18:22], x[22:26])
     extra[0], extra[1], extra[2] = fx, fy, dx[7] + n - GRAVITY
     extra[3], extra[4], extra[5] = dx[9], dx[11], dx[5]
 

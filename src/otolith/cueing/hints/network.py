@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from otolith.core.arrays import Ints, Mat, Vec, frozen_array
+from otolith.core.copying import copy_to
 from otolith.core.jit import kernel
 from otolith.cueing.hints.features import FEATURES, describe
 
@@ -150,7 +151,7 @@ def expect_of_pair(
     for layer in range(1, len(sizes)):
         m = sizes[layer]
         W, z = numbers[at : at + n * m], following[:m]
-        z[:] = numbers[at + n * m : at + n * m + m]
+        copy_to(z, numbers[at + n * m : at + n * m + m])
         for i in range(n):
             if layer == 1 or h[i] > 0.0:  # negative values are cut off at zero
                 add(h[i], W[i * m : i * m + m], z)

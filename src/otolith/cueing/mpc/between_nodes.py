@@ -24,6 +24,7 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.jit import kernel
 from otolith.core.slopes import rotation_jet
 from otolith.platforms.hexapod import Hexapod
@@ -96,7 +97,7 @@ def _at_limits(J: Mat, towards: Vec, offset: Vec, most: float, axes: Vec, out: V
     for i in range(6):
         out[i] = (most if towards[i] > 0.0 else -most) - offset[i]
     if not solve(J.copy(), out):
-        out[:] = axes
+        copy_to(out, axes)
     for i in range(6):
         out[i] = min(axes[i], max(-axes[i], out[i]))
     of_legs = np.zeros(6)
@@ -136,7 +137,8 @@ def _fastest_change(
             for axis in range(6):
                 motion[0, axis] *= SHRINK
             _slopes_at(of, motion, jet, values, slopes)
-        J[:] = slopes[:6, :6]
+        for leg in range(6):
+            copy_to(J[leg], slopes[leg])
         _at_limits(J, draws[k, 1], np.zeros(6), speed, reach.speed, motion[1])
         _slopes_at(of, motion, jet, values, slopes)
         offset = values[12:].copy()

@@ -18,6 +18,7 @@ import math
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import jit_allocating
 
@@ -118,24 +119,17 @@ def _turning(motion: Mat, w: Vec, alpha: Vec, changes: Mat) -> None:
     alpha[1], alpha[2] = cr * m + sr * n, cr * n - sr * m
     # Each row holds the changes of ω, then those of α_x, m and n, which become α below.
     of_w = -cp * Y, -sr * sp * Y, -cr * sp * Y
-    _write((*of_w, sp * Q * Y - cp * dY, -sp * P * Y, -sp * dY - cp * Q * Y), changes[1, PLACE])
-    _write((1.0, 0.0, 0.0, 0.0, cp * Y, -Q), changes[0, SPEED])
-    _write((0.0, cr, -sr, -cp * Y, 0.0, -P - sp * Y), changes[1, SPEED])
-    _write((-sp, sr * cp, cr * cp, -cp * Q, cp * P, -sp * Q), changes[2, SPEED])
+    copy_to(changes[1, PLACE], (*of_w, sp * Q * Y - cp * dY, -sp * P * Y, -sp * dY - cp * Q * Y))
+    copy_to(changes[0, SPEED], (1.0, 0.0, 0.0, 0.0, cp * Y, -Q))
+    copy_to(changes[1, SPEED], (0.0, cr, -sr, -cp * Y, 0.0, -P - sp * Y))
+    copy_to(changes[2, SPEED], (-sp, sr * cp, cr * cp, -cp * Q, cp * P, -sp * Q))
     changes[0, ACCELERATION, 3] = changes[1, ACCELERATION, 4] = 1.0
     changes[2, ACCELERATION, 3], changes[2, ACCELERATION, 5] = -sp, cp
     for axis in range(3):
         for order in range(3):
             of_m, of_n = changes[axis, order, 4], changes[axis, order, 5]
             changes[axis, order, 4], changes[axis, order, 5] = cr * of_m + sr * of_n, cr * of_n - sr * of_m
-    _write((0.0, w[2], -w[1], 0.0, alpha[2], -alpha[1]), changes[0, PLACE])  # roll turns both about x
-
-
-@jit_allocating
-def _write(values: tuple[float, ...], out: Vec) -> None:
-    """Copy one by one: for `out[:] = values` numba also compiles the text of an error message, for 2 s."""
-    for i in range(len(values)):
-        out[i] = values[i]
+    copy_to(changes[0, PLACE], (0.0, w[2], -w[1], 0.0, alpha[2], -alpha[1]))  # roll turns both about x
 
 
 @jit_allocating

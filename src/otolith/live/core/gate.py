@@ -31,6 +31,7 @@ from typing import Final
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.frames import AXES
 from otolith.core.jit import kernel
 from otolith.live.core.bounds import Bounds, bounds_of, dofs_of, widened, widened_reach
@@ -303,7 +304,8 @@ def judge_plan(motion: Mat, stages: Mat, period: float, b: Bounds, reach: Reach)
         some = stages[first : first + TOGETHER]
         begin = ahead.copy()
         if not _holds(ahead, some, period, b, reach):
-            ahead[:] = begin
+            for row in range(3):
+                copy_to(ahead[row], begin[row])
             for k in range(len(some)):
                 code, i = _way(ahead, some[k], period, b, reach)
                 if code != _FREE:
