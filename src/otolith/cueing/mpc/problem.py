@@ -30,27 +30,10 @@ from otolith.cueing.mpc import kernels
 from otolith.cueing.mpc.axis_sets import sets_with
 from otolith.cueing.mpc.body import BODY_ROWS, FIRM, Body
 from otolith.cueing.mpc.circle import Circle, circle_of
-from otolith.cueing.mpc.motion import (
-    TILT,
-    chains,
-    dynamics,
-    first_states,
-    held,
-    predict,
-    stacked,
-    states,
-)
+from otolith.cueing.mpc.motion import TILT, chains, dynamics, first_states, held, predict, stacked, states
 from otolith.cueing.mpc.objective import Channel, carried_by, channels
 from otolith.cueing.mpc.organs import organs_of
-from otolith.cueing.mpc.rows import (
-    REST,
-    Limits,
-    Row,
-    command_bounds,
-    interference_rows,
-    rest_rows,
-    rows_of,
-)
+from otolith.cueing.mpc.rows import REST, Limits, Row, command_bounds, interference_rows, rest_rows, rows_of
 from otolith.cueing.mpc.settings import MpcSettings
 from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Braking, Platform
