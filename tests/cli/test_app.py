@@ -8,6 +8,7 @@ import pytest
 import typer
 
 from otolith.cli.app import COMMANDS, imported
+from tests.cli.test_platform import refusal
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -51,3 +52,25 @@ def test_a_list_imports_nothing_that_computes(kind: str, one: str, light: tuple[
     shown, loaded = loaded_by(["list", kind], (*light, *heavy))
     assert one in shown
     assert loaded == ""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "drive circle --roughness C",
+        "explicit verify law.h5",
+        "live bench",
+        "live faults",
+        "platform fit davsi",
+        "terminal verify sets.h5",
+    ],
+)
+def test_a_negative_seed_is_refused_before_work_begins(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "Invalid value for '--seed'" in refusal([*command.split(), "--seed", "-1"], capsys)
+
+
+def test_a_refusal_is_one_line_whatever_a_files_name_holds(capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(["log", "check", "no\nsuch\x1b[2J.csv"], capsys)
+    assert said == "otolith: log no\\nsuch\\x1b[2J.csv is absent, must be an existing file\n"

@@ -77,11 +77,11 @@ def test_show_prints_a_table(law: Path, capsys: pytest.CaptureFixture[str]) -> N
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--horizon", "0"], "explicit horizon is 0, must be at least 1 step"),
+        (["--horizon", "0"], "explicit horizon is 0, must be from 1 to 1000 steps"),
         (["--block-from", "9"], "block-from is 9, must be from 1 to the horizon of 5 steps"),
         (["--tolerance", "0"], "--tolerance is 0.0, must be greater than 0"),
         (["--dofs", "pitch"], "--dofs is 'pitch', must be one of surge-pitch"),
-        (["--control-weight", "0"], "control weight is 0.0, must be finite and greater than 0"),
+        (["--control-weight", "0"], "control weight is 0, must be from 1e-12 to 1e+12"),
     ],
 )
 def test_wrong_options_are_one_sentence(

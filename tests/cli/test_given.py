@@ -81,3 +81,11 @@ def test_lines_of_a_table_are_not_told_of_other_formats(
     for option in ("--header", "--units"):
         message = refusal(["log", "check", str(drive), option, "2", "--out", str(tmp_path / "x.png")], capsys)
         assert f"{option} is given, must be left out, for drive.json is no table of text" in message
+
+
+@pytest.mark.parametrize("words", [["--plant="], ["--plant", ""]])
+def test_an_empty_value_is_refused_instead_of_counting_as_none(words: list[str]) -> None:
+    made: Any = typer.main.get_command(program("run"))
+    with pytest.raises(InputError, match=r"^--plant is empty, must be given a value, or left out$"):
+        refuse_lost(made, ["run", "sine-1", *words])
+    refuse_lost(made, ["run", "--json", ""])  # here the empty word is the scenario, which is refused later

@@ -169,7 +169,7 @@ def test_the_supervisors_interventions_are_told(tmp_path: Path, capsys: pytest.C
     ("soft", "words"),
     [
         ("tilt=x", "--soft tilt is 'x', must be a number"),
-        ("tilt_rate=-1", "penalty of tilt_rate is -1.0, must be finite and greater than 0"),
+        ("tilt_rate=-1", "penalty of tilt_rate is -1, must be from 1e-12 to 1e+12"),
         ("command=3", "--soft is 'command', must be one of tilt_rate, tilt"),
     ],
 )

@@ -232,6 +232,12 @@ def test_a_shorter_second_horizon_is_taken_and_a_longer_one_refused() -> None:
         Design(platform=ULTIMATE, second_blocks=(0, 1))
 
 
+@pytest.mark.parametrize("name", ["lnl", "nll"])
+def test_blocks_of_a_second_mpc_are_refused_where_nothing_carries_the_platform(name: str) -> None:
+    with pytest.raises(InputError, match="no base of platform thesis moves along surge-pitch"):
+        registry.make_cueing(name, Design(platform=load("thesis"), second_blocks=(1, 1)))
+
+
 def test_the_split_follows_its_low_pass() -> None:
     """Against the transfer function: of a sine at the cutoff the base's share is 1/√2, and 45 deg late."""
     run = loop("split", scenario("sine:amplitude=0.5,frequency=2,duration=6"))

@@ -201,5 +201,15 @@ def _refuse(sentence: str, debug: bool) -> NoReturn:
     console = Console(stderr=True)
     if debug:
         console.print_exception()
-    console.print(f"otolith: {sentence}", style="red", markup=False, highlight=False, soft_wrap=True)
+    console.print(
+        f"otolith: {_printable(sentence)}", style="red", markup=False, highlight=False, soft_wrap=True
+    )
     sys.exit(2)
+
+
+def _printable(sentence: str) -> str:
+    """Return a sentence in one line, whatever is in the names that it quotes.
+
+    A file's name may hold line ends, codes that steer the terminal, and bytes that are no UTF-8.
+    """
+    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in sentence)

@@ -45,7 +45,7 @@ def drive_(
     roughness: Annotated[
         str | None, typer.Option(help="Road surface of ISO 8608, A (good) to E (default: smooth).")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the road surface.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the road surface.")] = 0,
     rate: Annotated[
         float,
         typer.Option(metavar="HZ", help="Samples of the record in a second: 1000 or a whole fraction of it."),

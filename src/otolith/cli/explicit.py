@@ -111,7 +111,7 @@ def build(
 def verify_(
     law: LawFile,
     samples: Annotated[int, typer.Option(min=1, help="Parameters to check, per part.")] = 100_000,
-    seed: Annotated[int, typer.Option(help="Seed of the random parameters.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random parameters.")] = 0,
     json: Json = False,
 ) -> None:
     """Check a stored law against an independent QP; exit code 1 when anything is wrong."""

@@ -35,7 +35,7 @@ def bench(
     platform: PlatformName = "davsi-4dof",
     dofs: Dofs = "surge-pitch,sway-roll",
     tuning: Tuning = None,
-    seed: Annotated[int, typer.Option(help="Of references and faults in virtual time.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of references and faults in virtual time.")] = 0,
     json: Json = False,
 ) -> None:
     """Measure a session in real time; or run in virtual time with hostile references and random faults.

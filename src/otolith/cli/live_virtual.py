@@ -32,7 +32,7 @@ def faults(
     platform: PlatformName = "davsi-4dof",
     dofs: Dofs = "surge-pitch,sway-roll",
     tuning: Tuning = None,
-    seed: Annotated[int, typer.Option(help="Of the chances in the virtual world.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the chances in the virtual world.")] = 0,
     json: Json = False,
 ) -> None:
     """Play the matrix of faults in virtual time, and say what followed; exit code 1 if anything is wrong."""

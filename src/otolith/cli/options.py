@@ -225,7 +225,9 @@ class RunOptions:
             mpc=settings,
             liveliness=self.liveliness,
             corners=Corners(high_pass=self.high_pass, low_pass=self.low_pass),
-            second_blocks=() if self.second_blocks is None else block_lengths(self.second_blocks),
+            second_blocks=()
+            if self.second_blocks is None
+            else block_lengths(self.second_blocks, "--second-blocks"),
             generator=parse_generator(self.generator),
             entry=parse_entry(self.guess_entry),
             stored_laws=files.read_laws(self.law) if self.law is not None else (),
@@ -335,11 +337,11 @@ def pairs_named(dofs: str) -> tuple[Dof, ...]:
     return dofs_named(dofs.split(","), PAIRS)
 
 
-def block_lengths(text: str) -> tuple[int, ...]:
-    """Parse the numbers of steps of `--blocks`."""
+def block_lengths(text: str, option: str = "--blocks") -> tuple[int, ...]:
+    """Parse the numbers of steps of an option such as `--blocks`."""
     lengths = text.split(",")
     if not all(length.strip().isdecimal() for length in lengths):
-        raise InputError("--blocks", repr(text), "numbers of steps with commas, as in 1,1,2,7,12")
+        raise InputError(option, repr(text), "numbers of steps with commas, as in 1,1,2,7,12")
     return tuple(map(int, lengths))
 
 

@@ -12,6 +12,7 @@ from otolith import files
 from otolith.cli.output import described_bar, group, print_json, screen
 from otolith.core.errors import InputError
 from otolith.cueing.mpc.rows import parse_braking_rows
+from otolith.cueing.mpc.settings import check_period
 from otolith.cueing.mpc.terminal import TerminalSets, digest
 from otolith.safety.invariant.certificate import Judgement
 from otolith.safety.invariant.trial import Trial
@@ -61,7 +62,7 @@ def verify(
     ],
     states: Annotated[int, typer.Option(min=0, help="Random states of each axis to be driven.")] = 100_000,
     steps: Annotated[int, typer.Option(min=1, help="Periods that each is driven for.")] = 100,
-    seed: Annotated[int, typer.Option(help="Seed of the random states.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     platform: Annotated[
         str | None, typer.Option(metavar="PLATFORM", help="Platform to which a FILE has to belong.")
     ] = None,
@@ -103,8 +104,7 @@ def _read(path: Path, platform: str | None) -> TerminalSets:
 
 
 def _found(platform: str, braking: str, period: float) -> TerminalSets:
-    if not 1e-4 <= period <= 1.0:
-        raise InputError("--period", period, "from 0.0001 to 1 s")
+    check_period("--period", period)
     return TerminalSets.of(files.read_platform(platform), parse_braking_rows(braking), period=period)
 
 

@@ -36,11 +36,13 @@ def joint(design: Design) -> Cueing:
 
 def lnl(design: Design) -> Cueing:
     """Make an MPC of the base, and one of the platform for what the base leaves."""
+    _refuse_lost(design)
     return together([part for dofs in groups_of(design) for part in _in_turn(design, dofs, base_first=True)])
 
 
 def nll(design: Design) -> Cueing:
     """Make an MPC of the platform, and one of the base for what the platform leaves."""
+    _refuse_lost(design)
     return together([part for dofs in groups_of(design) for part in _in_turn(design, dofs, base_first=False)])
 
 
@@ -51,6 +53,14 @@ def split(design: Design) -> Cueing:
         return predictive(design)
     inner = predictive(replace(design, platform=as_one(platform, design.dofs)))
     return Split(inner, platform, design.dofs)
+
+
+def _refuse_lost(design: Design) -> None:
+    """Refuse blocks of a second MPC where no base is moved, so that there is none."""
+    if design.second_blocks and not design.platform.bases(design.dofs):
+        names = ",".join(dof.name for dof in design.dofs)
+        bound = f"left out: no base of platform {design.platform.name} moves along {names}"
+        raise InputError("--second-blocks", "given", bound)
 
 
 def _in_turn(design: Design, dofs: tuple[Dof, ...], *, base_first: bool) -> Sequence[Cueing]:

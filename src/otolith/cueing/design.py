@@ -66,7 +66,8 @@ class Design:
         if not 0.0 <= self.liveliness <= 1.0:
             raise InputError("liveliness", self.liveliness, "between 0 and 1")
         if any(length < 1 for length in self.second_blocks):
-            raise InputError("blocks of the second MPC", self.second_blocks, "of at least 1 step each")
+            given = ",".join(map(str, self.second_blocks))
+            raise InputError("blocks of the second MPC", given, "of at least 1 step each")
 
     @property
     def preview(self) -> int:

@@ -157,7 +157,7 @@ def _run(
 def _samples_between(rate_hz: float, step: float) -> int:
     """Return the number of integration steps between samples of the record."""
     highest = round(1.0 / step)
-    every = round(highest / rate_hz) if 0.0 < rate_hz <= highest else 0
+    every = round(highest / rate_hz) if 1.0 <= rate_hz <= highest else 0
     if every < 1 or abs(every * rate_hz - highest) > 1e-6 * highest:
         some = ", ".join(f"{highest / k:g}" for k in (1, 2, 5, 10, 20, 50) if highest % k == 0)
         raise InputError(

@@ -165,8 +165,11 @@ def test_a_law_of_another_platform_is_refused(plain: design.Design) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"horizon": 0}, "explicit horizon is 0, must be at least 1 step"),
-        ({"period": -0.1}, "explicit period is -0.1, must be greater than 0 s"),
+        ({"horizon": 0}, "explicit horizon is 0, must be from 1 to 1000 steps"),
+        ({"horizon": 10**23}, "explicit horizon is 10{23}, must be from 1 to 1000 steps"),
+        ({"period": -0.1}, "explicit period is -0.1 s, must be from 0.0001 to 1 s"),
+        ({"period": 1e300}, "explicit period is 1e[+]300 s, must be from 0.0001 to 1 s"),
+        ({"control_weight": 1e300}, "control weight is 1e[+]300, must be from 1e-12 to 1e[+]12"),
         ({"open_bound": 0.0}, "open bound is 0.0, must be finite and greater than 0"),
         ({"block_from": 6}, "block-from is 6, must be from 1 to the horizon of 5 steps"),
     ],

@@ -30,6 +30,8 @@ from otolith.cueing.mpc.rows import (
     leading_rows,
     state_rows,
 )
+from otolith.cueing.mpc.settings import LONGEST, check_period
+from otolith.cueing.mpc.washout_weights import check_weight
 from otolith.mpqp import ParametricQp, Progress
 from otolith.mpqp.separable import JointLaw, enumerate_parts
 from otolith.platforms import Braking, Platform
@@ -57,12 +59,10 @@ class ExplicitSettings:
     open_bound: float = UNLIMITED  # [SI] range that the law covers of a state without a limit
 
     def __post_init__(self) -> None:
-        if self.horizon < 1:
-            raise InputError("explicit horizon", self.horizon, "at least 1 step")
-        if not self.period > 0.0:
-            raise InputError("explicit period", self.period, "greater than 0 s")
-        if not 0.0 < self.control_weight < math.inf:
-            raise InputError("control weight", self.control_weight, "finite and greater than 0")
+        if not 1 <= self.horizon <= LONGEST:
+            raise InputError("explicit horizon", self.horizon, f"from 1 to {LONGEST} steps")
+        check_period("explicit period", self.period)
+        check_weight("control weight", self.control_weight)
         if not 0.0 < self.open_bound < math.inf:
             raise InputError("open bound", self.open_bound, "finite and greater than 0")
         if self.block_from is not None and not 1 <= self.block_from <= self.horizon:

@@ -11,7 +11,7 @@ from otolith.core.errors import InputError, one_of
 from otolith.core.frames import Dof
 from otolith.cueing.mpc.objective import Objective
 from otolith.cueing.mpc.rows import BrakingRows
-from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight
+from otolith.cueing.mpc.washout_weights import PRESETS, WashoutWeight, check_weight
 from otolith.cueing.prediction.named import Prediction
 from otolith.platforms import Platform
 from otolith.qp.blocked import Lengths
@@ -20,6 +20,7 @@ from otolith.safety.invariant.axis import LEAST_LAG
 
 HORIZON: Final = 50  # the thesis's N
 LONGEST: Final = 1_000  # steps of a horizon; the condensed matrices of 4 DOF then take 0.4 GB
+PERIODS: Final = (1e-4, 1.0)  # [s] shortest and longest time between two decisions
 BLOCKS: Final = (1, 1, 2, 7, 12, 20, 28, 36, 43)  # 1.5 s in nine inputs
 # 5 s in fourteen inputs, for a future that is foreseen
 FAR_BLOCKS: Final = (1, 1, 2, 6, 10, 20, 30, 40, 50, 60, 70, 70, 70, 70)
@@ -31,6 +32,13 @@ class Entry(StrEnum):
     REFERENCE = "reference"  # eq. 3.1 as printed, the guess is u_ref of the cost: changes the optimum
     PRIMAL = "primal"  # linearise about the guess: changes the iterations, hardly the result
     WORKING_SET = "working-set"  # start from its active rows: changes the iterations, never the result
+
+
+def check_period(name: str, period: float) -> None:
+    """Refuse a time between two decisions [s] that is outside `PERIODS`; the error names it `name`."""
+    shortest, longest = PERIODS
+    if not shortest <= period <= longest:
+        raise InputError(name, f"{period:g} s", f"from {shortest:g} to {longest:g} s")
 
 
 def parse_entry(name: str) -> Entry:
@@ -74,13 +82,14 @@ class MpcSettings:
             raise InputError("implicit horizon", self.horizon, f"from 2 to {LONGEST:,} steps")
         if self.iterations < 1:
             raise InputError("iterations", self.iterations, "at least 1 per period")
-        for name in ("period", "lag", "control_weight", "tolerance"):
+        check_period("period", self.period)
+        for name in ("lag", "tolerance"):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < np.inf:
                 raise InputError(name, value, "finite and greater than 0")
+        check_weight("control_weight", self.control_weight)
         for name, penalty in self.soft.items():
-            if not 0.0 < penalty < np.inf:
-                raise InputError(f"penalty of {name}", penalty, "finite and greater than 0")
+            check_weight(f"penalty of {name}", penalty)
         self._check_blocks()
 
     def _check_blocks(self) -> None:

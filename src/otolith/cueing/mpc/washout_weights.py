@@ -15,6 +15,9 @@ from otolith.core.errors import InputError, one_of
 from otolith.core.frames import Dof
 from otolith.cueing.mpc.motion import STATES, states
 
+# Least and largest weight in the cost. Between them the cost keeps its digits beside the force that is
+# tracked, whose weight is 1; far beyond, at 1e20, no engine can certify an answer any more.
+WEIGHTS: Final = (1e-12, 1e12)
 _WEIGHTED: Final = STATES[:4]
 
 
@@ -45,6 +48,13 @@ _W5_POSITION: Final = 0.5  # [m]
 _W5_TILT_RATE: Final = 3.0 * pi / 180.0  # [rad/s]
 
 
+def check_weight(name: str, weight: float, *, otherwise: str = "") -> None:
+    """Refuse a weight outside `WEIGHTS`; the error names it `name`, and its bound begins with `otherwise`."""
+    least, largest = WEIGHTS
+    if not least <= weight <= largest:
+        raise InputError(name, f"{weight:g}", f"{otherwise}from {least:g} to {largest:g}")
+
+
 def constant(weights: Mapping[str, float], *, base: str = "") -> tuple[WashoutWeight, ...]:
     """Return constant weights by state name, e.g. {"tilt_rate": 0.001, "position": 0.9} (Table 5.3).
 
@@ -54,13 +64,13 @@ def constant(weights: Mapping[str, float], *, base: str = "") -> tuple[WashoutWe
 
     Raises
     ------
-    InputError : an unknown state, or a weight that is negative or not finite.
+    InputError : an unknown state, or a weight other than 0 that is outside `WEIGHTS`.
     """
     for state, weight in weights.items():
         if state not in _WEIGHTED:
             raise InputError("weight", repr(state), "on " + one_of(_WEIGHTED, state))
-        if not 0.0 <= weight < float("inf"):
-            raise InputError(f"weight {state}", weight, "a finite number of at least 0")
+        if weight != 0.0:
+            check_weight(f"weight {state}", weight, otherwise="0, or ")
     return tuple(
         WashoutWeight(on=state, of=state, coefficients=(weight, 0.0, 0.0, 0.0), scale=1.0, base=base)
         for state, weight in weights.items()
