@@ -14,11 +14,11 @@ from itertools import product
 from typing import Any, Final, cast
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.errors import MissingExtra
 from otolith.core.frames import Dof
+from otolith.core.threads import one_thread
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.decide import Program
 from otolith.cueing.mpc.problem import Problem
@@ -151,7 +151,7 @@ def replay(
     certified = np.zeros(len(steps), dtype=np.bool_)
     changes, residual = np.zeros(len(steps)), np.zeros(len(steps))
     first = np.zeros((len(steps), problem.structure.inputs))
-    with threadpool_limits(limits=1):
+    with one_thread():
         engine.run()  # compiles and allocates on first use
         for _ in range(passes):
             engine.reset()

@@ -227,15 +227,14 @@ def begin_child() -> None:
 
 def run_simulation(setup: Setup) -> None:
     """Be the worker, until a signal ends this process."""
-    from threadpoolctl import threadpool_limits
-
     from otolith.commander.runner import run_worker
+    from otolith.core.threads import one_thread
 
     assert setup.make is not None  # noqa: S101 (a live session has no simulation)
     begin_child()
     state, card = Note(Channel(setup.name("state"))), Note(Channel(setup.name("card")))
     inbox = Inbox(Channel(setup.name("orders")), int(state.look().get("reached", 0)))
-    with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
+    with one_thread():  # small matrices: more threads only wait for each other
         run_worker(
             Rows(setup.name("rows")),
             (state, card),

@@ -15,9 +15,8 @@ from multiprocessing import get_context
 from types import TracebackType
 from typing import Any, Generic, Self, TypeVar
 
-from threadpoolctl import threadpool_limits
-
 from otolith.core.errors import InputError, OtolithError
+from otolith.core.threads import one_thread
 
 Shared = TypeVar("Shared")
 Item = TypeVar("Item")
@@ -146,5 +145,5 @@ def _work(work: Callable[[Any, Item], Result], item: Item) -> Result:
 
 def _with_one_thread(work: Callable[[Shared, Item], Result], shared: Shared, item: Item) -> Result:
     """Do work with one thread of BLAS: more would wait for each other, and change the last digits."""
-    with threadpool_limits(limits=1):
+    with one_thread():
         return work(shared, item)

@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from otolith.compiled import (
     CHANGES,
@@ -28,6 +27,7 @@ from otolith.core.arrays import Mat
 from otolith.core.errors import InputError
 from otolith.core.frames import specific_force
 from otolith.core.methods import Bound, hold
+from otolith.core.threads import one_thread
 from otolith.interfaces import Command, Cueing, Plant, PlatformState, Reference
 from otolith.loop.closed import CLOCK, Loop, close, follow_once
 from otolith.loop.keep import InMemory, Keeper, joined
@@ -283,7 +283,7 @@ class ClosedLoop:
     def complete(self, progress: Callable[[float], None] = lambda _: None) -> Run:
         """Run to the end of the scenario and return the record; `progress` is as of `simulate`."""
         m = self.decisions
-        with threadpool_limits(limits=1):  # small matrices: more threads only wait for each other
+        with one_thread():  # small matrices: more threads only wait for each other
             while self.done < m:
                 progress(self.done / m)
                 self.advance(self.done + max(1, m // 100))

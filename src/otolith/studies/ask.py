@@ -36,7 +36,7 @@ class Memory:
 
     def ask(self, number: int) -> Asked:
         """Return the parameters of a new trial, their distributions, and what the sampler notes about it."""
-        self._study.sampler = sampler(self._of, number)
+        self._study.sampler = sampler(self._of, number, self._space)
         if number < len(self._of.start):
             self._study.enqueue_trial(dict(self._of.start[number]))
         self._study.ask(self._space)
@@ -72,12 +72,29 @@ def distribution(parameter: Parameter) -> Any:
     return optuna.distributions.FloatDistribution(low, high, log=parameter.scale == "log")
 
 
-def sampler(study: Study, number: int) -> Any:
-    """Return the sampler of one trial, with a seed made of the study's seed and the trial's number."""
+def sampler(study: Study, number: int, space: Mapping[str, Any]) -> Any:
+    """Return the sampler of one trial, with a seed made of the study's seed and the trial's number.
+
+    Parameters
+    ----------
+    space : distributions by name.
+    """
     budget = study.budget
     seed = int(np.random.SeedSequence([budget.seed, number]).generate_state(1)[0])
     if budget.sampler == "nsga2":
-        return optuna.samplers.NSGAIISampler(population_size=budget.batch, seed=seed)
+        return _Nsga2(space, population_size=budget.batch, seed=seed)
     if budget.sampler == "tpe":
         return optuna.samplers.TPESampler(n_startup_trials=budget.batch, seed=seed)
     return optuna.samplers.RandomSampler(seed=seed)
+
+
+class _Nsga2(optuna.samplers.NSGAIISampler):
+    """NSGA-II in a space that is known; a new sampler would look for it in all trials, at every trial."""
+
+    def __init__(self, space: Mapping[str, Any], **others: Any) -> None:
+        super().__init__(**others)
+        self._known = dict(sorted(space.items()))
+
+    def infer_relative_search_space(self, study: Any, trial: Any) -> dict[str, Any]:  # noqa: ARG002
+        """Return the space."""
+        return self._known

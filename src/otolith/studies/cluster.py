@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import Any, Final, Self, TypeVar
 
-from threadpoolctl import threadpool_limits
-
 from otolith.core.errors import InputError, MissingExtra
 from otolith.core.jobs import WorkerLost
+from otolith.core.threads import one_thread
 from otolith.studies.executors import LOSSES
 
 try:
@@ -51,7 +50,7 @@ class _Prepare(WorkerPlugin):
 
 def _on_worker(work: Callable[[Any, Item], Result], name: str, item: Item) -> Result:
     """Do one job, with one thread of BLAS, as `otolith.core.jobs` does."""
-    with _one_at_a_time, threadpool_limits(limits=1):
+    with _one_at_a_time, one_thread():
         return work(_shared[name], item)
 
 

@@ -73,7 +73,7 @@ class Search:
             numbers = range(first, min(first + budget.batch, budget.trials))
             for number in numbers[max(0, len(store.frozen()) - first) :]:
                 store.add(*memory.ask(number))
-            trials = self._trained(store.trials()[first : numbers.stop], pruning)
+            trials = self._trained(store.trials(numbers), pruning)
             for number in numbers:
                 memory.tell(trials[number])
                 pruning.learn(trials[number])

@@ -145,8 +145,8 @@ class Store:
         trials: list[Any] = self._storage.get_all_trials(self._id, deepcopy=False)
         return sorted(trials, key=lambda one: one.number)
 
-    def trials(self) -> list[Trial]:
-        """Return all trials.
+    def trials(self, numbers: range | None = None) -> list[Trial]:
+        """Return the trials of these numbers, or all.
 
         Raises
         ------
@@ -159,7 +159,9 @@ class Store:
                 if kind == JUDGING:
                     number, _, item = rest.partition(" ")
                     judged.setdefault(int(number), {})[f"{JUDGING} {item}"] = value
-            return [_trial(one, {**one.user_attrs, **judged.get(one.number, {})}) for one in self.frozen()]
+            frozen = self.frozen()
+            chosen = frozen if numbers is None else frozen[numbers.start : numbers.stop]
+            return [_trial(one, {**one.user_attrs, **judged.get(one.number, {})}) for one in chosen]
 
     def add(
         self, params: Mapping[str, Any], distributions: Mapping[str, Any], system: Mapping[str, Any]

@@ -1,25 +1,29 @@
 """A recording's answers are the answers of its questions, by an engine that shares nothing with the first."""
 
 import pickle
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
+import pytest
 
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL
 from otolith.cueing.hints.training.compare import Problems
 from otolith.cueing.hints.training.manoeuvres import along, unseen
 from otolith.cueing.hints.training.recording import record
 from otolith.cueing.mpc.problem import Problem
+from otolith.cueing.prediction import parse_prediction
 from otolith.qp.engines import CondensedEngine
-from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, unseen_recording
+from tests.cueing.hints.training.tiny import PAIRS, SETTINGS, THESIS, recording_of, unseen_recording
 
 
-def test_every_recorded_question_has_its_own_answer() -> None:
-    recording = unseen_recording()
+@pytest.mark.parametrize("prediction", [None, "decay:time=0.7"])
+def test_every_recorded_question_has_its_own_answer(prediction: str | None) -> None:
+    settings = SETTINGS if prediction is None else replace(SETTINGS, prediction=parse_prediction(prediction))
+    recording = unseen_recording() if prediction is None else recording_of(settings)
     assert len(recording) == 300
     assert recording.solved.all()
     assert recording.begins.sum() == 1
-    problems = Problems(Problem(THESIS, PAIRS, SETTINGS), recording)
+    problems = Problems(Problem(THESIS, PAIRS, settings), recording)
     engine = problems.engine(CondensedEngine)
     for i in range(0, len(recording), 7):
         problems.write(engine, i)

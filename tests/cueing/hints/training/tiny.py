@@ -28,4 +28,9 @@ def tiny_hint() -> StoredHint:
 @cache
 def unseen_recording() -> Recording:
     """Three seconds of another drive."""
-    return record(THESIS, PAIRS, SETTINGS, along(UNSEEN, PAIRS), plans=True)
+    return recording_of(SETTINGS)
+
+
+def recording_of(settings: MpcSettings) -> Recording:
+    """The same three seconds with other settings."""
+    return record(THESIS, PAIRS, settings, along(UNSEEN, PAIRS), plans=True)

@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.threads import one_thread
 from otolith.cueing.hints.training.recording import Recording
 from otolith.cueing.mpc.choose import Chooser
 from otolith.cueing.mpc.guess import Hint
@@ -82,8 +82,7 @@ class Problems:
     def write(self, engine: StageEngine, i: int) -> None:
         """Write problem i into the engine's memory."""
         of = self.recording
-        wanted = np.broadcast_to(of.wanted[i], (self._settings.horizon, of.wanted.shape[1]))
-        self._problem.write(engine.memory, of.x[i], of.plan[i], wanted, None)
+        self._problem.write(engine.memory, of.x[i], of.plan[i], of.ahead[i], None)
 
     def proposer(self, hint: Hint, memory: StageMemory) -> "Proposer":
         """Return a hint in the form that an engine requests, for the problem in the engine's memory."""
@@ -126,7 +125,7 @@ def compare(
     """Return the tallies of `cold`, `previous` and every hint."""
     problems = Problems(problem, recording)
     tallies = {name: Tally(len(problems), problems.inputs) for name in (COLD, PREVIOUS, *hints)}
-    with threadpool_limits(limits=1):
+    with one_thread():
         _count(problems, hints, tallies, progress)
         for name in tallies:
             progress(f"{name}: structured engine, timed")

@@ -29,7 +29,8 @@ class Recording:
     """The decisions of several consecutive runs, n in all."""
 
     x: Mat  # (n, 6P) states
-    wanted: Mat  # (n, P) forces, held over the horizon
+    wanted: Mat  # (n, P) forces of the first step
+    ahead: NDArray[np.float64]  # (n, N, P) forces over the horizon, as predicted; (n, 0, 0) if not kept
     plan: NDArray[np.float64]  # (n, N, 2P) about which the problem was linearised; (n, 0, 0) if not kept
     sets: NDArray[np.int8]  # (n, M, rows) optimal working sets
     first: Mat  # (n, 2P) optimal first inputs
@@ -61,7 +62,8 @@ class _Witness:
 
     def __init__(self, *, plans: bool) -> None:
         self._plans = plans
-        self.questions: list[tuple[Vec, Vec, Mat]] = []
+        self.ahead: Mat = np.empty((0, 0))  # (N, P) forces over the horizon, which the controller writes
+        self.questions: list[tuple[Vec, Vec, Mat, Mat]] = []
         self.answers: list[tuple[NDArray[np.int8], Vec, bool]] = []
 
     def __call__(self, problem: StageProblem, *, tolerance: float, blocks: Lengths = ()) -> "_Witness":
@@ -71,7 +73,8 @@ class _Witness:
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
         """Record the problem."""
-        self.questions.append((x.copy(), wanted.copy(), plan.copy() if self._plans else plan[:0, :0]))
+        whole = (one.copy() if self._plans else one[:0, :0] for one in (self.ahead, plan))
+        self.questions.append((x.copy(), wanted.copy(), *whole))
         return None
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
@@ -107,6 +110,7 @@ def record(
 
     Parameters
     ----------
+    plans : whether plans and predictions are kept, without which the problems cannot be written again.
     jobs : number of processes that share the scenarios; the result is the same.
     """
     witnessed = Witnessed(platform, tuple(pairs), settings, tuple(scenarios), plans)
@@ -145,6 +149,7 @@ class Witnessed:
         witness = _Witness(plans=self.plans)
         watched = replace(self.settings, iterations=1, engine=witness)
         cueing = Mpc(self.platform, self.pairs, watched, hint=witness)
+        witness.ahead = cueing.program.wanted
         witness.forget()  # discard the problem that only served to compile
         return cueing, witness
 
@@ -164,8 +169,10 @@ def _recorded(of: Witnessed, numbers: Sequence[int]) -> Recording:
             dofs=names,
             plant_period=of.settings.period,
         )
-    x, wanted, plan = (np.array(column) for column in zip(*witness.questions, strict=True))
+    x, wanted, ahead, plan = (np.array(column) for column in zip(*witness.questions, strict=True))
     sets, first, solved = (np.array(column) for column in zip(*witness.answers, strict=True))
     starts = np.zeros(len(x), dtype=np.bool_)
     starts[begins] = True
-    return Recording(x=x, wanted=wanted, plan=plan, sets=sets, first=first, solved=solved, begins=starts)
+    return Recording(
+        x=x, wanted=wanted, ahead=ahead, plan=plan, sets=sets, first=first, solved=solved, begins=starts
+    )
