@@ -2,6 +2,8 @@
 
 import csv
 import json
+import os
+import signal
 import tomllib
 from pathlib import Path
 
@@ -90,6 +92,69 @@ def test_a_study_of_an_mpc_exports_settings_and_a_command(
     assert "--blocks 1,1," in text
     assert "--control-weight 2e-05" in text
     assert tomllib.loads(text)["settings"] == study.start[0]
+
+
+def test_an_interruption_says_how_to_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("tiny.toml").write_text(TINY, encoding="utf-8")
+
+    def interrupted(_: object) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("otolith.studies.search.Search.run", interrupted)
+        with pytest.raises(SystemExit) as ended:
+            main(["study", "run", "tiny.toml", "--jobs", "1"])
+    assert ended.value.code == 130
+    said = " ".join(capsys.readouterr().err.split())
+    assert "interrupted; otolith study resume out/tiny.journal goes on where it is" in said
+    called("study resume out/tiny.journal --jobs 1", capsys)
+    assert "--trials is 3, must be at least 4" in refusal(
+        ["study", "resume", "out/tiny.journal", "--trials", "3"], capsys
+    )
+    assert "--trials is 0" in refusal(["study", "resume", "out/tiny.journal", "--trials", "0"], capsys)
+
+
+NATURAL = '"tuning.classical.surge.natural_radps"'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            NATURAL,
+            '"tuning.classical.nonsense"',
+            "start.0 of tiny is refused (parameter is 'tuning.classical.non",
+        ),
+        (
+            f"[[start]]\n{NATURAL} = 1.5",
+            "",
+            "trials of tiny that could be done is 0 of 4; the first was refused",
+        ),
+        (
+            '"classical"',
+            '"classical"\ndofs = "yaw"',
+            "dofs of a study is yaw, must be one with a specific force",
+        ),
+        ('"classical"', '"classical"\nplant = "ideel"', "did you mean ideal?"),
+    ],
+)
+def test_a_study_that_could_do_no_loop_says_why(
+    old: str,
+    new: str,
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = TINY.replace(old, new)
+    if not new:
+        text = text.replace(NATURAL, '"tuning.classical.nonsense"')
+    Path("tiny.toml").write_text(text, encoding="utf-8")
+    assert words in refusal(["study", "run", "tiny.toml", "--jobs", "1"], capsys)
 
 
 def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

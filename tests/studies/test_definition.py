@@ -41,6 +41,46 @@ from tests.studies.synthetic import TEXT
         ),
         ("travel = 1.0", "sickness = 1.0", "one of tracking, travel"),
         ("trials = 14", "trails = 14", "did you mean trials"),
+        ("trials = 14", "trials = 0", "budget.trials in a.toml is 0, must be at least 1"),
+        ("trials = 14", "trials = 1.5", "budget.trials in a.toml is 1.5, must be a whole number"),
+        (
+            "low = 0.01, high = 1.0",
+            'low = "a", high = 1.0',
+            "position.low in a.toml is 'a', must be a number",
+        ),
+        (
+            "low = 10, high = 50",
+            "low = 0.5, high = 50.5",
+            "horizon.low in a.toml is 0.5, must be a whole number",
+        ),
+        (', of = ["stopping", "none"]', ', of = ["none", "none"]', "at least two choices, each once"),
+        (
+            ', of = ["stop',
+            ', low = 1.0, of = ["stop',
+            "low in a.toml is 1.0, must be left out with a scale that",
+        ),
+        (
+            "low = 0.01, high",
+            "step = 2, low = 0.01, high",
+            "step in a.toml is 2, must be left out with a scale",
+        ),
+        (
+            "travel = 1.0",
+            "travel = nan",
+            "presets.calm.travel in a.toml is nan, must be finite and at least 0",
+        ),
+        ("travel = 1.0", "", "presets.calm in a.toml is a table of none, must be of a weight greater than 0"),
+        (
+            '"sine-1", "step-1"',
+            '{ scenario = "sine-1", lowpass_hz = 3.0 }',
+            "training.0.lowpass_hz in a.toml is 3.0, must be left out, or given with a log",
+        ),
+        ('"sine-1", "step-1"', "3", "training.0 in a.toml is 3, must be a table of fields"),
+        (
+            "[[start]]",
+            "[fixed]\nperiod = true\n[[start]]",
+            "fixed.period in a.toml is true, must be a number or a",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(old: str, new: str, words: str) -> None:

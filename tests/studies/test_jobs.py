@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from otolith.metrics import perceived_rmse, tracking_rmse
 from otolith.perception import otoliths, sense
 from otolith.platforms import load
 from otolith.scenarios import scenario
+from otolith.studies import jobs
 from otolith.studies.jobs import Done, Item, Job, Problem, closed, do
 from otolith.studies.measures import AVERAGES, MEASURES
 
@@ -61,6 +63,12 @@ def test_measures_are_those_of_their_definitions(run: Run) -> None:
 def test_a_passed_limit_is_counted(run: Run) -> None:
     narrow = replace(run, pose=run.pose * 50.0)
     assert MEASURES["violations"].of(narrow, 0.0) > 0.1
+    surge = load("thesis").surge
+    assert surge is not None
+    assert MEASURES["peak"].of(narrow, 0.0) == pytest.approx(
+        50.0 * np.abs(run.pose[9::10, 0]).max() / 0.5, rel=0.01
+    )
+    assert 0.01 < MEASURES["peak"].of(run, 0.0) < 1.0
     assert MEASURES["noticed"].of(run, 0.0) == 0.0
     fast = replace(run, twist=run.twist * 50.0)
     tilting = np.abs(fast.twist[:: round(run.period / run.plant_period), 4]) > np.deg2rad(3.0)
@@ -74,6 +82,34 @@ def test_a_setting_that_is_refused_is_a_result() -> None:
     done = do(PROBLEM, Job((("tuning.classical.surge.damping", 77.0),), 0))
     assert done == Done(refused=done.refused)
     assert "classical.surge.damping in tuning thesis as varied is 77" in done.refused
+
+
+def test_an_error_is_relative_to_something_wanted() -> None:
+    still = scenario("step:amplitude=1,start=1.2,duration=1.5,end=1.3").part(0.0, 1.0)
+    done = do(replace(PROBLEM, items=(Item(name="still", scenario=still),)), JOB)
+    assert "1 s is 0 m/s² throughout, must be one along a cued axis" in done.refused
+
+
+def test_settings_that_are_tried_again_make_nothing_anew_and_change_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: list[Any] = []
+    new = jobs._made
+
+    def noted(problem: Problem, settings: Any) -> Any:
+        made.append(settings)
+        return new(problem, settings)
+
+    monkeypatch.setattr(jobs, "_made", noted)
+    two = replace(
+        PROBLEM, items=(*PROBLEM.items, Item(name="sine", scenario=scenario("sine-1").part(0.0, 2.0)))
+    )
+    other = Job((("tuning.classical.surge.natural_radps", 4.0),), 0)
+    asked = [JOB, replace(JOB, item=1), JOB, other, replace(other, item=1), JOB]
+    found = [do(two, job) for job in asked]
+    assert made == [JOB.settings, other.settings, JOB.settings]
+    assert found == [do(replace(two), job) for job in asked]  # another problem each time, so all is made anew
+    assert len(made) == 3 + len(asked)
 
 
 def test_a_job_that_takes_too_long_is_rejected() -> None:

@@ -93,6 +93,38 @@ def test_a_database_holds_what_a_file_does(tmp_path: Path) -> None:
         created(url, of)
 
 
+def test_of_two_processes_on_one_database_one_goes_on_and_the_other_says_why(tmp_path: Path) -> None:
+    of, url = study(trials=3, batch=2), f"sqlite:///{tmp_path}/studies.db"
+    with created(url, of) as store, pytest.raises(Interrupted):
+        search(of, store, Stopping(1))
+
+    class Overtaken(Stopping):
+        """Does its jobs after another process has done the whole study."""
+
+        def as_done(self, work: Any, items: Any) -> Any:
+            with Store.open(url, write=True) as other:
+                search(of, other)
+            return super().as_done(work, items)
+
+    refused = "to which another process writes, must be one to which no other process writes"
+    with Store.open(url, write=True) as store, pytest.raises(InputError, match=refused):
+        search(of, store, Overtaken())
+    expected = search(of, created("", of))
+    with Store.open(url, write=True) as store:
+        assert store.trials() == expected
+        with pytest.raises(InputError, match=refused):
+            store.add(2, {}, {}, {})
+
+
+def test_a_database_that_cannot_be_opened_is_one_sentence_and_reading_makes_none(tmp_path: Path) -> None:
+    for url in (f"sqlite:///{tmp_path}/none/a.db", "nonsense://a"):
+        with pytest.raises(InputError, match="must be the URL of a database that can be opened"):
+            created(url, study())
+    with pytest.raises(InputError, match="must be a database that 'otolith study run' has made"):
+        Store.open(f"sqlite:///{tmp_path}/a.db")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.fixture
 def journal(tmp_path: Path) -> Path:
     of = study(trials=4)

@@ -1,8 +1,7 @@
 """`otolith study`: search settings at scale, go on with a search, look at it, and use what it found."""
 
 import json as json_text
-from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -13,17 +12,19 @@ from rich.table import Table
 
 from otolith import files
 from otolith.cli.output import Jobs, described_bar, file_name, group, print_json, screen, working
+from otolith.cli.stop import Stopped
 from otolith.core.errors import InputError
 from otolith.core.jobs import number_of_jobs
 from otolith.experiment import Experiment
 from otolith.studies.definition import Objective, Study, load_study, parse_study
 from otolith.studies.export import command, settings_text, table, tuning_text
-from otolith.studies.jobs import JUDGING, TRAINING, work
+from otolith.studies.jobs import TRAINING, work
 from otolith.studies.measures import MEASURES
 from otolith.studies.problem import Prepared, problem_of
 from otolith.studies.results import State, Trial, allowed, best_of, front, preset_of, values
 
 if TYPE_CHECKING:  # imported on use: it needs an extra
+    from otolith.studies.executors import Executor
     from otolith.studies.search import Progress
     from otolith.studies.store import Store
 
@@ -71,8 +72,11 @@ def run(
         "folder": str(folder.resolve()),
         "digest": prepared.digest,
     }
-    with Store.create(where, known.name, len(known.objectives), definition) as opened:
-        _search(prepared, opened, jobs, cluster, console)
+    with (
+        _executor(prepared, jobs, cluster) as executor,
+        Store.create(where, known.name, len(known.objectives), definition) as opened,
+    ):
+        _search(prepared, opened, executor, console)
 
 
 @app.command()
@@ -84,14 +88,17 @@ def resume(
 
     console = screen()
     with Store.open(store, name, write=True) as opened:
-        known = _with_budget(_study(opened), trials=trials or _tried(opened))
+        known = _with_budget(_study(opened), trials=_tried(opened) if trials is None else trials)
+        if trials is not None and trials < (tried := len(opened.frozen())):
+            raise InputError("--trials", trials, f"at least {tried}, which have been begun")
         prepared = _prepare(known, Path(opened.definition["folder"]), console)
         if prepared.digest != opened.definition["digest"]:
             bound = "as when the study began: results on other ones cannot be compared"
             raise InputError("platform, drives or version", "changed", bound)
         if trials is not None:
             opened.note("trials", trials)
-        _search(prepared, opened, jobs, cluster, console)
+        with _executor(prepared, jobs, cluster) as executor:
+            _search(prepared, opened, executor, console)
 
 
 @app.command()
@@ -217,28 +224,27 @@ def inverse(
         _say(console, f"{known}; {would}")
 
 
-def _search(
-    prepared: Prepared, store: "Store", jobs: int | None, cluster: str | None, console: Console
-) -> None:
+def _search(prepared: Prepared, store: "Store", executor: "Executor", console: Console) -> None:
     """Do what is left, check the loop, and say what was found."""
     from otolith.studies.agreement import agreement
     from otolith.studies.search import Search
 
     study = prepared.study
-    problems = {TRAINING: prepared.training, JUDGING: prepared.judging}
-    items = {kind: len(one.items) for kind, one in problems.items()}
-    with ExitStack() as stack:
-        progress = stack.enter_context(described_bar(console, study.name))
+    items = {kind: len(one.items) for kind, one in prepared.problems.items()}
+    with described_bar(console, study.name) as progress:
 
         def tell(now: "Progress") -> None:
-            progress(f"{now.text}; {now.per_hour:,.0f} loops/h", min(now.trials / now.of, 1.0))
+            progress(f"{now.text}; {now.per_hour:,.0f} loops/h", now.share)
 
-        executor = stack.enter_context(_executor(problems, jobs, cluster))
         try:
             trials = Search(study, store, items, executor, progress=tell).run()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Stopped):
             _say(console, f"interrupted; otolith study resume {store.where} goes on where it is")
             raise
+    rejected = [done.refused for one in trials for done in one.training.values() if done.refused]
+    if rejected and not any(one.state is State.DONE for one in trials):
+        found = f"0 of {len(trials)}; the first was refused ({rejected[0]})"
+        raise InputError(f"trials of {study.name} that could be done", found, "at least 1")
     with working(console, "comparing a sample with the loop in Python"):
         agreed = agreement(study, prepared.training, trials)
     noted = {"loops": agreed.loops, "different": list(agreed.different)}
@@ -247,16 +253,16 @@ def _search(
     _say(console, f"written to {store.where}; otolith study best {store.where}")
 
 
-def _executor(problems: Any, jobs: int | None, cluster: str | None) -> Any:
+def _executor(prepared: Prepared, jobs: int | None, cluster: str | None) -> "Executor":
     from otolith.studies.executors import Processes
 
     if cluster is None:
-        return Processes(number_of_jobs(jobs), problems)
+        return Processes(number_of_jobs(jobs), prepared.problems)
     if jobs is not None and cluster != LOCAL:
         raise InputError("--jobs", jobs, f"left out with --cluster {cluster}, whose workers are its own")
     from otolith.studies.cluster import Cluster
 
-    return Cluster(cluster, problems, workers=number_of_jobs(jobs))
+    return Cluster(cluster, prepared.problems, workers=number_of_jobs(jobs))
 
 
 def _read(name: str) -> tuple[Study, Path]:
@@ -279,10 +285,14 @@ def _prepare(study: Study, folder: Path, console: Console) -> Prepared:
     """Read what the study names, and compile what is missing, once for all processes."""
     with working(console, "preparing; kernels are compiled on first use (10 to 30 s), then cached"):
         prepared = problem_of(study, folder)
-        if study.start:
+        for number, start in enumerate(study.start):
             from otolith.studies.jobs import Job
 
-            work({TRAINING: prepared.training}, (TRAINING, Job(tuple(study.start[0].items()), 0)))
+            timeless = replace(prepared.training, timeout_s=None)  # compiling takes long, once
+            done = work({TRAINING: timeless}, (TRAINING, Job(tuple(start.items()), 0)))
+            if done.refused:
+                found = f"refused ({done.refused})"
+                raise InputError(f"start.{number} of {study.name}", found, "settings that can be tried")
     return prepared
 
 

@@ -7,7 +7,7 @@ Where both offer a method of their role (`otolith.compiled`), the loop runs in o
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -74,6 +74,10 @@ class _Wanted:
         )
 
 
+_STATUS_WORDS: Final = tuple(one.value for one in STATUSES)
+_SOLVER_WORDS: Final = tuple(map(str, SOLVERS))
+
+
 class _Record:
     """Series of a part with m decisions and n plant samples, filled while it runs.
 
@@ -115,8 +119,8 @@ class _Record:
             "base": base.reshape(len(base), -1) if carried else None,
             "base_command": command[:, 6:].copy() if carried else None,
             "step_time": self.step_time[first:last].copy(),
-            "status": tuple(STATUSES[code].value for code in status),
-            "solver": tuple(self.solver[first:last] or (str(SOLVERS[code]) for code in solver)),
+            "status": tuple(map(_STATUS_WORDS.__getitem__, status)),
+            "solver": tuple(self.solver[first:last] or map(_SOLVER_WORDS.__getitem__, solver)),
             "changes": result[:, CHANGES].astype(np.int64),
             "residual": result[:, RESIDUAL].copy(),
             "guess_missed": result[:, MISSED] == 1.0,

@@ -81,17 +81,13 @@ def excesses(run: Run) -> list[Excess]:
     An MPC imposes limits at its nodes only. Between them the motion may exceed a limit by what one period
     allows, which `between_nodes` shows.
     """
-    dofs = [DOFS[name] for name in run.dofs]
-    of_base = () if run.base is None else run.platform.bases(dofs)
-    limited = [one for dof in (*dofs, *of_base) for one in _of_dof(run, dof)]
-    limited += _of_circle(run) + _of_interference(run)
+    limited = _limited(run)
     worst: list[tuple[float, float, int]] = [(0.0, 0.0, 0)] * len(limited)
     for part in run.parts():
         series = _series(part)
         for k, one in enumerate(limited):
             beyond = _beyond(one.of(series), *one.limit)
-            # commands exist at the nodes only
-            at_nodes = beyond if one.series == "command" else part.at_decisions(beyond)
+            at_nodes = one.at_nodes(part, beyond)
             node, anywhere, violations = worst[k]
             worst[k] = (
                 max(node, float(np.max(at_nodes, initial=0.0))),
@@ -99,6 +95,30 @@ def excesses(run: Run) -> list[Excess]:
                 violations + int(np.count_nonzero(at_nodes > TOLERANCE)),
             )
     return [_excess(run, one, *judged) for one, judged in zip(limited, worst, strict=True)]
+
+
+def largest_use(run: Run) -> float:
+    """Return the largest share of a limit of the machine that is used at a node: 1 at the limit.
+
+    Limits that the algorithm may exceed with a penalty do not count.
+    """
+    limited = [one for one in _limited(run) if one.quantity not in run.soft and not one.comfort(run)]
+    shares = [0.0]
+    for part in run.parts():
+        series = _series(part)
+        for one in limited:
+            at_nodes, (low, high) = one.at_nodes(part, one.of(series)), one.limit
+            shares += [float(np.max(at_nodes)) / high]
+            shares += [float(np.min(at_nodes)) / low] if low < 0.0 else []
+    return float(np.max(shares))
+
+
+def _limited(run: Run) -> list["_Limited"]:
+    """Return every limited quantity of a run."""
+    dofs = [DOFS[name] for name in run.dofs]
+    of_base = () if run.base is None else run.platform.bases(dofs)
+    limited = [one for dof in (*dofs, *of_base) for one in _of_dof(run, dof)]
+    return limited + _of_circle(run) + _of_interference(run)
 
 
 def _series(part: Run) -> dict[str, Mat]:
@@ -128,6 +148,14 @@ class _Limited:
         if self.weights is not None:
             return np.asarray(values @ self.weights)
         return np.hypot(values[:, 0], values[:, 1]) if self.axis is None else values[:, self.axis]
+
+    def at_nodes(self, part: Run, values: Vec) -> Vec:
+        """Return values of a part's series at the controller's nodes; commands exist there only."""
+        return values if self.series == "command" else part.at_decisions(values)
+
+    def comfort(self, run: Run) -> bool:
+        """Return whether it protects the driver's comfort: a tilt's rate that is not noticed."""
+        return self.quantity.endswith(" tilt_rate") and _noticed(run, self.quantity)
 
 
 def _of_circle(run: Run) -> list[_Limited]:
@@ -192,7 +220,7 @@ def _excess(run: Run, one: _Limited, at_nodes: float, between_nodes: float, viol
         unit=one.words[1],
         limit=one.limit,
         soft=quantity in run.soft,
-        comfort=quantity.endswith(" tilt_rate") and _noticed(run, quantity),
+        comfort=one.comfort(run),
         at_nodes=at_nodes,
         between_nodes=between_nodes,
         violations=violations,

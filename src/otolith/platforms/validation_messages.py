@@ -16,9 +16,21 @@ _KINDS: Final = {
     "string_too_short": "a text of at least 1 character",
     "string_too_long": "a text of at most 80 characters",
     "bool_type": "true or false",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "tuple_type": "a list in brackets",
+    "list_type": "a list in brackets",
+    "mapping_type": "a table of fields",
+    "dict_type": "a table of fields",
+    "greater_than": "greater than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
     "model_type": "a table of fields",
     "model_attributes_type": "a table of fields",
 }
+_MEMBERS: Final = ("float", "int", "str")  # of the union of numbers and texts
 
 
 def sentence(error: ValidationError, model: type[BaseModel], source: str) -> InputError:
@@ -60,6 +72,8 @@ def _syntax_sentence(error: Exception, text: str, source: str) -> InputError:
 
 def _one(detail: ErrorDetails, model: type[BaseModel], source: str) -> InputError:
     path = [str(part) for part in detail["loc"]]
+    if path and path[-1] in _MEMBERS:  # pydantic tries a number or a text as one after the other
+        return InputError(f"{'.'.join(path[:-1])} in {source}", _shown(detail["input"]), "a number or a text")
     kind, context = detail["type"], detail.get("ctx", {})
     if kind == "bound":
         field = ".".join([*path, context["field"]] if context["field"] else path)
@@ -71,7 +85,7 @@ def _one(detail: ErrorDetails, model: type[BaseModel], source: str) -> InputErro
     if kind == "extra_forbidden":
         return InputError(field, "unknown", one_of(_fields(model, path[:-1]), path[-1]))
     otherwise = f"one of {context['expected']}" if kind == "literal_error" else detail["msg"]
-    return InputError(field, _shown(detail["input"]), _KINDS.get(kind, otherwise))
+    return InputError(field, _shown(detail["input"]), _KINDS.get(kind, otherwise).format_map(context))
 
 
 def _fields(model: type[BaseModel], path: list[str]) -> list[str]:

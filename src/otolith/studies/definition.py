@@ -47,12 +47,17 @@ class Parameter(_Table):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.scale == "choice":
-            if len(self.of) < 2:
-                raise refuse("at least two choices", field="of", value=list(self.of))
-            return self
-        if self.of:
+            if len(set(self.of)) < max(2, len(self.of)):
+                raise refuse("at least two choices, each once", field="of", value=list(self.of))
+        elif self.of:
             raise refuse('left out, or given with scale = "choice"', field="of", value=list(self.of))
-        self._check_range()
+        unread = {"choice": ("low", "high", "step"), "integer": ()}.get(self.scale, ("step",))
+        for name in unread:
+            value = getattr(self, name)
+            if value != Parameter.model_fields[name].default:
+                raise refuse(f"left out with a scale that is {self.scale}", field=name, value=value)
+        if self.scale != "choice":
+            self._check_range()
         return self
 
     def _check_range(self) -> None:
@@ -62,6 +67,8 @@ class Parameter(_Table):
             raise refuse(f"finite and more than low, {self.low:g}", field="high", value=self.high)
         if self.scale == "log" and not self.low > 0.0:
             raise refuse("greater than 0 on a logarithmic scale", field="low", value=self.low)
+        if self.scale == "integer" and self.low % 1:
+            raise refuse("a whole number", field="low", value=self.low)
         if self.scale == "integer" and (self.high - self.low) % self.step:
             raise refuse(f"low plus a multiple of step, {self.step}", field="high", value=self.high)
 
@@ -89,6 +96,9 @@ class Reference(_Table):
         if (self.scenario is None) == (self.log is None):
             found = "missing" if self.scenario is None else "given next to log"
             raise refuse("given, or log", field="scenario", value=found)
+        for name in ("lowpass_hz", "causal"):
+            if self.scenario is not None and (value := getattr(self, name)):
+                raise refuse("left out, or given with a log", field=name, value=value)
         if self.to_s is not None and not self.to_s > self.from_s:
             raise refuse(f"more than from_s, {self.from_s:g} s", field="to_s", value=self.to_s)
         return self
@@ -187,6 +197,11 @@ class Study(_Table):
             for one in weights:
                 if one not in names:
                     raise refuse(one_of(names, one), field=f"presets.{preset}", value=one)
+                if not 0.0 <= weights[one] < math.inf:
+                    raise refuse("finite and at least 0", field=f"presets.{preset}.{one}", value=weights[one])
+            if not sum(weights.values()):
+                bound = "of a weight greater than 0 at least"
+                raise refuse(bound, field=f"presets.{preset}", value="a table of none")
         return self
 
     @property

@@ -17,7 +17,7 @@ from otolith.interfaces import Status
 from otolith.loop import Run
 from otolith.metrics import perceived_rmse, tracking_rmse
 from otolith.metrics.axes import by_force, moving_axes
-from otolith.metrics.limits import excesses
+from otolith.metrics.limits import excesses, largest_use
 from otolith.metrics.measure import root_sum_square
 from otolith.metrics.parts import filtered, mean, root_mean_square
 from otolith.metrics.values import sickness_doses
@@ -41,14 +41,14 @@ class Measure:
 def tracking(run: Run, best: float = 0.0) -> float:
     """Return the RMSE of the felt force beyond the least possible one, relative to the RMS of the wanted."""
     wanted = root_mean_square(run, lambda part: part.reference_force)
-    return (_together(run, tracking_rmse(run)) - best) / _together(run, wanted)
+    return (_together(run, tracking_rmse(run)) - best) / _some(run, wanted)
 
 
 def perceived(run: Run, best: float = 0.0) -> float:  # noqa: ARG001 (as all measures)
     """Return the RMSE of the perceived force relative to the RMS of what would be perceived in the car."""
     organ = sensing(otoliths.telban(), run.plant_period, before=np.zeros(3))
     wanted = np.sqrt(mean(one**2 for one in filtered(run, organ, lambda part: part.reference_force)))
-    return _together(run, perceived_rmse(run)) / _together(run, wanted)
+    return _together(run, perceived_rmse(run)) / _some(run, wanted)
 
 
 def travel(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
@@ -84,6 +84,11 @@ def violations(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
     return (_passed(run, comfort=False) + run.decisions - decided) / run.decisions
 
 
+def peak(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
+    """Return the largest share of a hard limit of the machine that is used at a node."""
+    return largest_use(run)
+
+
 def noticed(run: Run, best: float = 0.0) -> float:  # noqa: ARG001
     """Return the share of decisions at whose node the platform tilts faster than drivers fail to notice."""
     return _passed(run, comfort=True) / run.decisions
@@ -105,6 +110,7 @@ MEASURES: Final[Mapping[str, Measure]] = {
     "step-time": Measure(step_time, "step time, p99", "s", timed=True),
     "late": Measure(late, "step time, p99, of the period", "", timed=True),
     "violations": Measure(violations, "share of decisions with a failure or a machine's limit passed", ""),
+    "peak": Measure(peak, "largest share of a machine's limit that is used", ""),
     "noticed": Measure(noticed, "share of decisions at which a tilt is noticed", ""),
 }
 
@@ -129,3 +135,12 @@ def _together(run: Run, values: np.ndarray) -> float:
     if not of_forces:
         raise InputError("dofs of a study", ",".join(run.dofs), "one with a specific force at least")
     return root_sum_square(of_forces)
+
+
+def _some(run: Run, wanted: np.ndarray) -> float:
+    """Return the total of what is wanted, to which an error is relative."""
+    total = _together(run, wanted)
+    if total == 0.0:
+        bound = "one along a cued axis, since errors are relative to it"
+        raise InputError(f"specific force of {run.scenario}", "0 m/s² throughout", bound)
+    return total

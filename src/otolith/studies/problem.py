@@ -17,7 +17,7 @@ from otolith.metrics.axes import by_force
 from otolith.metrics.measure import root_sum_square
 from otolith.scenarios import Scenario
 from otolith.studies.definition import Reference, Study
-from otolith.studies.jobs import Item, Problem
+from otolith.studies.jobs import JUDGING, TRAINING, Item, Problem
 from otolith.studies.measures import MEASURES
 
 
@@ -30,6 +30,11 @@ class Prepared:
     training: Problem
     judging: Problem
     digest: str  # of all that results depend on, but the software's source
+
+    @property
+    def problems(self) -> dict[str, Problem]:
+        """Return the problems by the name of their set."""
+        return {TRAINING: self.training, JUDGING: self.judging}
 
 
 def problem_of(study: Study, folder: Path) -> Prepared:
@@ -48,7 +53,12 @@ def problem_of(study: Study, folder: Path) -> Prepared:
         _within(folder, study.platform) if study.platform.endswith(".toml") else study.platform
     )
     design = Design(platform=platform, dofs=dofs_named(study.dofs.split(",")))
+    if all(dof.feels_rate for dof in design.dofs):
+        raise InputError("dofs of a study", study.dofs, "one with a specific force at least")
+    for dof in design.dofs:
+        platform.limits(dof)  # refuses a degree of freedom that the platform lacks
     plant = study.plant or registry.cueing_named(study.cueing).plant
+    registry.make_plant(plant, platform)  # refuses one that does not exist
     read, judged = (
         [_scenario(one, folder, design) for one in references]
         for references in (study.training, study.judging)

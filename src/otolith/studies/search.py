@@ -24,10 +24,10 @@ Work = Callable[[Any, tuple[str, Job]], Done]
 class Progress:
     """How far a study is."""
 
-    trials: int  # that are done
-    of: int
+    trials: int  # number of the one that was done last
     jobs: int  # that were done since it was started
     seconds: float  # since then
+    share: float  # of the training, or of the judging, that is done
     text: str
 
     @property
@@ -58,7 +58,7 @@ class Search:
     ) -> None:
         self._study, self._store, self._items, self._executor = study, store, items, executor
         self._work, self._progress = do_one, progress
-        self._jobs, self._began = 0, time.monotonic()
+        self._jobs, self._share, self._began = 0, 0.0, time.monotonic()
 
     def run(self) -> list[Trial]:
         """Do all trials that are left, judge the front, and return all trials."""
@@ -72,7 +72,7 @@ class Search:
         for first in range(0, budget.trials, budget.batch):
             numbers = range(first, min(first + budget.batch, budget.trials))
             for number in numbers[max(0, len(store.frozen()) - first) :]:
-                store.add(*memory.ask(number))
+                store.add(number, *memory.ask(number))
             trials = self._trained(store.trials(numbers), pruning)
             for number in numbers:
                 memory.tell(trials[number])
@@ -106,10 +106,10 @@ class Search:
         jobs = [(kind, Job(tuple(one.settings.items()), k)) for one, k in asked]
         lacking = Counter(one.number for one, _ in asked)
         yield from (one for one in trials if not lacking[one.number])
-        for place, done in self._executor.as_done(self._work, jobs):
+        for nth, (place, done) in enumerate(self._executor.as_done(self._work, jobs), start=1):
             trial, item = asked[place]
             self._store.write(trial.number, trial.settings, kind, item, done)
-            self._tell(kind, trial.number)
+            self._tell(kind, trial.number, nth / len(jobs))
             results[trial.number][item] = done
             lacking[trial.number] -= 1
             if not lacking[trial.number]:
@@ -132,12 +132,20 @@ class Search:
             self._store.finish(trial.number, state, (), {})
         return _with(trial, "state", state)
 
-    def _tell(self, kind: str, number: int) -> None:
+    def _tell(self, kind: str, number: int, share: float) -> None:
+        """Tell how far the study is.
+
+        Parameters
+        ----------
+        share : of the jobs of this kind that were asked for together.
+        """
         self._jobs += 1
         trials = self._study.budget.trials
-        text = "judging the front" if kind == JUDGING else f"trial {number + 1} of {trials}"
+        if kind == TRAINING:
+            share = self._share = max(self._share, number / trials)  # jobs are not done in their order
+        text = "judging" if kind == JUDGING else f"trial {number + 1} of {trials}"
         seconds = time.monotonic() - self._began
-        self._progress(Progress(trials=number, of=trials, jobs=self._jobs, seconds=seconds, text=text))
+        self._progress(Progress(trials=number, jobs=self._jobs, seconds=seconds, share=share, text=text))
 
 
 def _with(trial: Trial, name: str, value: object) -> Trial:

@@ -23,6 +23,7 @@ from otolith.studies.results import State, Trial
 CONSTRAINT: Final = "constraints:"  # begins the names of attributes that Optuna reads as constraints
 _DEFINITION: Final = "otolith"  # attribute of the study that holds how it was defined
 _VERSION: Final = 1
+_ALONE: Final = "one to which no other process writes"
 STATES: Final = {  # as Optuna calls them
     State.DONE: optuna.trial.TrialState.COMPLETE,
     State.PRUNED: optuna.trial.TrialState.PRUNED,
@@ -164,9 +165,20 @@ class Store:
             return [_trial(one, {**one.user_attrs, **judged.get(one.number, {})}) for one in chosen]
 
     def add(
-        self, params: Mapping[str, Any], distributions: Mapping[str, Any], system: Mapping[str, Any]
+        self,
+        number: int,
+        params: Mapping[str, Any],
+        distributions: Mapping[str, Any],
+        system: Mapping[str, Any],
     ) -> None:
-        """Write a trial that is to be done, as a whole."""
+        """Write a trial that is to be done, as a whole.
+
+        Raises
+        ------
+        InputError : its number is taken, since another process writes to the database.
+        """
+        if self._storage.get_n_trials(self._id) != number:
+            raise self._shared()
         trial = optuna.trial.create_trial(
             state=optuna.trial.TrialState.RUNNING,
             params=dict(params),
@@ -176,23 +188,36 @@ class Store:
         self._storage.create_new_trial(self._id, template_trial=trial)
 
     def write(self, number: int, settings: Mapping[str, Any], kind: str, item: int, done: Done) -> None:
-        """Write the result of a job of a trial."""
+        """Write the result of a job of a trial; errors are those of `add`."""
         name = f"{kind} {item}"
         value = {**as_json(done), "check": _check(number, settings, name, as_json(done))}
         if kind == JUDGING:  # Optuna lets nobody add to a trial that is done
             self._storage.set_study_user_attr(self._id, f"{JUDGING} {number} {item}", value)
         else:
-            self._storage.set_trial_user_attr(self._trial_id(number), name, value)
+            with self._alone():
+                self._storage.set_trial_user_attr(self._trial_id(number), name, value)
 
     def finish(
         self, number: int, state: State, values: Sequence[float], excesses: Mapping[str, float]
     ) -> None:
-        """Write what became of a trial, whose training is done."""
+        """Write what became of a trial, whose training is done; errors are those of `add`."""
         where = self._trial_id(number)
-        for name, excess in excesses.items():
-            self._storage.set_trial_system_attr(where, f"{CONSTRAINT}{name}", excess)
         given = values if state is State.DONE else None
-        self._storage.set_trial_state_values(where, STATES[state], given)
+        with self._alone():
+            for name, excess in excesses.items():
+                self._storage.set_trial_system_attr(where, f"{CONSTRAINT}{name}", excess)
+            self._storage.set_trial_state_values(where, STATES[state], given)
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Let a trial that another process has finished be one sentence; databases are not locked."""
+        try:
+            yield
+        except optuna.exceptions.UpdateFinishedTrialError as error:
+            raise self._shared() from error
+
+    def _shared(self) -> InputError:
+        return InputError("the store", f"{self.where}, to which another process writes", _ALONE)
 
     def _trial_id(self, number: int) -> int:
         found: int = self._storage.get_trial_id_from_study_id_trial_number(self._id, number)
@@ -231,7 +256,7 @@ def _storage(where: str, *, new: bool = False, write: bool = False) -> tuple[Any
     if not where:
         return optuna.storages.InMemoryStorage(), None
     if _is_url(where):
-        return optuna.storages.RDBStorage(where), None
+        return _database(where, new=new), None
     path = Path(where)
     path.parent.mkdir(parents=True, exist_ok=True)
     lock = _sole_writer(path) if new or write else None
@@ -247,6 +272,26 @@ def _storage(where: str, *, new: bool = False, write: bool = False) -> tuple[Any
         if lock is not None:
             lock.close()
         raise
+
+
+def _database(url: str, *, new: bool) -> Any:
+    """Return Optuna's storage in a database.
+
+    Raises
+    ------
+    InputError : it cannot be opened, or is a file that does not exist, which opening it would make.
+    """
+    import sqlalchemy
+
+    try:
+        known = sqlalchemy.make_url(url)
+        file = known.database if known.get_backend_name() == "sqlite" else None
+        if not new and file and not Path(file).exists():
+            raise InputError("the store", url, "a database that 'otolith study run' has made")
+        return optuna.storages.RDBStorage(url)
+    except (sqlalchemy.exc.SQLAlchemyError, ImportError, ValueError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError("the store", url, f"the URL of a database that can be opened ({reason})") from error
 
 
 class _Held:
@@ -277,8 +322,7 @@ def _sole_writer(path: Path) -> IO[bytes] | None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         file.close()
-        bound = "one to which no other process writes"
-        raise InputError("the store", f"{path}, to which another process writes", bound) from None
+        raise InputError("the store", f"{path}, to which another process writes", _ALONE) from None
     return file
 
 

@@ -1,41 +1,50 @@
-"""The best settings of one algorithm for one platform and one drive, and what they cost.
+"""The best settings of one algorithm for one platform and some drives, and what they cost.
 
 It is a small study: the settings that the algorithm has without tuning are tried first, and TPE chooses the
-others. Of those that keep all limits and that no other beats in tracking and travel, the one with the least
+others. Of those within all limits the one is chosen that has no larger error than the settings to begin with,
+if there is one, and of these the least
 
-    J = ln(RMSE / RMS of the wanted force) + μ · (share of the reach, p99)
+    J = ln(RMSE / RMS of the wanted force) + μ · (share of the reach, p99),
 
-is chosen, as `otolith.tuning` does for constant weights. Limits of the machine are kept, and the tilt is
-noticed no more often than with the settings to begin with. The end of a drive is held out, to judge before
-and after on what was not trained on.
+as `otolith.tuning` does for constant weights. The end of every drive is held out, and has two votes: the
+limits have to be kept there too, or the next best settings are taken; and if the error is not less there, by
+`GAIN`, than with the settings to begin with, those stay.
+
+A conventional washout does not know the limits. How much of them it uses depends on the drive alone, so a
+drive that is a little stronger than those it was tuned on would pass them. Therefore it may use no more than
+`1 - MARGIN` of any limit on what it is trained on. What keeps the limits by itself needs no margin.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Final
+
+import numpy as np
 
 from otolith import registry
 from otolith.core.errors import InputError, one_of
-from otolith.core.frames import AXES, Dof
+from otolith.core.frames import Dof
 from otolith.cueing.design import Design
-from otolith.cueing.washout.tuning import Classical, Optimal, load_tuning, tunings
-from otolith.platforms.axes import Translation
 from otolith.scenarios import Scenario
-from otolith.studies.definition import Budget, Constraint, Objective, Parameter, Reference, Study
+from otolith.studies.definition import Budget, Constraint, Objective, Reference, Study
 from otolith.studies.executors import Executor
 from otolith.studies.jobs import JUDGING, TRAINING, Done, Job, Problem, do, work
 from otolith.studies.problem import problem
-from otolith.studies.results import State, Trial, front, values
+from otolith.studies.results import State, Trial, allowed, values
 from otolith.studies.search import Progress, Search
-from otolith.studies.settings import Settings
+from otolith.studies.spaces import SPACES
 from otolith.studies.store import Store
 
 PRICE: Final = 0.5  # μ: all of the reach counts as much as 65 % of error
 TRAINED: Final = 0.7  # share of a drive that is trained on
 PIECE, PIECES = 60.0, 5  # [s] length of a piece of a drive, and how many are cued of each share at most
+QUIET: Final = 0.05  # share of a drive's RMS below which a piece tells nothing about the error
+MARGIN: Final = 0.1  # share of every limit that what does not know the limits leaves unused
+GAIN: Final = 0.01  # share of the error below which a gain on what was held out may be chance
 BATCH: Final = 10
-_REACH: Final = 0.5  # [m] of the platform for which the tuning is made that others begin with
+_PASSED: Final = ("violations", "noticed")  # what counts as passing a limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +54,8 @@ class Tuned:
     study: Study
     design: Design  # with what is not varied
     before: Trial
-    after: Trial
+    after: Trial  # the settings to begin with, if no others are better
+    best: Trial  # the best by what was trained on, whether it was taken or not
     trials: tuple[Trial, ...]
     shown: Problem  # what was held out, or else what was trained on
 
@@ -55,10 +65,18 @@ class Tuned:
         if not results or any(done.refused for done in results.values()):
             return None
         error, travel = values(self.study, results)
-        passed, noticed = (
-            max(done.measures[name] for done in results.values()) for name in ("violations", "noticed")
-        )
-        return {"tracking": error, "travel": travel, "violations": passed, "noticed": noticed}
+        worst = {name: _worst(results, name) for name in ("peak", *_PASSED)}
+        return {"tracking": error, "travel": travel, **worst}
+
+    @property
+    def kept(self) -> bool:
+        """Return whether the settings to begin with stay."""
+        return self.after.number == self.before.number
+
+    @property
+    def limited(self) -> bool:
+        """Return whether the algorithm keeps the limits by itself, however strong a drive is."""
+        return registry.cueing_named(self.study.cueing).limited
 
     def as_json(self) -> dict[str, Any]:
         """Return plain values."""
@@ -68,14 +86,38 @@ class Tuned:
                 TRAINING: self.measured(trial, TRAINING),
                 "held_out": self.measured(trial, JUDGING),
             }
-            for name, trial in (("before", self.before), ("after", self.after))
-        } | {"trials": len(self.trials), "cueing": self.study.cueing}
+            for name, trial in (("before", self.before), ("after", self.after), ("best_trained", self.best))
+        } | {"kept": self.kept, "trials": len(self.trials), "cueing": self.study.cueing}
 
 
-def pieces(drive: Scenario) -> tuple[list[Scenario], list[Scenario]]:
-    """Return pieces of a drive for training, and of its held-out end for judging."""
+def pieces(drive: Scenario, dofs: Sequence[Dof]) -> tuple[list[Scenario], list[Scenario]]:
+    """Return pieces of a drive for training, and of its held-out end for judging.
+
+    Pieces in which next to nothing is wanted along `dofs` are left out.
+
+    Raises
+    ------
+    InputError : nothing is wanted where it would be trained, or no specific force is cued.
+    """
     border = TRAINED * drive.duration
-    return _spread(drive, 0.0, border), _spread(drive, border, drive.duration)
+    axes = [dof.felt for dof in dofs if not dof.feels_rate]
+    if not axes:
+        raise InputError("--dofs", ",".join(dof.name for dof in dofs), "one with a specific force at least")
+    least = QUIET * _wanted(drive, axes)
+    trained, held_out = (
+        [one for one in _spread(drive, *ends) if _wanted(one, axes) > least]
+        for ends in ((0.0, border), (border, drive.duration))
+    )
+    if not trained:
+        bound = f"wanted within the first {border:.0f} s, on which settings are trained"
+        raise InputError(f"specific force of {drive.name}", "none", bound)
+    return trained, held_out
+
+
+def _wanted(drive: Scenario, axes: Sequence[int]) -> float:
+    """Return the RMS of the wanted force along axes, all together [m/s²]."""
+    t = np.linspace(0.0, drive.duration, max(2, round(drive.duration / 0.01)), endpoint=False)
+    return float(np.sqrt(np.mean(np.sum(drive.specific_force(t)[:, axes] ** 2, axis=1))))
 
 
 def _spread(drive: Scenario, begin: float, end: float) -> list[Scenario]:
@@ -93,11 +135,12 @@ def study_for(cueing: str, design: Design, evaluations: int, references: Sequenc
     ------
     InputError : the algorithm has nothing that is tuned here, or there are too few evaluations.
     """
-    if cueing not in _SPACES:
-        raise InputError("--cueing", repr(cueing), one_of(_SPACES, cueing))
+    if cueing not in SPACES:
+        raise InputError("--cueing", repr(cueing), one_of(SPACES, cueing))
     if evaluations < BATCH:
         raise InputError("--evaluations", evaluations, f"at least {BATCH}")
-    parameters, starts = _SPACES[cueing](design)
+    parameters, starts = SPACES[cueing](design)
+    known = () if registry.cueing_named(cueing).limited else (Constraint(measure="peak", most=1.0 - MARGIN),)
     return Study(
         name=f"tune-{cueing}",
         cueing=cueing,
@@ -107,28 +150,13 @@ def study_for(cueing: str, design: Design, evaluations: int, references: Sequenc
         start=starts,
         training=tuple(Reference(scenario=one.name) for one in references),
         objectives=(Objective(measure="tracking"), Objective(measure="travel", over="worst")),
+        constraints=(
+            Constraint(measure="violations", most=0.0),
+            Constraint(measure="noticed", most=0.0),  # replaced by `_no_worse`
+            *known,
+        ),
         budget=Budget(trials=evaluations, sampler="tpe", batch=BATCH),
     )
-
-
-def started(cueing: str, design: Design) -> Design:
-    """Return the design with the tuning with which a washout begins, if it has none of its own.
-
-    It is the platform's, or that of the thesis's platform with the travel's frequencies fitted to the reach.
-    """
-    if "tuning" not in registry.cueing_named(cueing).reads or design.washout is not None:
-        return design
-    if design.platform.name in tunings():
-        return replace(design, washout=load_tuning(design.platform.name))
-    known = load_tuning("thesis")
-    fields = known.of(Classical).model_dump()
-    for name in ("surge", "sway", "heave"):
-        limits = getattr(design.platform, name)
-        if isinstance(limits, Translation):
-            faster = math.sqrt(_REACH / min(-limits.position_m[0], limits.position_m[1]))
-            fields[name]["natural_radps"] = min(20.0, fields[name]["natural_radps"] * faster)
-    own = {"name": design.platform.name, "description": "", "classical": Classical(**fields)}
-    return replace(design, washout=known.model_copy(update=own))
 
 
 def tuned(
@@ -151,26 +179,37 @@ def tuned(
 
     Raises
     ------
-    InputError : no settings that were tried keep all limits.
+    InputError : the settings to begin with are refused, or no settings that were tried keep all limits.
     """
-    problems = {kind: problem(study, design, plant, references[kind]) for kind in (TRAINING, JUDGING)}
+    problems = {kind: _measured(study, design, plant, references[kind]) for kind in (TRAINING, JUDGING)}
     study = _no_worse(study, problems[TRAINING])
     counts = {kind: len(one.items) for kind, one in problems.items()}
     store = Store.create("", study.name, len(study.objectives), {})
     with executor_of(problems) as executor:
         search = Search(study, store, counts, executor, do_one=work, progress=progress)
-        trials = search.train()
-        best = cheapest(study, trials, price)
-        search.judge({0: trials[0], best.number: best}.values())
-    trials = store.trials()
+        ranked = by_price(study, search.train(), price)
+        search.judge(store.trials(range(1)))
+        before = store.trials(range(1))[0]
+        best = next(_within_limits(search, store, ranked, before), before)
+    if best is before and _passes(before):
+        bound = "at least 1: a platform with more reach, a smaller --scale, or more --evaluations"
+        done = sum(one.state is State.DONE for one in store.trials())
+        raise InputError("settings within all limits", f"0 of {done} tried", bound)
     return Tuned(
         study=study,
         design=design,
-        before=trials[0],
-        after=trials[best.number],
-        trials=tuple(trials),
+        before=before,
+        after=best if _better(study, best, before) else before,
+        best=best,
+        trials=tuple(store.trials()),
         shown=problems[JUDGING if counts[JUDGING] else TRAINING],
     )
+
+
+def _measured(study: Study, design: Design, plant: str, references: Sequence[Scenario]) -> Problem:
+    """Return the problem of a study with what is printed, too: how near the limits were."""
+    found = problem(study, design, plant, references)
+    return replace(found, measures=tuple(dict.fromkeys((*found.measures, "peak"))))
 
 
 def _no_worse(study: Study, of: Problem) -> Study:
@@ -180,122 +219,65 @@ def _no_worse(study: Study, of: Problem) -> Study:
     it is, passes it, too. An MPC keeps to it, and so has to go on doing so.
     """
     first = Job(tuple(study.start[0].items()), 0)
-    done = [do(of, replace(first, item=item)) for item in range(len(of.items))]
-    shares = [one.measures["noticed"] for one in done if not one.refused]
-    bound = Constraint(measure="noticed", most=max(shares, default=0.0))
-    return study.model_copy(update={"constraints": (Constraint(measure="violations", most=0.0), bound)})
+    done = {item: do(of, replace(first, item=item)) for item in range(len(of.items))}
+    refused = [one.refused for one in done.values() if one.refused]
+    if refused:
+        raise InputError(
+            "the settings to begin with", f"refused ({refused[0]})", "such that a loop can close"
+        )
+    bounds = {"noticed": _worst(done, "noticed")}
+    constraints = tuple(
+        one.model_copy(update={"most": bounds.get(one.measure, one.most)}) for one in study.constraints
+    )
+    return study.model_copy(update={"constraints": constraints})
 
 
-def cheapest(study: Study, trials: Sequence[Trial], price: float) -> Trial:
-    """Return the trial of the front with the least J.
+def by_price(study: Study, trials: Sequence[Trial], price: float) -> list[Trial]:
+    """Return the trials within all limits: those first whose error is not larger than the first trial's.
 
-    Raises
-    ------
-    InputError : no trial keeps all limits.
+    Of these, and of the others, those with the least J come first.
     """
-    found = front(study, trials)
-    if not found:
-        done = sum(one.state is State.DONE for one in trials)
-        bound = "at least 1: a platform with more reach, a smaller --scale, or more --evaluations"
-        raise InputError("settings within all limits", f"0 of {done} tried", bound)
+    known = {one.number: values(study, one.training) for one in trials if allowed(study, one)}
+    most = values(study, trials[0].training)[0]
 
-    def J(trial: Trial) -> float:
-        error, travel = values(study, trial.training)
-        return math.log(error) + price * travel
+    def rank(number: int) -> tuple[bool, float, int]:
+        error, travel = known[number]
+        return error > most, math.log(error) + price * travel, number
 
-    return min(found, key=lambda one: (J(one), one.number))
+    return [trials[number] for number in sorted(known, key=rank)]
 
 
-Space = tuple[dict[str, Parameter], tuple[Settings, ...]]  # and what is tried first
+def _within_limits(search: Search, store: Store, ranked: Sequence[Trial], before: Trial) -> Iterator[Trial]:
+    """Yield the trials that keep the limits on what is held out; there, too, tilts are noticed no more."""
+    noticed = _worst(before.judging, "noticed")
+    for first, last in pairwise(
+        (0, 1, *range(1 + BATCH, len(ranked) + BATCH, BATCH))
+    ):  # the first mostly does
+        some = ranked[first:last]
+        search.judge(one for one in some if one.number != before.number)
+        judged = store.trials()
+        for number in (one.number for one in some):
+            found = before if number == before.number else judged[number]
+            if not _passes(found) and _worst(found.judging, "noticed") <= noticed:
+                yield found
 
 
-def _log(low: float, high: float) -> Parameter:
-    return Parameter(scale="log", low=low, high=high)
+def _passes(trial: Trial) -> bool:
+    """Return whether a trial passes a limit of the machine anywhere."""
+    return max(_worst(one, "violations") for one in (trial.training, trial.judging)) > 0.0
 
 
-def _classical(design: Design) -> Space:
-    """Return six parameters for one travelling axis, and three more for each other one."""
-    tuning = design.tuning
-    table = tuning.of(Classical)
-    space: dict[str, Parameter] = {"tuning.scaling.force.slope": Parameter(low=0.1, high=1.0)}
-    if any(dof.is_pair for dof in design.dofs):
-        space["tuning.classical.tilt.natural_radps"] = _log(0.2, 10.0)
-        space["tuning.classical.tilt.damping"] = Parameter(low=0.5, high=1.5)
-    for axis in _travelling(design.dofs):
-        space[f"tuning.classical.{axis}.natural_radps"] = _log(0.5, 20.0)
-        space[f"tuning.classical.{axis}.damping"] = Parameter(low=0.5, high=2.0)
-        space[f"tuning.classical.{axis}.washout_radps"] = _log(0.05, 3.0)
-    known = {"scaling": tuning.scaling.model_dump(), "classical": table.model_dump()}
-    start = {name: _inside(space[name], _at(known, name)) for name in space}
-    return space, (start, _cautious(space, start))
+def _better(study: Study, trial: Trial, before: Trial) -> bool:
+    """Return whether a trial, which keeps the limits, is better than the settings to begin with.
 
-
-def _cautious(space: Mapping[str, Parameter], start: Mapping[str, float]) -> Settings:
-    """Return settings that keep the limits of most rigs on hard drives, where those to begin with do not.
-
-    Without any such settings the search would have to find the small part of the space by chance.
+    It is if those pass a limit, or if its error is less on what was held out, by `GAIN` at least. If nothing
+    was, training, which has ranked them, decides.
     """
-    values = {"slope": 0.3, "natural_radps": 0.3, "damping": 1.0, "washout_radps": 1.0}
-    own = {name: values[name.rpartition(".")[2]] for name in space}
-    faster = {
-        name: 2.0 * start[name] for name in space if name.endswith("natural_radps") and ".tilt." not in name
-    }
-    return {name: _inside(space[name], value) for name, value in (own | faster).items()}
+    if _passes(before) or not before.judging:
+        return True
+    return values(study, trial.judging)[0] <= (1.0 - GAIN) * values(study, before.judging)[0]
 
 
-def _optimal(design: Design) -> Space:
-    """Return the weights of the optimal washout relative to that of the sensed force, and the scaling."""
-    tuning = design.tuning
-    known = {"scaling": tuning.scaling.model_dump(), "optimal": tuning.of(Optimal).model_dump()}
-    space: dict[str, Parameter] = {"tuning.scaling.force.slope": Parameter(low=0.1, high=1.0)}
-    for name in ("integral", "position", "velocity", "acceleration", "rate"):
-        value = known["optimal"][name]
-        space[f"tuning.optimal.{name}"] = _log(value / 30.0, 30.0 * value)
-    return space, ({name: _inside(space[name], _at(known, name)) for name in space},)
-
-
-def _predictive(design: Design) -> Space:
-    """Return liveliness, and the times of the adaptive prediction unless another one is chosen."""
-    space = {"liveliness": Parameter(low=0.0, high=1.0)}
-    start: dict[str, float | int | str] = {"liveliness": design.liveliness}
-    if design.mpc.prediction is None:
-        from otolith.cueing.prediction.adaptive import Adaptive
-
-        for name in ("near", "far", "slope"):
-            value = getattr(Adaptive(), name)
-            space[f"prediction.{name}"] = _log(value / 4.0, 4.0 * value)
-            start[f"prediction.{name}"] = value
-    return space, (start,)
-
-
-def _implicit(design: Design) -> Space:  # noqa: ARG001 (as all of them)
-    """Return constant washout weights, beginning with the preset `constant-fit`."""
-    space = {"weight.velocity": _log(1e-3, 1e2), "weight.position": _log(1e-4, 1e2)}
-    return space, ({"weight.velocity": 0.411, "weight.position": 0.0131},)
-
-
-_SPACES: Final[Mapping[str, Callable[[Design], Space]]] = {
-    "predictive": _predictive,
-    "implicit": _implicit,
-    "hybrid-all": _implicit,
-    "classical": _classical,
-    "optimal": _optimal,
-}
-TUNED: Final = tuple(_SPACES)
-
-
-def _travelling(dofs: Sequence[Dof]) -> list[str]:
-    return [AXES[i] for dof in dofs for i in dof.axes if i < len(AXES) // 2]
-
-
-def _at(tables: Mapping[str, Any], name: str) -> float:
-    """Return a value of a tuning by the name of its setting."""
-    value: Any = tables
-    for part in name.split(".")[1:]:
-        value = value[part]
-    return float(value)
-
-
-def _inside(parameter: Parameter, value: float) -> float:
-    low, high = parameter.low, parameter.high
-    return value if low is None or high is None else min(max(value, low), high)
+def _worst(results: Mapping[int, Done], name: str) -> float:
+    """Return the largest value of a measure: 0 without any results, infinite if a loop was refused."""
+    return max((done.measures.get(name, math.inf) for done in results.values()), default=0.0)

@@ -73,8 +73,9 @@ class _Witness:
 
     def sets(self, x: Vec, wanted: Vec, plan: Mat) -> Ints | None:
         """Record the problem."""
-        whole = (one.copy() if self._plans else one[:0, :0] for one in (self.ahead, plan))
-        self.questions.append((x.copy(), wanted.copy(), *whole))
+        kept = slice(None if self._plans else 0)
+        ahead, about = self.ahead[kept, kept].copy(), plan[kept, kept].copy()
+        self.questions.append((x.copy(), wanted.copy(), ahead, about))
         return None
 
     def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
