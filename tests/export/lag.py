@@ -3,7 +3,8 @@
 from otolith.export.program import Port, Program
 
 PERIOD, GAIN = 0.01, 0.1
-TROUBLED = 5.0  # above this input the program says that a fallback decides
+TROUBLED = 5.0  # above this input the program says that a fallback decides …
+BROKEN = 1000.0  # … and above this one that it has no answer
 
 _HEADER = f"""\
 #ifndef LAG_H
@@ -22,7 +23,7 @@ int lag_step(lag *me, const double in[], double out[])
     out[0] = me->y;
     out[1] = in[0];
     out[2] = in[0] > {TROUBLED} ? 1.0 / (in[0] - in[0]) : 0.5;
-    return in[0] > {TROUBLED};
+    return in[0] > {BROKEN} ? -1 : in[0] > {TROUBLED};
 }}
 #endif
 #endif

@@ -147,8 +147,11 @@ def test_a_stored_state_goes_on_as_the_instance_did(folder: Path) -> None:
     ("call", "sentence"),
     [
         (lambda one: one.step(0.5, PERIOD), "begins at 0.5 s, must begin at 0 s"),
-        (lambda one: one.step(0.0, -PERIOD), "communication step is -0.01 s, must be 0 or more"),
-        (lambda one: one.step(0.0, np.inf), "communication step is inf s, must be 0 or more"),
+        (lambda one: one.step(0.0, -PERIOD), "communication step is -0.01 s, must be 0 to 10000 s"),
+        (lambda one: one.step(0.0, np.inf), "communication step is inf s, must be 0 to 10000 s"),
+        (lambda one: one.step(0.0, np.nan), "must be 0 to 10000 s"),
+        (lambda one: one.step(0.0, 1e300), "communication step is 1e+300 s, must be 0 to 10000 s"),
+        (lambda one: one.step(np.nan, PERIOD), "must be within 1e+07 s of 0"),
         (lambda one: one.set("y", 1.0), "value reference 2 was set, must be an input's, 1 to 1"),
         (lambda one: one.start(), "was called while the instance is in step mode, must be instantiated"),
         (lambda one: one.fmu.exitInitializationMode(), "in step mode, must be in initialization"),
@@ -165,6 +168,28 @@ def test_a_call_that_is_refused_says_why_and_changes_nothing(folder: Path, call,
         assert one.get("y") == pytest.approx(lagged(10), abs=1e-14)
 
 
+@pytest.mark.parametrize("start", [np.nan, -np.inf, 1e12])
+def test_a_start_at_which_periods_would_not_be_told_apart_is_refused(folder: Path, start: float) -> None:
+    """At 1e12 s a double is exact to 0.1 ms, and from 1e14 s on a period of 10 ms would never end."""
+    made = Host(folder)
+    made.instantiate()
+    with pytest.raises(Exception, match=r"Error|error|status"):
+        made.start(at=start)
+    assert "must be within 1e+07 s of 0" in made.said[0]
+    made.fmu.freeInstance()
+
+
+def test_an_instance_ends_before_its_first_step_and_no_step_follows(folder: Path) -> None:
+    made = Host(folder)
+    made.instantiate()
+    made.start()
+    made.fmu.terminate()
+    with pytest.raises(Exception, match=r"Error|error|status"):
+        made.step(0.0, PERIOD)
+    assert made.said == ["doStep was called while the instance is terminated, must be in step mode"]
+    made.fmu.freeInstance()
+
+
 def test_a_fallback_is_told_when_it_begins_and_not_once_per_period(folder: Path) -> None:
     with host(folder) as one:
         for k in range(30):
@@ -172,6 +197,14 @@ def test_a_fallback_is_told_when_it_begins_and_not_once_per_period(folder: Path)
             one.step(k * PERIOD, PERIOD)
             assert one.get("residual") == (-1.0 if k > 10 else 0.5)  # -1: there is none
         assert one.said == ["from 0.11 s on a fallback brakes to rest, status 1 (fallback)"]
+
+
+def test_a_program_without_an_answer_ends_the_simulation(folder: Path) -> None:
+    with host(folder) as one:
+        one.set("u", 2000.0)
+        with pytest.raises(Exception, match=r"[dD]oStep"):
+            one.step(0.0, PERIOD)
+        assert one.said == ["a model in the program has no answer at 0 s"]
 
 
 def test_an_output_that_is_no_number_ends_the_simulation(folder: Path) -> None:

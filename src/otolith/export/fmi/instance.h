@@ -33,7 +33,9 @@
 #define UNUSED
 #endif
 
-#define SLACK (1e-3 * PERIOD) /* [s] how far a host's sum of steps may be from the sum of periods */
+#define SLACK (1e-3 * PERIOD)   /* [s] how far a host's sum of steps may be from the sum of periods */
+#define LONGEST (1e6 * PERIOD) /* [s] communication step: more would not come back for minutes */
+#define LATEST (1e9 * PERIOD)  /* [s] time from 0: later, the rounding of times would come near SLACK */
 
 enum phase { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 enum severity { WARNED, FAILED };
@@ -99,7 +101,8 @@ static int enter(struct instance *me, enum phase from, enum phase to, const char
 
 static int begin_at(struct instance *me, double start)
 {
-    if (!isfinite(start)) return fail(me, "the start time is %g s, must be finite", start);
+    if (!(fabs(start) <= LATEST))
+        return fail(me, "the start time is %g s, must be within %g s of 0", start, LATEST);
     me->now.start = me->now.reached = start;
     return 1;
 }
@@ -139,6 +142,7 @@ static int decide(struct instance *me)
     struct memory *now = &me->now;
     char sentence[200];
     int status = program_step(&now->program, now->in, now->next);
+    if (status < 0) return fail(me, "a model in the program has no answer at %g s", now->reached);
     for (int i = 0; i < OUTPUTS; i++) {
         if (isfinite(now->next[i])) continue;
         if (output_has_unit[i]) return fail(me, "output %s is not finite at %g s", output_name[i], now->reached);
@@ -159,8 +163,9 @@ static int advance(struct instance *me, double from, double length)
     struct memory *now = &me->now;
     double to = from + length;
     if (now->phase != STEPPING) return enter(me, STEPPING, STEPPING, "doStep");
-    if (!(length >= 0.0) || !isfinite(to))
-        return fail(me, "the communication step is %g s, must be 0 or more", length);
+    if (!(length >= 0.0 && length <= LONGEST))
+        return fail(me, "the communication step is %g s, must be 0 to %g s", length, LONGEST);
+    if (!(fabs(to) <= LATEST)) return fail(me, "the time would be %g s, must be within %g s of 0", to, LATEST);
     if (!(fabs(from - now->reached) <= SLACK))
         return fail(me, "the communication step begins at %.17g s, must begin at %.17g s, where the last ended", from,
                     now->reached);
