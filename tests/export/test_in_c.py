@@ -14,7 +14,8 @@ from otolith.core.methods import hold
 from otolith.cueing.design import Design, mpcs_of
 from otolith.export.make import Kind, decision_of, program_of
 from otolith.export.step import decide_once
-from otolith.export.vectors import drive, vectors
+from otolith.export.vectors import drive, simulated, vectors
+from otolith.qp.blocked_engine import BlockedEngine
 from tests.export.in_c import Stepper, needs_compiler
 
 
@@ -48,6 +49,45 @@ def test_an_mpc_decides_as_in_python(cueing: str, flags: list[str], tmp_path: Pa
     assert np.count_nonzero(changes) > 100  # the platform's limits were at work
     np.testing.assert_array_equal(out[:, 6], status)
     np.testing.assert_allclose(out[:, :6], expected.outputs[:, :6], atol=2e-8, rtol=0.0)
+
+
+@needs_compiler
+def test_the_blocked_engine_decides_as_in_python(tmp_path: Path) -> None:
+    """Of a problem none of whose rows varies: what would write them is not reached, and compiles."""
+    design = _design()
+    design = replace(design, mpc=replace(design.mpc, engine=BlockedEngine))
+    program = program_of(design, "predictive", "blocked", Kind.COMMAND)
+    expected = vectors(design, "predictive", Kind.COMMAND, drive(8.0))
+    _, out = Stepper(program, tmp_path, "-O1").run(expected.inputs)
+    assert np.count_nonzero(expected.outputs[:, 8]) > 50
+    np.testing.assert_array_equal(out[:, 6], expected.outputs[:, 6])
+    np.testing.assert_allclose(out[:, :6], expected.outputs[:, :6], atol=2e-9, rtol=0.0)
+
+
+@needs_compiler
+def test_a_washout_moves_six_legs_with_servos_and_supervisor_as_in_python(tmp_path: Path) -> None:
+    """Bit for bit, with the supervisor at work."""
+    design = _design("davsi", "surge-pitch,sway-roll,heave,yaw")
+    program = program_of(design, "classical", "legs", Kind.PLATFORM, plant="hexapod")
+    mild = drive(4.0)
+    wild = replace(mild, specific_force=lambda t: 3.0 * mild.specific_force(t))
+    run, expected = simulated(design, "classical", Kind.PLATFORM, wild, plant="hexapod")
+    assert run.interventions
+    status, out = Stepper(program, tmp_path, "-O1", "-ffp-contract=off").run(expected.inputs)
+    assert not status.any()
+    np.testing.assert_array_equal(out, expected.outputs)
+
+
+@needs_compiler
+def test_six_axes_with_rows_of_legs_are_decided_as_in_python(tmp_path: Path) -> None:
+    """The engine of few blocks and many rows, and the kinematics of the legs, in C."""
+    design = _design("davsi", "surge-pitch,sway-roll,heave,yaw")
+    program = program_of(design, "six-axis", "six", Kind.COMMAND)
+    expected = vectors(design, "six-axis", Kind.COMMAND, drive(2.0))
+    _, out = Stepper(program, tmp_path, "-O1").run(expected.inputs)
+    assert np.count_nonzero(expected.outputs[:, 8]) > 50
+    np.testing.assert_array_equal(out[:, 6], expected.outputs[:, 6])
+    np.testing.assert_allclose(out[:, :6], expected.outputs[:, :6], atol=2e-9, rtol=0.0)
 
 
 @needs_compiler

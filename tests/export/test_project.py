@@ -79,6 +79,7 @@ def test_json_names_the_ports(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         (["--cueing", "explicit"], "--cueing is 'explicit', must be one that decides without Python"),
         (["--name", "main"], "name of the program is 'main', must be one that has no meaning yet"),
         (["--horizon", "20"], "would ignore it"),
+        (["--cueing", "predictive", "--solver", "dense"], "one that asks for the engine CondensedEngine"),
         (["--set-points", "legs"], "--set-points is given with --kind command, must be left out"),
         (["--kind", "gate"], "--cueing is given with --kind gate, must be left out"),
     ],

@@ -51,6 +51,7 @@ DESIGN: Final = (
     "platform",
     "plant",
     "dofs",
+    "solver",
     "period",
     "horizon",
     "blocks",
@@ -133,9 +134,9 @@ class RunOptions:
     dofs: Annotated[str, typer.Option(help="What to cue, with commas: " + ", ".join(DOFS) + ".")] = (
         "surge-pitch"
     )
-    solver: Annotated[str, typer.Option(help="QP engine of the implicit MPC: structured or dense.")] = (
-        "structured"
-    )
+    solver: Annotated[
+        str, typer.Option(help="QP engine of the implicit MPC: structured, dense or blocked.")
+    ] = "structured"
     period: Annotated[
         float | None, typer.Option(metavar="SECONDS", help="Time between two decisions of an MPC [s] (0.01).")
     ] = None

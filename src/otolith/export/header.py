@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from otolith.export.program import Port
 from otolith.export.translate.render import Rendered
 
+_BROKEN: Final = "; or -1, now and until init, since a model in it has no answer: out is as it was"
+
 Part = tuple[NDArray[Any], int, int]  # an array of the data, and the places in it from … to
 
 _HEADER: Final = Template("""\
@@ -69,7 +71,7 @@ $initial}
 
 int ${name}_step($name *me, const double in[], double out[]) {
 $read    const int status = ${name}_$entry(me);
-$write    return status;
+$broken$write    return status;
 }
 
 #endif /* ${NAME}_IMPLEMENTATION */
@@ -110,7 +112,11 @@ def header(
         NAME=rendered.name.upper(),
         title=title.replace("*/", "* /").replace("/*", "/ *"),  # a platform's name may hold anything
         about=textwrap.indent(textwrap.fill(about, 107), "   "),
-        returns=textwrap.fill(f"Do one period. Returns {returns}.", 107, subsequent_indent="   "),
+        returns=textwrap.fill(
+            f"Do one period. Returns {returns}{_BROKEN if rendered.broken else ''}.",
+            107,
+            subsequent_indent="   ",
+        ),
         mathematics=needs,
         inputs=_ports(flat_in),
         outputs=_ports(flat_out),
@@ -123,6 +129,7 @@ def header(
         read="".join(_copies(read, "{here}[i] = in[{at} + i];", rendered)),
         write="".join(_copies(write, "out[{at} + i] = {here}[i];", rendered)),
         entry=rendered.entry.name,
+        broken=f"    if ({rendered.broken}) return -1;\n" if rendered.broken else "",
     )
 
 

@@ -56,6 +56,13 @@ def _cross(a: Vec, b: Vec, out: Vec) -> None:
 
 
 @kernel
+def _turned(R: Mat, a: Vec, out: Vec) -> None:
+    """Write R a (3,)."""
+    for i in range(3):
+        out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
+
+
+@kernel
 def carry(place: Vec, of: Machine, forces: Vec) -> bool:
     """Write the leg forces (6,) [N] that carry the platform's weight at rest; return False if none do."""
     R, J = np.empty((3, 3)), np.empty((6, 6))
@@ -87,7 +94,8 @@ def servo(legs: Mat, targets: Mat, of: Machine) -> None:
 @kernel
 def mass_matrix(R: Mat, J: Mat, of: Machine, M: Mat) -> None:
     """Write M + μ JᵀJ (6, 6) about the reference point."""
-    m, c = of.mass, R @ of.centre
+    m, c = of.mass, np.empty(3)
+    _turned(R, of.centre, c)
     for a in range(6):
         for b in range(a, 6):
             total = 0.0
@@ -113,11 +121,13 @@ def mass_matrix(R: Mat, J: Mat, of: Machine, M: Mat) -> None:
 def _loads(R: Mat, velocity: Vec, of: Machine, loads: Vec) -> None:
     """Write w − h (6,): weight, centrifugal and gyroscopic loads."""
     m, w = of.mass, velocity[3:]
-    c, spin, turned, moment = R @ of.centre, np.empty(3), np.empty(3), np.empty(3)
+    c, spin, turned, moment = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    _turned(R, of.centre, c)
     _cross(w, c, spin)
     _cross(w, spin, turned)  # ω × (ω × c)
-    momentum = R @ (of.inertia * (R.T @ w))
-    _cross(w, momentum, moment)
+    _turned(R.T, w, moment)
+    _turned(R, of.inertia * moment, spin)  # I ω
+    _cross(w, spin, moment)
     for i in range(3):
         loads[i] = -m * turned[i]
     loads[2] -= m * GRAVITY

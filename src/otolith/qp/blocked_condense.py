@@ -181,6 +181,14 @@ def _dot(a: Vec, b: Vec, n: int) -> float:
 
 
 @jit_fused
+def _dot_from(a: Vec, b: Vec, first: int, n: int) -> float:
+    total = 0.0
+    for i in range(n):
+        total += a[i] * b[first + i]
+    return total
+
+
+@jit_fused
 def _add_steps(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: int, first: int) -> None:
     """Add what the steps of block m, from the `first` on, contribute to W and w."""
     D, ny = to.D, memory.error.shape[1]
@@ -197,10 +205,10 @@ def _add_steps(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed,
             )
             for a in range(of.counts[i]):
                 D[layout.slot[of.columns[i, a]], at] += value * of.gain[step, i, a]
-    errors = memory.error[first:].reshape(-1)
+    errors = memory.error.reshape(-1)
     for a in range(number):
         i = layout.felt[a]
-        to.w[i] += _dot(D[a], errors, length)
+        to.w[i] += _dot_from(D[a], errors, first * ny, length)
         for b in range(a + 1):
             j, value = layout.felt[b], _dot(D[a], D[b], length)
             to.W[i, j] += value

@@ -12,10 +12,12 @@ import pytest
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.jit import kernel
 from otolith.core.methods import INTEGER, VECTOR, Method, Role
+from otolith.export.header import header
+from otolith.export.program import Port, Program
 from otolith.export.translate.render import Rendered
 from otolith.export.translate.unit import translated
 from otolith.export.translate.values import NotTranslated
-from tests.export.in_c import COMPILER, STRICT, needs_compiler
+from tests.export.in_c import COMPILER, STRICT, Stepper, needs_compiler
 
 ROLE = Role(INTEGER, (VECTOR,))
 _call = ROLE.call
@@ -231,6 +233,39 @@ def test_methods_that_are_called_by_address_become_functions(tmp_path: Path) -> 
     np.testing.assert_array_equal(out[:2], [2.0, 3.0])
     text = Rendered(*translated(_by_address.py_func, called), "tried", [data[0].out])  # type: ignore[attr-defined]
     assert "tried_add_2(me" in text.implementation()  # one function for each set of data
+
+
+@kernel
+def _given_up(of: Any) -> int:
+    of.out[0] += 1.0
+    if of.given[0] > 5.0:
+        raise ValueError("no answer")
+    return 0
+
+
+@needs_compiler
+def test_where_a_kernel_raises_a_program_says_so_until_it_begins_anew(tmp_path: Path) -> None:
+    data = _data()
+    ports = [(Port("x", "", ""),)]
+    text = header(
+        Rendered(*translated(_given_up.py_func, data), "raising", [data.given, data.out]),  # type: ignore[attr-defined]
+        "a program",
+        "A step counts.",
+        returns="0",
+        period=0.01,
+        inputs=ports,
+        outputs=ports,
+        read=[(data.given, 0, 1)],
+        write=[(data.out, 0, 1)],
+    )
+    stepper = Stepper(
+        Program(name="raising", period=0.01, inputs=ports[0], outputs=ports[0], header=text), tmp_path
+    )
+    assert [stepper.step([x])[0] for x in (1.0, 6.0, 1.0)] == [0, -1, -1]
+    stepper.begin()
+    assert stepper.step([1.0]) == (0, [1.0])
+    with pytest.raises(ValueError, match="no answer"):
+        _given_up(data._replace(given=np.full(8, 6.0)))
 
 
 @kernel

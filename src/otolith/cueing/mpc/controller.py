@@ -202,7 +202,7 @@ class Mpc:
         """
         p = self.program
         needs = {
-            f"the engine {type(self.engine).__name__}": p.engine.solve == 0,
+            f"the engine {type(self.engine).__name__}": p.engine.solve == 0 and p.engine.own.code == 0,
             f"the prediction {type(self._predictor).__name__}": p.predict.code == 0,
             f"the guess {type(self._guess).__name__}": p.guessing,
             f"the hint {type(self._hint).__name__}, without which the decisions are the same": p.hinting,

@@ -10,6 +10,7 @@ from otolith.export.translate.values import (
     ATOM,
     CHOICE,
     EQUAL,
+    NOWHERE,
     OR,
     ORDER,
     PRODUCT,
@@ -169,8 +170,9 @@ def place(array: Array, index: tuple[Any, ...]) -> int | Number:
 
 def element(array: Array, index: tuple[Any, ...]) -> Number:
     """Return an entry of an array as C text."""
-    text = f"{array.pointer}[{number(place(array, index)).text}]"
-    return Number(text, array.kind)
+    if array.pointer == NOWHERE:  # an array without entries, in a loop that has no rounds
+        return Number("0", array.kind)
+    return Number(f"{array.pointer}[{number(place(array, index)).text}]", array.kind)
 
 
 def unary(op: ast.unaryop, a: Value) -> Value:

@@ -156,6 +156,19 @@ class Body:
             self.scope.emit(f"return {number(value).text};")
         return True
 
+    def _raise(self, _: ast.Raise) -> bool:
+        """Note in the program's memory that a kernel has given up; its step then says so."""
+        if any(
+            isinstance(one, ast.Return) and isinstance(one.value, ast.Tuple) for one in ast.walk(self.tree)
+        ):
+            raise NotTranslated("an error is raised in a kernel that returns several numbers")
+        broken = self.unit.wrapped(self.unit.broken)
+        broken.storage.write()
+        self.scope.emit(f"{arithmetic.element(broken, (0,)).text} = 1;")
+        returns = any(isinstance(one, ast.Return) and one.value is not None for one in ast.walk(self.tree))
+        self.scope.emit("return 0;" if returns else "return;")
+        return True
+
     def _if(self, node: ast.If) -> bool:
         test = self.of.value(node.test)
         if not isinstance(test, Number):

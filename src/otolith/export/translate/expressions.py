@@ -2,7 +2,9 @@
 
 import ast
 import builtins
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -11,8 +13,9 @@ from otolith.core import methods
 from otolith.export.translate import arithmetic
 from otolith.export.translate.builtins import OF_LANES, OF_PYTHON, extreme, is_of_numbers
 from otolith.export.translate.function import Function
-from otolith.export.translate.scope import Scope, c_name
+from otolith.export.translate.scope import Scope, array_of, c_name
 from otolith.export.translate.values import (
+    NOWHERE,
     Array,
     Choice,
     Elementwise,
@@ -94,6 +97,10 @@ class Expressions:
                 return lambda: Elementwise(
                     of.shape, lambda at: arithmetic.entry_of(of, at), arithmetic.parts_of(of)
                 )
+            if node.attr == "size":
+                return math.prod(of.shape)
+            if node.attr == "reshape" and isinstance(of, Array):
+                return lambda *shape: _reshaped(of, shape)
             raise NotTranslated(f"the attribute {node.attr} of an array is not translated")
         return self.unit.wrapped(getattr(of, node.attr))
 
@@ -221,7 +228,7 @@ class Expressions:
     def address(self, of: Array) -> str:
         """Return the C text of a pointer to the first entry of an array."""
         if of.size == 0:
-            return "0"
+            return NOWHERE
         at = number(of.offset)
         return of.pointer if at.text == "0" else f"{of.pointer} + {at.within(3)}"
 
@@ -398,6 +405,20 @@ class _Loops:
     def __exit__(self, *error: Any) -> None:
         for block in reversed(self.open):
             block.__exit__(*error)
+
+
+def _reshaped(of: Array, shape: tuple[Value, ...]) -> Array:
+    """Return an array whose rows follow each other with another shape, in which one size may be -1."""
+    if not known(shape):
+        raise SizeUnknown("the shape is not known")
+    if of.strides != array_of("", of.storage, of.shape).strides:
+        raise NotTranslated("an array whose rows do not follow each other gets another shape")
+    given = math.prod(n for n in shape if n >= 0)
+    found = array_of(of.pointer, of.storage, tuple(n if n >= 0 else of.size // given for n in shape))
+    if found.size != of.size:
+        raise NotTranslated(f"an array of shape {of.shape} gets the shape {shape}")
+    numbers = None if of.numbers is None else of.numbers.reshape(found.shape)
+    return replace(found, offset=of.offset, numbers=numbers)
 
 
 def _hashable(function: Any) -> bool:

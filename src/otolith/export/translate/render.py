@@ -113,6 +113,12 @@ class Rendered:
         ]
         return "\n".join([f"struct {self.name} {{", *lines, "};"])
 
+    @property
+    def broken(self) -> str:
+        """Return the C text of the number that is 1 where a kernel has given up; empty if none can."""
+        of = self.unit._data_of(self.unit.broken)
+        return f"me->{self.names[of]}[0]" if of in self.members else ""
+
     def of(self, array: NDArray[Any]) -> str:
         """Return the C text of the first entry of an array of the data, for the program's frame."""
         view = self.unit.wrapped(array)

@@ -204,6 +204,8 @@ class Scope:
             raise NotTranslated(f"the array {name} has several shapes")
         of.kinds, of.size, of.assigned = {kind}, shape, of.assigned + 1
         array = array_of(c_name(name), of.storage, shape)
+        if known is not None and known.loaded == 0:  # the data rule out what would use it
+            return array
         if self._begins(name):
             self.targets[name] += 1
             self.emit(f"{C_TYPES[kind]} {c_name(name)}[{max(1, array.size)}]{' = {0}' if zero else ''};")
@@ -235,7 +237,7 @@ class Scope:
             known = self.before.get(name)
             if known is None or (name, known.home) in self.declared or name in self.parameters:
                 continue
-            if known.loaded == 0 and not known.size:
+            if known.loaded == 0 and not known.pointer:
                 continue
             if of.pointer and of.storage is not None:
                 line = f"{pointer_type(of.storage)} *{c_name(name)};"

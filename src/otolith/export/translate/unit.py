@@ -15,6 +15,7 @@ from otolith.export.translate.builtins import Mathematics
 from otolith.export.translate.function import Function, Parameter
 from otolith.export.translate.scope import PLACE
 from otolith.export.translate.values import (
+    NOWHERE,
     Array,
     Kind,
     NotTranslated,
@@ -74,6 +75,7 @@ class Unit:
 
     def __init__(self, variable: set[int], begins: dict[int, int]) -> None:
         self.mathematics = Mathematics()
+        self.broken = np.zeros(1, dtype=np.int64)  # becomes 1 in C where a kernel raises an error in Python
         self.functions: list[Function] = []
         self.data: dict[int, Data] = {}  # by address
         self.results: dict[tuple[Kind, ...], str] = {}  # types of several numbers that functions return
@@ -83,6 +85,7 @@ class Unit:
         self._made: dict[Any, Function | SizeUnknown] = {}
         self._names: dict[str, Any] = {}  # the kernel that has a name as its own
         self._taken = {"init", "step"}
+        self._data_of(self.broken).names.append((1, "broken"))
         self._methods: dict[int, str] = {}  # what a method is called, by the address of its data
 
     def call(self, values: Any, name: str) -> None:
@@ -126,7 +129,7 @@ class Unit:
         offset = (value.ctypes.data - of.root.ctypes.data) // size
         strides = tuple(stride // size for stride in value.strides)
         if not value.size:
-            return Array("0", of.storage, 0, value.shape, strides, value)
+            return Array(NOWHERE, of.storage, 0, value.shape, strides, value)
         spans = (sum((n - 1) * step for n, step in zip(value.shape, strides, strict=True)), 0)
         of.view(offset + min(spans), offset + max(spans) + 1)
         pointer = PLACE.format("d", of.storage.serial)

@@ -19,6 +19,8 @@ from otolith.core.errors import OtolithError
 Kind = Literal["double", "int", "bool", "lanes"]
 C_TYPES: Final = {"double": "double", "int": "int", "bool": "int"}
 
+NOWHERE: Final = "0"  # the pointer of an array without entries
+
 # How tightly operators of C bind, from what needs no brackets to what always does
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, AND, OR, CHOICE = range(9)
 
