@@ -1,12 +1,15 @@
 """The folder that `otolith export c` writes: it builds without warnings, and its test program judges."""
 
 import json
+import re
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from otolith.cli.app import run_program
+from otolith.export.guards import gating
+from otolith.platforms import load
 from tests.export.in_c import COMPILER, STRICT, needs_compiler
 
 
@@ -110,6 +113,28 @@ def test_the_example_of_a_host_runs(tmp_path: Path) -> None:
     subprocess.run(line, check=True, capture_output=True, text=True)
     done = subprocess.run([str(built)], check=True, capture_output=True, text=True)
     assert done.stdout.count("status 0") == 12
+
+
+@needs_compiler
+def test_the_example_of_a_chain_keeps_the_limits(tmp_path: Path) -> None:
+    """A washout that asks for too much is stopped by the gate, within the reach of `davsi`."""
+    kinds = {"cueing": ["--cueing", "classical"], "gate": ["--kind", "gate"]}
+    kinds["supervisor"] = ["--kind", "supervisor"]
+    for name, options in kinds.items():
+        line = ["export", "c", *options, "--platform", "davsi", "--name", name, "--out", str(tmp_path / name)]
+        with pytest.raises(SystemExit) as ended:
+            run_program(line)
+        assert ended.value.code == 0
+    host, built = Path(__file__).parents[2] / "examples" / "c" / "guarded.c", tmp_path / "guarded"
+    sources = [str(host), *(str(tmp_path / name / f"{name}.c") for name in kinds)]
+    folders = [f"-I{tmp_path / name}" for name in kinds]
+    line = [str(COMPILER), *STRICT, "-ffp-contract=off", *folders, *sources, "-lm", "-o", str(built)]
+    subprocess.run(line, check=True, capture_output=True, text=True)
+    told = subprocess.run([str(built)], check=True, capture_output=True, text=True).stdout
+    surge, refused, slowed = re.findall(r"up to ([\d.]+) m; .* refused (\d+) .* in (\d+);", told)[0]
+    assert 0.1 < float(surge) <= gating(load("davsi")).values.bounds.high[0]
+    assert int(refused) > 100
+    assert int(slowed) == 0  # what the gate passes, the legs can do
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,7 @@ def gating(platform: Platform, *, period: float = STEP) -> Guarding:
         about="A step moves the set-point by one period under the accelerations that are asked for, if it "
         "and the way to rest from it keep every limit of the platform; else along the way to rest. A command "
         "that is no number is refused, too, so it says that there is none.",
-        returns="0: the command was followed; else why it was refused, and the set-point is brought to rest",
+        returns="0 where the command was followed; else why it was refused, and the set-point goes to rest",
         read=[(command, (of.command, 0, 6))],
         write=[*motion, (why, (of.refused, 0, 2))],
         asked=_EXCESS * gate.reach.command,
@@ -188,7 +188,7 @@ def supervising(
         about="A step passes on what the legs can do of a set-point at the end of the period. It keeps "
         "lengths, speeds, accelerations and angles of joints, and passes only poses that are proved to hold. "
         "All legs are slowed in proportion: the platform goes where it is sent, later or less far.",
-        returns="0: as asked for, or nearer to it; else why the motion was reduced",
+        returns="0 while the legs follow; else why they were slowed",
         read=inputs if of.by_pose else [(legs[row], (of.given, 6 * row, 6 * row + 6)) for row in range(2)],
         write=[
             *(
