@@ -11,6 +11,8 @@ import pytest
 
 from otolith.cli import main
 from otolith.cueing.washout.tuning import parse_tuning
+from otolith.files import read_run
+from otolith.studies.measures import MEASURES
 from tests.cli.test_platform import refusal
 
 TINY = """
@@ -65,9 +67,11 @@ def test_a_study_from_its_file_to_a_tuning_that_run_takes(
     assert tuning.classical is not None
     assert tuning.classical.surge.natural_radps == best["settings"]["tuning.classical.surge.natural_radps"]
 
-    _, said = called(f"study export {store} --trial 0 --out first.toml", capsys)
+    _, said = called(f"study export {store} --preset calm --out calm.toml", capsys)
     command = said[said.index("otolith run") :].removeprefix("otolith ").split()
     called(" ".join([*command, "--json", "--out", "cued", "--no-optimum"]), capsys)
+    again = {name: MEASURES[name].of(read_run(Path("cued/run.h5")), 0.0) for name in best["judging"]}
+    assert again == best["judging"]
 
     called(f"study resume {store} --trials 6 --jobs 1", capsys)
     called(f"study export {store} --out all.csv", capsys)
@@ -155,6 +159,29 @@ def test_a_study_that_could_do_no_loop_says_why(
         text = text.replace(NATURAL, '"tuning.classical.nonsense"')
     Path("tiny.toml").write_text(text, encoding="utf-8")
     assert words in refusal(["study", "run", "tiny.toml", "--jobs", "1"], capsys)
+
+
+def test_commands_name_files_from_where_one_is_and_treat_a_drive_alike(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    called("example --out deep", capsys)
+    drive = '{ log = "drive.csv", to_s = 10.0 }'
+    judged = '{ log = "drive.csv", from_s = 30.0, to_s = 36.0, lowpass_hz = 5.0, scale = 0.5 }'
+    text = TINY.replace('"classical"', '"classical"\nplatform = "rig.toml"').replace(
+        "trials = 4", "trials = 2"
+    )
+    for old, new in (("training", drive), ("judging", judged)):
+        begin = text.index(f"{old} = [")
+        text = text[:begin] + f"{old} = [{new}]" + text[text.index("]", begin) + 1 :]
+    text = text.replace("objectives", "constraints = []\nobjectives", 1)
+    Path("deep/tiny.toml").write_text(text, encoding="utf-8")
+    called("study run deep/tiny.toml --jobs 1", capsys)
+    _, said = called("study best out/tiny.journal", capsys)
+    words = (
+        "otolith run --log deep/drive.csv --lowpass 5 --scale 0.5 --cueing classical --platform deep/rig.toml"
+    )
+    assert f"{words} --tuning tuned.toml" in said
 
 
 def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,7 @@ from otolith.core.errors import InputError
 from otolith.core.jobs import number_of_jobs
 from otolith.experiment import Experiment
 from otolith.studies.definition import Objective, Study, load_study, parse_study
-from otolith.studies.export import command, settings_text, table, tuning_text
+from otolith.studies.export import command, from_here, reference_of, settings_text, table, tuning_text
 from otolith.studies.jobs import TRAINING, work
 from otolith.studies.measures import MEASURES
 from otolith.studies.problem import Prepared, problem_of
@@ -147,7 +147,7 @@ def best(store: Where, name: Name = None, preset: Preset = None, json: Json = Fa
     from otolith.studies.store import Store
 
     with Store.open(store, name) as opened:
-        study, trials = _study(opened), opened.trials()
+        study, trials = from_here(_study(opened), opened.definition["folder"]), opened.trials()
     chosen = preset_of(study, trials, preset) if preset else best_of(study, trials)
     if json:
         print_json(_as_json(study, chosen))
@@ -185,9 +185,10 @@ def export(
     about = f"trial {chosen.number} of study {study.name}" + (f", {preset}" if preset else "")
     design = problem_of(study.model_copy(update={"training": (), "judging": ()}), folder).training.design
     text = tuning_text(design, {**study.fixed, **chosen.settings}, about)
-    files.write_text(out, text or settings_text(study, chosen.settings, about, _reference(study)))
+    shown = from_here(study, str(folder))
+    files.write_text(out, text or settings_text(shown, chosen.settings, about, reference_of(shown)))
     _say(console, f"written to {out}: {about}")
-    _use(study, chosen, console, tuning=str(out) if text else "")
+    _use(shown, chosen, console, tuning=str(out) if text else "")
 
 
 @app.command()
@@ -316,15 +317,9 @@ def _chosen(study: Study, trials: list[Trial], preset: str | None, number: int |
     return trials[number]
 
 
-def _reference(study: Study) -> str:
-    """Return the first reference as `otolith run` takes it."""
-    first = (study.judging or study.training)[0]
-    return first.scenario or f"--log {first.log}"
-
-
 def _use(study: Study, trial: Trial, console: Console, tuning: str = "") -> None:
-    needs = any(name.startswith("tuning.") for name in study.parameters)
-    text = command(study, trial.settings, _reference(study), tuning or ("tuned.toml" if needs else ""))
+    needs = any(name.startswith("tuning.") for name in (*study.fixed, *study.parameters))
+    text = command(study, trial.settings, reference_of(study), tuning or ("tuned.toml" if needs else ""))
     if needs and not tuning:
         _say(console, "otolith study export … --out tuned.toml writes the tuning")
     _say(console, text)

@@ -2,11 +2,15 @@
 
 import csv
 import io
+import os
+import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from otolith.cueing.design import Design
 from otolith.studies.definition import Study
+from otolith.studies.jobs import JUDGING, TRAINING
 from otolith.studies.results import State, Trial, excesses, values
 from otolith.studies.settings import Settings, options, tuning_of
 
@@ -19,11 +23,40 @@ def command(study: Study, settings: Settings, reference: str, tuning: str = "") 
     reference : a scenario, or options that name a drive.
     tuning : path of the tuning's file, if `tuning_text` gives one.
     """
-    words = ["otolith run", reference, f"--cueing {study.cueing} --platform {study.platform}"]
+    platform = shlex.quote(study.platform)
+    words = ["otolith run", reference, f"--cueing {study.cueing} --platform {platform}"]
     words += [f"--dofs {study.dofs}"] if study.dofs != "surge-pitch" else []
     words += [f"--plant {study.plant}"] if study.plant else []
     words += options({**study.fixed, **settings})
-    return " ".join([*words, *([f"--tuning {tuning}"] if tuning else [])])
+    return " ".join([*words, *([f"--tuning {shlex.quote(tuning)}"] if tuning else [])])
+
+
+def reference_of(study: Study) -> str:
+    """Return the first reference as `otolith run` takes it, which runs the whole of a drive."""
+    first = (study.judging or study.training)[0]
+    words = [first.scenario or f"--log {shlex.quote(str(first.log))}"]
+    words += [f"--lowpass {first.lowpass_hz:g}"] if first.lowpass_hz is not None else []
+    words += ["--causal"] if first.causal else []
+    words += [f"--through {first.through}"] if first.through is not None else []
+    words += [f"--scale {first.scale!r}"] if first.scale != 1.0 else []
+    return " ".join(words)
+
+
+def from_here(study: Study, folder: str) -> Study:
+    """Return the study with its paths relative to the current folder, for commands that are shown."""
+
+    def path(name: str) -> str:
+        return os.path.relpath(Path(folder) / name)
+
+    sets = {
+        kind: tuple(
+            one if one.log is None else one.model_copy(update={"log": path(one.log)})
+            for one in getattr(study, kind)
+        )
+        for kind in (TRAINING, JUDGING)
+    }
+    platform = path(study.platform) if study.platform.endswith(".toml") else study.platform
+    return study.model_copy(update={**sets, "platform": platform})
 
 
 def tuning_text(design: Design, settings: Settings, about: str) -> str:

@@ -19,6 +19,7 @@ from otolith.scenarios import Scenario
 from otolith.studies.definition import Reference, Study
 from otolith.studies.jobs import JUDGING, TRAINING, Item, Problem
 from otolith.studies.measures import MEASURES
+from otolith.studies.spaces import started
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +53,7 @@ def problem_of(study: Study, folder: Path) -> Prepared:
     platform = files.read_platform(
         _within(folder, study.platform) if study.platform.endswith(".toml") else study.platform
     )
-    design = Design(platform=platform, dofs=dofs_named(study.dofs.split(",")))
+    design = started(study.cueing, Design(platform=platform, dofs=dofs_named(study.dofs.split(","))))
     if all(dof.feels_rate for dof in design.dofs):
         raise InputError("dofs of a study", study.dofs, "one with a specific force at least")
     for dof in design.dofs:
