@@ -9,7 +9,7 @@ demo: $(VENV)/.installed
 	$(BIN)/otolith run step-sine-0.5 --cueing hybrid-all --out demo --force
 	@echo "open demo/report.html"
 
-live-demo: $(VENV)/.installed
+live-demo: $(VENV)/.installed-live
 	$(BIN)/otolith live demo --seconds 20
 
 commander-demo: $(VENV)/.installed-commander
@@ -59,6 +59,10 @@ $(VENV)/bin/python:
 
 $(VENV)/.installed: pyproject.toml thesis/pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable . --editable thesis
+	@touch $@
+
+$(VENV)/.installed-live: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[live]'
 	@touch $@
 
 $(VENV)/.installed-commander: $(VENV)/.installed

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import fields, replace
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from otolith.core.errors import MissingExtra
 from otolith.live.controller import Controller
 from otolith.live.devices.emulator import ENGAGED, FAULT_2, WATCHDOG
 from otolith.live.messages import State, Word
@@ -38,6 +40,16 @@ def is_cued(live: Live, rig: Rig) -> bool:
     if state is State.READY:
         live.say(Word.REARM, Word.ENGAGE)
     return state is State.ENGAGED and bool(rig.farthest[0] > 5e-3)
+
+
+def test_without_ruckig_a_session_is_refused_before_anything_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It used to compile, listen and stay idle for ever."""
+    monkeypatch.setitem(sys.modules, "ruckig", None)  # as if it were not installed
+    with pytest.raises(MissingExtra, match=r"needs ruckig.*pip install 'otolith\[live\]'"):
+        Live(Rig().session(), print, lock=-1, log=tmp_path / "logs")
+    assert not (tmp_path / "logs").exists()
 
 
 @pytest.fixture

@@ -69,16 +69,27 @@ class Move:
                 raise CannotMove(f"no straight move {poses} [m, rad]: {verdict} after {seconds:.2f} s")
 
 
-def _planned(start: Mat, goal: Vec, gate: Gate) -> Any:
-    """Return Ruckig's trajectory of the axes; None if the goal is where the motion is."""
-    if not float(np.abs(goal - start[0]).max()) > NEAR and not float(np.abs(start[1:]).max()) > 0.0:
-        return None
+def planner() -> Any:
+    """Return the module that plans moves, `ruckig`; a session asks for it before it starts anything.
+
+    Raises
+    ------
+    MissingExtra : it is not installed.
+    """
     try:
         import ruckig
     except ModuleNotFoundError as error:
         raise MissingExtra(
             "live operation needs ruckig, which is not installed: pip install 'otolith[live]'"
         ) from error
+    return ruckig
+
+
+def _planned(start: Mat, goal: Vec, gate: Gate) -> Any:
+    """Return Ruckig's trajectory of the axes; None if the goal is where the motion is."""
+    if not float(np.abs(goal - start[0]).max()) > NEAR and not float(np.abs(start[1:]).max()) > 0.0:
+        return None
+    ruckig = planner()
     given = ruckig.InputParameter(6)
     given.synchronization = ruckig.Synchronization.Phase
     given.current_position, given.current_velocity, given.current_acceleration = start.tolist()

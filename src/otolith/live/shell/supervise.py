@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from otolith.core.errors import OtolithError
+from otolith.live.core.moves import planner
 from otolith.live.core.parameters import SLEW, Parameters
 from otolith.live.messages import Report, State, Word
 from otolith.live.packed import pack_parameters, pack_words, unpack_report
@@ -116,6 +117,7 @@ class Live:
 
     Raises
     ------
+    MissingExtra : ruckig is not installed.
     NotWritten : the file of the log cannot be made.
     """
 
@@ -128,6 +130,7 @@ class Live:
         log: Path | None = None,
         controller: Callable[..., None] = run_controller,
     ) -> None:
+        planner()  # without it no session gets beyond `idle`
         self.log = None if log is None else SessionLog(log, session)
         self._run_controller = controller
         self._context = multiprocessing.get_context("spawn")
