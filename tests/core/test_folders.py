@@ -89,6 +89,16 @@ def test_a_full_disk_leaves_the_old_folder(tmp_path: Path, monkeypatch: pytest.M
     assert names(tmp_path) == ["out"]
 
 
+def test_a_full_disk_elsewhere_is_not_told_of_the_results(tmp_path: Path) -> None:
+    (tmp_path / "cache").touch()  # a file, so nothing can be written below it
+    with (
+        pytest.raises(NotWritten, match=r"solver\.py could not be written"),
+        folders.whole_folder(tmp_path / "out", command="run"),
+    ):
+        write_text(tmp_path / "cache" / "solver.py", "text")
+    assert names(tmp_path) == ["cache"]
+
+
 def test_a_second_rename_that_fails_puts_the_old_folder_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

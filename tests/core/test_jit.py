@@ -133,6 +133,24 @@ def test_a_damaged_file_of_code_is_made_anew(tmp_path: Path) -> None:
     assert run(small) == (2.0, 1)
 
 
+def test_on_a_full_disk_code_is_used_and_said_once_not_to_be_kept(tmp_path: Path) -> None:
+    small, cache = package(tmp_path), tmp_path / "cache"
+    cache.mkdir()
+    code = f"""
+import resource, signal, warnings
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+from small.caller import call
+resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # no file can grow, as on a full disk
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    print(call(1.0), call(1), len(said))
+assert "could not be kept in {cache}" in str(said[0].message), said[0].message
+assert "File too large; every start compiles it anew; set NUMBA_CACHE_DIR" in str(said[0].message)
+"""
+    assert python(code, small, cache) == "2.0 2.0 1"
+    assert not [path for path in cache.rglob("*") if path.is_file()]
+
+
 def test_every_signature_has_a_file_of_its_own_whoever_writes_it(tmp_path: Path) -> None:
     """Numba's index gives two signatures that two processes compile at once one number, and so one file."""
     small = package(tmp_path)

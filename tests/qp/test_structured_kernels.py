@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from otolith.core.arrays import Mat
+from otolith.core.disk import NotWritten
 from otolith.qp.stage import StageQp, by_columns, condense, rollout, row_values, stage_residual, stationarity
 from otolith.qp.structured import StructuredSolver
 from otolith.qp.structured.generate import module_of, source, sweep, write
@@ -246,3 +247,11 @@ def test_the_folder_of_modules_is_bounded_and_the_oldest_go_with_their_machine_c
     assert left == ["X = 0\n", "X = 1\n"]
     assert len(list((tmp_path / "__pycache__").iterdir())) == 2
     assert (tmp_path / "notes.py").exists()
+
+
+def test_a_cache_that_cannot_be_written_is_named_with_what_chooses_another(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(
+        NotWritten, match=r"otolith_stage_\w+.py could .* for which OTOLITH_CACHE names another"
+    ):
+        write("text", tmp_path / "file")

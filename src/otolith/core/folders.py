@@ -89,6 +89,8 @@ def whole_folder(folder: Path, *, command: str, force: bool = False) -> Iterator
     except OSError as error:
         raise NotWritten(folder, error.strerror or str(error)) from error
     except NotWritten as error:
+        if temporary is None or not error.path.is_relative_to(temporary):
+            raise  # of a file elsewhere, such as the cache of solvers, which it names
         raise NotWritten(folder, error.reason) from error
     finally:
         if temporary is not None:

@@ -36,6 +36,7 @@ _FREEDOMS: Final = {
 # The exceptions that unpickling raises when cached code refers to a type that was moved or renamed.
 _MOVED: Final = (ImportError, AttributeError)
 _NUMBA: Final = "numba" + numba.__version__.replace(".", "_")  # in the names of files of machine code
+_unkept: set[str] = set()  # folders of which this process has said that nothing can be stored in them
 _swept: set[tuple[str, str]] = set()  # (folder, module) whose stale code this process has already removed
 
 if not own_copies.keep_copies_apart():
@@ -133,6 +134,14 @@ def _cache_of(function: Callable[..., Any]) -> "SourceCache | None":
         return None
 
 
+def _warn_unkept(folder: str, error: OSError) -> None:
+    """Say that machine code cannot be kept in a folder; once, for a program calls many functions."""
+    if folder not in _unkept:
+        _unkept.add(folder)
+        reason = f"machine code could not be kept in {folder}: {error.strerror or error}"
+        warnings.warn(f"{reason}; every start compiles it anew; set NUMBA_CACHE_DIR", stacklevel=2)
+
+
 class _Files(IndexDataCacheFile):
     """Files of one function's machine code: one for each signature and source, named by a hash of both.
 
@@ -217,10 +226,17 @@ class SourceCache(FunctionCache):
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Store the machine code for a signature, after removing code of this module under other stamps."""
+        """Store the machine code for a signature, after removing code of this module under other stamps.
+
+        Where it cannot be stored, as on a full disk, the compiled code is used all the same, and a warning
+        says once that it is not kept.
+        """
         self._stamp()
         self._sweep()
-        super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        try:
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        except OSError as error:
+            _warn_unkept(self.cache_path, error)
         if shipped.on_compiled is not None:
             from numba.core.serialize import dumps  # the pickling of numba's own cache
 

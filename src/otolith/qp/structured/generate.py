@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
-from otolith.core.disk import write_text
+from otolith.core.disk import NotWritten, write_text
 from otolith.qp.structured.arcs import end_arcs
 from otolith.qp.structured.blocks import preparation
 from otolith.qp.structured.emit import recursions
@@ -119,7 +119,11 @@ def write(text: str, folder: Path) -> Path:
     """
     path = folder / f"otolith_stage_{hashlib.sha256(text.encode()).hexdigest()[:16]}.py"
     if not path.exists():
-        write_text(path, text)
+        try:
+            write_text(path, text)
+        except NotWritten as error:
+            where = "this is the cache of solvers, for which OTOLITH_CACHE names another folder"
+            raise NotWritten(path, f"{error.reason}; {where}") from error
         sweep(folder)
     return path
 
