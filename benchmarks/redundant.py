@@ -12,6 +12,7 @@ three passes. After the lap nothing is wanted for a minute, and the rail's place
 import argparse
 import functools
 import json
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -294,14 +295,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--figure", type=Path)
-    parser.add_argument("--folder", type=Path, default=Path(), help="where the lap is written")
     parser.add_argument("--quick", action="store_true")
     chosen = parser.parse_args(arguments)
     platform = load("ultimate")
     results: dict[str, dict[str, Result]] = {}
     optima: dict[str, tuple[float, float]] = {}
-    with threadpool_limits(limits=1):
-        for name, (dof, wanted, until) in drives(chosen.quick, chosen.folder).items():
+    with threadpool_limits(limits=1), tempfile.TemporaryDirectory() as folder:
+        for name, (dof, wanted, until) in drives(chosen.quick, Path(folder)).items():
             results[name] = {one: result(one, dof, wanted, until) for one in ALGORITHMS}
             grounded = platform.model_copy(update={"base": None})
             optima[name] = best(dof, wanted, until, grounded), best(dof, wanted, until, platform)
