@@ -29,7 +29,6 @@ import otolith
 from otolith import files, registry
 from otolith.core.frames import DOFS, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.design import Design
-from otolith.cueing.mpc.body import MARGINS
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.predictive import HOMING, TILT_RATE
 from otolith.cueing.mpc.settings import MpcSettings
@@ -319,7 +318,7 @@ def attacked(cueing: Cueing, platform: Platform, jumps: int, seed: int) -> str:
     jumped = size * rng.standard_normal((jumps, 6)) * [1.0, 1.0, 1.0, 0.02, 0.02, 0.1]
     nodes, between, found = np.full(3, -np.inf), np.full(3, -np.inf), {"decided": 0, "relaxed": 0}
     body = body_of(platform, SIX, 0.5, period=0.01, lag=MpcSettings().lag_on(platform))
-    allowed = np.add(MARGINS, body.between)  # between rows and limits
+    allowed = body.margins.max(axis=1)  # between rows and limits
     part = 1000 * HOLD
     for first in range(0, steps, part):
         chosen = jumped[first // HOLD : (first + part) // HOLD]

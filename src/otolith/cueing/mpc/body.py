@@ -41,7 +41,8 @@ from otolith.safety.law import HUGE
 
 FIRM: Final = 1e6  # penalty of the rows of firm blocks per m, m/s, m/s² or rad/s
 LATER: Final = 1e4  # and of all other blocks
-MARGINS: Final = (1e-5, 1e-5, 0.02)  # [m, m/s, m/s²] kept from the limits of a leg
+MARGINS: Final = (1e-5, 1e-5, 0.02)  # [m, m/s, m/s²] kept from the limits of the first leg …
+APART: Final = 0.1  # … and this share more by each of the next, see `Body.margins`
 LEGS: Final = 18  # rows on length, speed and acceleration …
 BODY_ROWS: Final = LEGS + 3  # … and on three body rates
 
@@ -173,6 +174,17 @@ class Body:
         legs = self.platform.six_legs()
         return Between.of(legs, reach, lead=self.lead, lag=self.lag, period=self.period)
 
+    @property
+    def margins(self) -> Mat:
+        """Return what rows keep from the limits on length, speed and acceleration of every leg (3, 6).
+
+        They differ from leg to leg. On a drive along x the legs of either side move alike, and with equal
+        margins would reach their limits together: rows of equal bounds and nearly equal slopes, at which 41
+        of 14,400 problems of such drives found no certified answer.
+        """
+        margins: Mat = np.outer(MARGINS, 1.0 + APART * np.arange(6)) + np.array(self.between)[:, None]
+        return margins
+
     def weighed(self, channels: Sequence[Channel], dofs: Sequence[Dof]) -> list[Channel]:
         """Return the channels with these weights; their rates are those about the platform's own axes."""
         weights = (self.weights.get(dofs[one.of].name, one.weight) for one in channels)
@@ -237,10 +249,10 @@ class Body:
         for dof in DOFS.values():
             if dof.axes[-1] >= 3 and dof.axes[-1] in axes.axis:
                 rates[dof.axes[-1] - 3] = self.platform.limits(dof)[-1].velocity
-        of_length, of_speed, of_acceleration = np.add(MARGINS, self.between)
-        moving = ([legs.speed - of_speed] * 6, [legs.acceleration - of_acceleration] * 6, rates)
+        of_length, of_speed, of_acceleration = self.margins
+        moving = (legs.speed - of_speed, legs.acceleration - of_acceleration, rates)
         low, high = (
-            np.concatenate([[end - sign * of_length] * 6, *(sign * np.asarray(side) for side in moving)])
+            np.concatenate([end - sign * of_length, *(sign * side for side in moving)])
             for end, sign in zip(legs.stroke, (-1, 1), strict=True)
         )
         return low, high
