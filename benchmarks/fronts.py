@@ -4,8 +4,9 @@
 
 The shipped study is run once with each seed, with the horizon and the blocks that `predictive` has, since
 each other pair of them would have to be compiled. Compared are the hypervolumes of the fronts, each objective
-scaled to 0 … 1 over both: the volume of all values that a front beats. Presets are then run on the references
-that are held out, beside `predictive` as it is shipped, at three values of liveliness.
+scaled to 0 … 1 over all of them: the volume of all values that a front beats, after each batch of trials.
+Presets are then run on the references that are held out, beside `predictive` as it is shipped, at three
+values of liveliness.
 """
 
 import argparse
@@ -28,15 +29,16 @@ from otolith.studies.results import State, Trial, average, front, preset_of, val
 from otolith.studies.search import Search
 from otolith.studies.store import Store
 
+BATCH = 30
 FIXED = ("horizon", "block_count")
 
 
 def study_of(trials: int, seed: int) -> Study:
     """The shipped study with other numbers in its budget, and with the blocks of `predictive`."""
     shipped = load_study("predictive")
-    budget = shipped.budget.model_copy(update={"trials": trials, "batch": 30, "seed": seed})
+    budget = shipped.budget.model_copy(update={"trials": trials, "batch": BATCH, "seed": seed})
     kept = {name: one for name, one in shipped.parameters.items() if name not in FIXED}
-    start = tuple({name: one[name] for name in kept} for one in shipped.start)
+    start = tuple({name: one[name] for name in kept} for one in shipped.start)  # liveliness 1/2, 0 and 1
     blocks = {"blocks": ",".join(map(str, BLOCKS))}
     return shipped.model_copy(
         update={"parameters": kept, "start": start, "fixed": blocks, "budget": budget},
@@ -74,13 +76,13 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--jobs", type=int, default=None)
     options = parser.parse_args()
-    fronts, names = [], [one.measure for one in load_study("predictive").objectives]
+    sampled, names = [], [one.measure for one in load_study("predictive").objectives]
     for seed in options.seeds:
         began = time.monotonic()
         prepared = problem_of(study_of(options.trials, seed), Path.cwd())
         study, trials = prepared.study, searched(prepared, number_of_jobs(options.jobs))
         best = front(study, trials)
-        fronts.append(np.array([values(study, one.training) for one in best]))
+        sampled.append(trials)
         early = sum(one.state is State.PRUNED for one in trials)
         loops = sum(len(one.training) + len(one.judging) for one in trials)
         print(
@@ -99,12 +101,16 @@ def main() -> None:
             k: do(of_predictive, Job((("liveliness", liveliness),), k)) for k in range(len(shipped.items))
         }
         printed(f"predictive, liveliness {liveliness}", [average(one, done) for one in study.objectives])
-    volumes = hypervolumes(fronts)
-    print(
-        "hypervolumes:",
-        *(f"{one:.4f}" for one in volumes),
-        f"apart by {100 * (max(volumes) / min(volumes) - 1):.1f} %",
-    )
+    counts = range(BATCH, options.trials + 1, BATCH)  # a shorter search is the beginning of a longer one
+    fronts = [
+        np.array([values(study, one.training) for one in front(study, trials[:count])])
+        for count in counts
+        for trials in sampled
+    ]
+    volumes = np.reshape(hypervolumes(fronts), (len(counts), len(sampled)))
+    for count, row in zip(counts, volumes, strict=True):
+        apart = 100 * (max(row) / min(row) - 1)
+        print(f"{count} trials, hypervolumes", *(f"{one:.4f}" for one in row), f"apart by {apart:.1f} %")
 
 
 if __name__ == "__main__":
