@@ -13,8 +13,9 @@ import pytest
 from hypothesis import settings
 from numba.core.dispatcher import Dispatcher
 
-# What failed once can be repeated anywhere. `pytest --hypothesis-profile=default` searches with new examples.
-settings.register_profile("repeatable", derandomize=True, database=None)
+# What failed once can be repeated anywhere. `pytest --hypothesis-profile=search` tries new examples.
+settings.register_profile("search", deadline=None)  # no test asserts a time
+settings.register_profile("repeatable", deadline=None, derandomize=True, database=None)
 settings.load_profile("repeatable")
 
 
