@@ -90,3 +90,12 @@ def test_a_file_is_read_up_to_its_bound_and_no_further(tmp_path: Path) -> None:
 def test_an_endless_file_is_refused() -> None:
     with pytest.raises(InputError, match="more than 1,000,000 bytes"):
         disk.read_text(Path("/dev/zero"), "platform")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there are no such files")
+def test_a_device_or_pipe_is_not_replaced_by_a_file(tmp_path: Path) -> None:
+    os.mkfifo(pipe := tmp_path / "pipe")
+    with pytest.raises(disk.NotWritten, match="it is a device, a pipe or a socket"):
+        disk.write_text(pipe, "text")
+    assert pipe.is_fifo()
+    assert [path.name for path in tmp_path.iterdir()] == ["pipe"]

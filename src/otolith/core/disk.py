@@ -111,8 +111,11 @@ def whole(path: Path) -> Iterator[Path]:
 
     Raises
     ------
-    NotWritten : the folder is not writable, the disk is full, or writing failed in another way.
+    NotWritten : the path is a device, a pipe or a socket, the folder is not writable, the disk is full, or
+        writing failed in another way.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):  # renaming would put a file in its place
+        raise NotWritten(path, "it is a device, a pipe or a socket")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         sweep(path.parent)
