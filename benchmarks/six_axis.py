@@ -14,10 +14,10 @@ is computed for what happens between nodes.
 
 import argparse
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,21 +26,21 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 import otolith
+from hostile_machines import hostile, of_legs
 from otolith import files, registry
 from otolith.core.frames import DOFS, SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.design import Design
 from otolith.cueing.mpc.controller import Mpc
 from otolith.cueing.mpc.predictive import HOMING, TILT_RATE
 from otolith.cueing.mpc.settings import MpcSettings
-from otolith.cueing.mpc.six_axis import DAMPING, body_of, six_axis_settings
+from otolith.cueing.mpc.six_axis import DAMPING, six_axis_settings
 from otolith.cueing.mpc.washout_weights import constant
 from otolith.cueing.prediction.simple import Decay
-from otolith.interfaces import Cueing, PlatformState, Reference, Status
+from otolith.interfaces import Command, Cueing, PlatformState, Reference, Status
 from otolith.loop import Run, simulate
 from otolith.perception import otoliths, sense
 from otolith.plant import Ideal
 from otolith.platforms import Platform, load
-from otolith.platforms.hexapod import Hexapod
 from otolith.qp.blocked import block_starts
 from otolith.qp.engines import StructuredEngine
 from otolith.scenarios import Scenario
@@ -111,25 +111,13 @@ def run_of(cueing: Cueing, wanted: Scenario, platform: Platform, dofs: tuple[Dof
     )
 
 
-def of_legs(legs: Hexapod, pose: Vec, twist: Vec, acceleration: Vec) -> Vec:
-    """How far each sample (n, 3) leaves stroke, speed and acceleration of the legs."""
-    beyond = np.empty((len(pose), 3))  # negative where there is room
-    low, high = legs.stroke
-    for k in range(len(pose)):
-        now = legs.leg_motion(pose[k], twist[k], acceleration[k])
-        beyond[k, 0] = max(low - now.length.min(), now.length.max() - high)
-        beyond[k, 1] = np.abs(now.speed).max() - legs.speed
-        beyond[k, 2] = np.abs(now.acceleration).max() - legs.acceleration
-    return beyond
-
-
 def figures(run: Run) -> dict[str, Any]:
     """Errors of one run, and what its legs did."""
     error = run.felt_force - run.reference_force
     felt = sense(otoliths.telban(), error, 1e-3, before=np.zeros(3))
     rmse, perceived = (np.sqrt(np.mean(part**2, axis=0)) for part in (error, felt))
     correlation = [np.corrcoef(run.felt_force[:, k], run.reference_force[:, k])[0, 1] for k in (0, 1)]
-    beyond = of_legs(DAVSI.six_legs(), run.pose, run.twist, run.acceleration)
+    beyond = of_legs(DAVSI.six_legs(), run)
     return {
         "rmse": rmse,
         "norm": float(np.hypot(rmse[0], rmse[1])),
@@ -209,22 +197,41 @@ def times(rows: list[Row]) -> None:
     rows.append(Row(what="6 DOF, median / p99", before=float(six), now=tail, unit="us", goal=round(1 / 3, 3)))
 
 
-def nmpc() -> None:
-    """Print the cost of single steps above the optimum, along a step and a lap."""
+def nmpc(rows: list[Row]) -> None:
+    """Print the cost of single steps above the optimum, along a step and a lap, and what both take."""
+    seconds = []
     with tempfile.TemporaryDirectory() as folder:
         for case in ("step-2", "lap120"):
-            gaps, off_jump, excess = [], [], 0.0
-            for k, gap, beyond, jumped in gaps_along(wanted_of(case, Path(folder))):
-                gaps.append(gap)
-                excess = max(excess, beyond)
-                if not jumped:
-                    off_jump.append(gap)
-                print(f"  {case} at {k * 0.01:.2f} s: {gap:.1e}{' (jump)' if jumped else ''}", flush=True)
+            found = []
+            for one in gaps_along(wanted_of(case, Path(folder))):
+                found.append(one)
+                print(
+                    f"  {case} at {one.period * 0.01:.2f} s: {one.gap:.1e}{' (jump)' if one.jumped else ''}",
+                    flush=True,
+                )
+            gaps, off_jump = [one.gap for one in found], [one.gap for one in found if not one.jumped]
             print(
                 f"{case}: cost above the optimum, median {np.median(gaps):.1e}, max {max(gaps):.1e}, "
-                f"off jumps max {max(off_jump):.1e}; firm rows of a plan off by at most {excess:.1e}",
+                f"off jumps max {max(off_jump):.1e}; firm rows of a plan off by at most "
+                f"{max(one.excess for one in found):.1e}",
                 flush=True,
             )
+            seconds += [(one.of_full, one.of_single) for one in found]
+    full, single = np.median(seconds, axis=0)
+    what = "median of a decision at these instants, nonlinear by IPOPT / six-axis"
+    rows.append(Row(what=what, before=1e6 * float(full), now=1e6 * float(single), unit="us", goal=None))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gap:
+    """One decision of `six-axis` beside the nonlinear optimum."""
+
+    period: int
+    gap: float  # of the cost, relative
+    excess: float  # of firm rows
+    jumped: bool  # whether what is wanted has just jumped
+    of_full: float  # [s] of the nonlinear decision …
+    of_single: float  # … and of this one, with Python's part
 
 
 def made(name: str) -> Mpc:
@@ -243,8 +250,8 @@ def planned(mpc: Mpc) -> Vec:
     return inputs
 
 
-def gaps_along(wanted: Scenario) -> Iterator[tuple[int, float, float, bool]]:
-    """Period, relative gap of the cost, excess of firm rows, and whether what is wanted has just jumped."""
+def gaps_along(wanted: Scenario) -> Iterator[Gap]:
+    """What single steps cost, once a second and right after a jump."""
     single, full = made("six-axis"), made("six-axis-nmpc")
     state, plant = PlatformState(), Ideal(head=(0.0, 0.0, 0.0))
     for part in (single, full, plant):
@@ -252,107 +259,28 @@ def gaps_along(wanted: Scenario) -> Iterator[tuple[int, float, float, bool]]:
     steps = round(wanted.duration / single.period)
     force = wanted.specific_force(np.arange(float(steps)) * single.period + 1e-9)
     for k in range(steps):
-        jumped = k > 0 and bool(np.abs(force[max(0, k - 5) : k + 1] - force[k]).max() > 0.5)
         reference = Reference(specific_force=force[k])
-        command = single.step(state, reference)
-        asked = np.abs(force[k]).max() > 0.0 and (k % 100 == 57 or k in (101, 102))
-        if asked and full.step(state, reference).outcome.status is Status.DECIDED:
-            best, _ = full.engine.judge(planned(full))  # type: ignore[attr-defined]
-            found, beyond = full.engine.judge(planned(single))  # type: ignore[attr-defined]
-            yield k, (found - best) / best, beyond, jumped
+        command, of_single = timed(single, state, reference)
+        if np.abs(force[k]).max() > 0.0 and (k % 100 == 57 or k in (101, 102)):
+            answer, of_full = timed(full, state, reference)
+            if answer.outcome.status is Status.DECIDED:
+                best, _ = full.engine.judge(planned(full))  # type: ignore[attr-defined]
+                found, excess = full.engine.judge(planned(single))  # type: ignore[attr-defined]
+                yield Gap(
+                    period=k,
+                    gap=(found - best) / best,
+                    excess=excess,
+                    jumped=k > 0 and bool(np.abs(force[max(0, k - 5) : k + 1] - force[k]).max() > 0.5),
+                    of_full=of_full,
+                    of_single=of_single,
+                )
         state = plant.step(command, single.period)
 
 
-def machines() -> Iterator[tuple[str, Platform]]:
-    """Six machines with the limits per axis of `davsi` and legs that nobody would build."""
-    legs = DAVSI.six_legs()
-    rng, foot = np.random.default_rng(3), legs.anchors.copy()
-    height = -float(foot[0, 2] - legs.joints[0, 2])
-    crossed, upright, narrow = foot.copy(), foot.copy(), foot.copy()
-    crossed[:, :2] = legs.joints[[1, 0, 3, 2, 5, 4], :2] * 1.2
-    upright[:, :2] = 0.35 * foot[:, :2] + 0.65 * legs.joints[:, :2]
-    narrow[:, :2] *= 0.55
-    lopsided = foot + rng.uniform(-0.25, 0.25, foot.shape)
-    bent = legs.joints + rng.uniform(-0.2, 0.2, foot.shape)
-    yield "as it is", _machine(legs.joints, foot, height)
-    yield "asymmetric feet", _machine(legs.joints, lopsided, height)
-    yield "asymmetric joints", _machine(bent, foot, height)
-    yield "crossed", _machine(legs.joints, crossed, height)
-    yield "nearly vertical", _machine(legs.joints, upright, height)
-    yield "narrow base", _machine(legs.joints, narrow, height)
-
-
-def _machine(joints: Vec, anchors: Vec, height: float) -> Platform:
-    """A platform of these joints and anchors, with strokes about its own neutral lengths."""
-    table = DAVSI.model_dump(exclude_none=True)
-    hexapod = table["hexapod"]
-    hexapod.pop("circles")
-    hexapod["reference_point_m"] = (0.0, 0.0, 0.0)
-    shift = np.array([0.0, 0.0, height])
-    hexapod["joints"] = {
-        "base_m": tuple(map(tuple, (anchors + shift).tolist())),
-        "platform_m": tuple(map(tuple, joints.tolist())),
-    }
-    hexapod["neutral_height_m"] = height
-    lengths = np.linalg.norm(joints - anchors, axis=1)
-    hexapod["legs"]["length_m"] = (float(lengths.min() - 0.2), float(lengths.max() + 0.2))
-    return Platform.model_validate(table)
-
-
-def hostile(jumps: int, seed: int) -> None:
-    """Print what random jumps do on every machine."""
-    for name, platform in machines():
-        counts = attacked(named("six-axis", platform, SIX)(), platform, jumps, seed)
-        print(f"{name:18} {counts}", flush=True)
-
-
-def held(values: Vec, t: Vec) -> Vec:
-    """What is wanted at times t, each row of `values` for as many periods."""
-    return np.asarray(values[np.minimum((t * 100.0 + 1e-6).astype(int) // HOLD, len(values) - 1)])
-
-
-def attacked(cueing: Cueing, platform: Platform, jumps: int, seed: int) -> str:
-    """Let what is wanted jump every few periods, and say what came of it."""
-    rng, steps = np.random.default_rng(seed), jumps * HOLD
-    size = np.exp(rng.uniform(np.log(0.1), np.log(50.0), jumps))[:, None]
-    jumped = size * rng.standard_normal((jumps, 6)) * [1.0, 1.0, 1.0, 0.02, 0.02, 0.1]
-    nodes, between, found = np.full(3, -np.inf), np.full(3, -np.inf), {"decided": 0, "relaxed": 0}
-    body = body_of(platform, SIX, 0.5, period=0.01, lag=MpcSettings().lag_on(platform))
-    allowed = body.margins.max(axis=1)  # between rows and limits
-    part = 1000 * HOLD
-    for first in range(0, steps, part):
-        chosen = jumped[first // HOLD : (first + part) // HOLD]
-
-        wanted = Scenario(
-            name="jumps",
-            duration=len(chosen) * HOLD * 0.01,
-            specific_force=partial(held, chosen[:, :3]),
-            angular_rate=partial(held, chosen[:, 3:]),
-        )
-        run = simulate(
-            cueing,
-            Ideal(head=(0.0, 0.0, 0.0)),
-            wanted,
-            platform=platform,
-            dofs=tuple(DOFS),
-            plant_period=0.005,
-        )
-        beyond = of_legs(platform.six_legs(), run.pose, run.twist, run.acceleration)
-        nodes = np.maximum(nodes, beyond[1::2].max(axis=0))
-        between = np.maximum(between, beyond.max(axis=0))
-        found["decided"] += sum(status == "decided" for status in run.status)
-        found["relaxed"] += sum(solver == "infeasible" for solver in run.solver)
-    return (
-        f"{steps} decisions after {jumps} jumps: {steps - found['decided']} without an answer, "
-        f"{found['relaxed']} relaxed; {in_units('legs beyond limits', np.maximum(between, 0.0))}; "
-        f"beyond rows {in_units('at nodes', nodes + allowed)}, {in_units('between', between + allowed)}, "
-        f"{in_units('computed bound', np.array(body.between))}"
-    )
-
-
-def in_units(what: str, values: Vec) -> str:
-    """Length, speed and acceleration in words."""
-    return f"{what} {values[0]:.1e} m, {values[1]:.1e} m/s, {values[2]:.1e} m/s2"
+def timed(cueing: Cueing, state: PlatformState, reference: Reference) -> tuple[Command, float]:
+    """A decision, and the CPU time [s] of this thread that it took."""
+    began = time.thread_time()
+    return cueing.step(state, reference), time.thread_time() - began
 
 
 def main() -> None:
@@ -373,7 +301,7 @@ def main() -> None:
         if "time" in parts:
             times(rows)
         if "nmpc" in parts:
-            nmpc()
+            nmpc(rows)
         if "hostile" in parts:
             hostile(chosen.jumps, chosen.seed)
     if rows:
