@@ -50,6 +50,12 @@ def test_what_cannot_be_tuned_is_refused(states: tuple[str, ...], evaluations: i
         tune(load("thesis"), states, SHORT, evaluations=evaluations)
 
 
+@pytest.mark.parametrize("price", [math.nan, math.inf, -0.1])
+def test_a_price_that_is_none_is_refused(price: float) -> None:
+    with pytest.raises(InputError, match=r"--price is .*, must be 0 to 1000"):
+        tune(load("thesis"), ["position"], SHORT, price=price)
+
+
 def test_processes_that_share_the_scenarios_find_the_same() -> None:
     scenarios = [*SHORT, scenario("sine:amplitude=0.5,frequency=0.5,duration=2"), scenario("step-1")]
     states = ["velocity", "position"]  # as above: another choice would be another problem to compile

@@ -32,6 +32,7 @@ from otolith.plant import Ideal
 from otolith.platforms import Platform
 from otolith.scenarios import Scenario
 
+DEAREST: Final = 1e3  # largest μ
 TRAVEL_PRICE: Final = 0.5  # μ: half the reach in RMS counts as much as 28 % of error
 BOUNDS: Final = (1e-4, 1e2)  # bounds of every weight
 START: Final = 0.3  # initial value of every weight
@@ -61,6 +62,12 @@ class Tuned:
         }
 
 
+def check_price(price: float) -> None:
+    """Refuse a price μ of travel that is no number, or below zero, or so large that errors have no say."""
+    if not 0.0 <= price <= DEAREST:
+        raise InputError("--price", f"{price:g}", f"0 to {DEAREST:g}")
+
+
 def tune(
     platform: Platform,
     states: Sequence[str],
@@ -81,13 +88,14 @@ def tune(
 
     Raises
     ------
-    InputError : there is no scenario or no state, a state is unknown, or there are too few evaluations for a
-        simplex.
+    InputError : there is no scenario or no state, a state is unknown, there are too few evaluations for a
+        simplex, or the price is none.
     """
     if not scenarios or not states:
         raise InputError("scenarios and states", "none", "at least one of each")
     if evaluations < len(states) + 1:
         raise InputError("evaluations", evaluations, f"at least {len(states) + 1}, a simplex")
+    check_price(price)
     constant(dict.fromkeys(states, 0.0))  # refuses unknown states
     corner = np.full(len(states), math.log10(START))
     simplex = np.vstack([corner, corner + FIRST_STEP * np.eye(len(states))])

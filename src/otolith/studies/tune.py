@@ -36,6 +36,7 @@ from otolith.studies.results import State, Trial, allowed, values
 from otolith.studies.search import Progress, Search
 from otolith.studies.spaces import SPACES
 from otolith.studies.store import Store
+from otolith.tuning import check_price
 
 PRICE: Final = 0.5  # μ: all of the reach counts as much as 65 % of error
 TRAINED: Final = 0.7  # share of a drive that is trained on
@@ -179,8 +180,10 @@ def tuned(
 
     Raises
     ------
-    InputError : the settings to begin with are refused, or no settings that were tried keep all limits.
+    InputError : the price is none, the settings to begin with are refused, or no settings that were tried
+        keep all limits.
     """
+    check_price(price)
     problems = {kind: _measured(study, design, plant, references[kind]) for kind in (TRAINING, JUDGING)}
     study = _no_worse(study, problems[TRAINING])
     counts = {kind: len(one.items) for kind, one in problems.items()}
