@@ -16,6 +16,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.jit import jit_fused
 from otolith.qp.blocked import Lengths
 from otolith.qp.engines import StageMemory
@@ -317,7 +318,8 @@ def condense(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed) -
         to.free[0, i] = memory.start[i]
     k = 0
     for m in range(len(of.lengths)):
-        to.W[:] = to.base[m]
+        for i in range(len(to.W)):
+            copy_to(to.W[i], to.base[m, i])
         to.w[:] = 0.0
         _add_steps(of, layout, memory, to, m, k)
         _add_linear(of, layout, memory, to, m, k)

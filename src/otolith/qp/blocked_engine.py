@@ -15,6 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
+from otolith.core.copying import copy_to
 from otolith.core.jit import kernel
 from otolith.core.methods import Bound
 from otolith.qp.blocked import Lengths, block_ends
@@ -77,7 +78,7 @@ def _run(of: Any, info: Vec) -> int:
         return _INVALID
     c, m, nu, rows = of.condensed, of.U.shape[0], of.U.shape[1], of.y.shape[1]
     condense(of.dynamics, of.layout, of.memory, c)
-    of.state[:] = of.held
+    copy_to(of.state, of.held)
     y = of.y.reshape(m * rows)
     outcome, changes = solve(
         c.H, c.g, Rows(c.R, c.lower, c.upper, of.penalty), of.work, of.state, y, of.z, LIMIT
@@ -89,7 +90,7 @@ def _run(of: Any, info: Vec) -> int:
         residual = blocked_residual(of.judged, of.memory, of.U, of.y)
     code = _OPTIMAL if residual < of.tolerance else _LIMIT
     if code == _OPTIMAL:
-        of.held[:] = of.state
+        copy_to(of.held, of.state)
     info[_CODE], info[_RESIDUAL], info[_COUNT] = code, residual, changes
     return code
 
