@@ -7,7 +7,7 @@ one. With one low weight for all, the large workspace that the legs leave would 
 
 Heave helps the legs to reach, and costs a false vertical force; its weight says how much is accepted.
 
-The reference generator of Khusro et al. (2020), as the thesis tells of it (section 2.4.2), is an option for
+The reference generator of Khusro et al. (2020), as the thesis describes it (section 2.4.2), is an option for
 the nonlinear problem: accelerations and rates follow what Telban's organs perceive in the car, and all other
 states have the reference zero. The thesis gives no weights. Here each of the other states weighs, at the end
 of its reach, as much as the same small force: that with which the platform returns.
