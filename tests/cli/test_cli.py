@@ -181,7 +181,7 @@ def test_a_log_with_other_names_is_mapped(tmp_path: Path, capsys: pytest.Capture
         ),
         (
             ["run", "sine-1", "--cueing", "implicit", "--weight", "position=-1"],
-            "weight position is -1.0, must be a finite number",
+            "weight position is -1, must be 0, or from 1e-12 to 1e+12",
         ),
         (
             ["run", "sine-1", "--braking", "hard"],

@@ -112,7 +112,7 @@ def test_a_proof_that_fails_is_told_with_exit_code_1(
     [
         (("build", "nowhere"), "platform is 'nowhere'"),
         (("build", "thesis", "--braking", "hard"), "braking is 'hard'"),
-        (("verify", "thesis", "--period", "2"), "--period is 2.0, must be from 0.0001 to 1 s"),
+        (("verify", "thesis", "--period", "2"), "--period is 2 s, must be from 0.0001 to 1 s"),
         (("verify", "gone.h5"), "file gone.h5 is absent"),
     ],
 )
