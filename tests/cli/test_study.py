@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import signal
+import time
 import tomllib
 from pathlib import Path
 
@@ -106,6 +107,7 @@ def test_an_interruption_says_how_to_go_on(
 
     def interrupted(_: object) -> None:
         os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(10.0)  # another thread may receive it; this one is then interrupted a little later
 
     with monkeypatch.context() as patch:
         patch.setattr("otolith.studies.search.Search.run", interrupted)

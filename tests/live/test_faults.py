@@ -9,6 +9,7 @@ from otolith.core.frames import SURGE_PITCH
 from otolith.cueing.design import Design
 from otolith.interfaces import Cueing
 from otolith.live.core.gate import PASSES, Gate
+from otolith.live.core.rollout import Rollout
 from otolith.live.faults import CASES, ROWS, prepare, row_of, run_case, run_matrix
 from otolith.live.faults.case import Result
 from otolith.live.messages import State
@@ -36,9 +37,7 @@ def test_an_mpc_meets_the_faults_of_its_decisions(machine: Platform) -> None:
     assert [account(result) for result in results if not result.right] == []
 
 
-@pytest.mark.parametrize(
-    ("method", "kind"), [("advance", "speed"), ("brake", "speed"), ("plan", "")], ids=str
-)
+@pytest.mark.parametrize(("method", "kind"), [("follow", "speed"), ("brake", "speed"), ("plan", "")], ids=str)
 def test_the_judge_sees_a_gate_that_does_not_work(
     method: str, kind: str, washout: Cueing, machine: Platform, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -47,16 +46,16 @@ def test_the_judge_sees_a_gate_that_does_not_work(
     endless = replace(hostile, begin=lambda world: _hostile(world), seconds=1.0)
     _, engaged = prepare(washout, machine, tick=TICK)
 
-    def lets_pass(self: Gate, motion: np.ndarray, u: np.ndarray, dt: float) -> object:
-        self.move(motion, np.ascontiguousarray(u), dt)
+    def lets_pass(self: Rollout, command: np.ndarray, dt: float) -> object:
+        self.gate.move(self.motion, np.ascontiguousarray(command), dt)
         return PASSES
 
     monkeypatch.setattr(Gate, "plan", lambda *_: PASSES)
-    if method == "advance":
-        monkeypatch.setattr(Gate, "advance", lets_pass)
+    if method == "follow":
+        monkeypatch.setattr(Rollout, "follow", lets_pass)
     result = run_case(endless, engaged, machine)
-    assert bool(result.violations) is (method == "advance")
-    if method == "advance":
+    assert bool(result.violations) is (method == "follow")
+    if method == "follow":
         assert any(kind in violation.what for violation in result.violations)
 
 
