@@ -109,6 +109,8 @@ def test_an_interruption_says_how_to_go_on(
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(10.0)  # another thread may receive it; this one is then interrupted a little later
 
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background begins without one
+
     with monkeypatch.context() as patch:
         patch.setattr("otolith.studies.search.Search.run", interrupted)
         with pytest.raises(SystemExit) as ended:
