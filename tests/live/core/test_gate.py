@@ -175,10 +175,11 @@ def test_a_plan_is_judged_by_bounds_as_it_is_sample_by_sample(name: str, breaks:
 def test_nothing_is_compiled_for_commands_that_cannot_be_written_to(gate: Gate) -> None:
     """Numba compiles anew for read-only arrays, and plans are read-only: this took 40 s in a cold cache."""
     stages = frozen_array(np.zeros((4, 6)))
+    rollout = Rollout(gate)
     before = compiled()
     motion = np.zeros((3, 6))
     gate.move(motion, stages[1], 1e-3)
-    gate.advance(motion, stages[1], 1e-3)
+    rollout.follow(stages[1], 1e-3)
     gate.plan(motion, stages[1:], 0.01)
     assert compiled() == before
 

@@ -348,7 +348,6 @@ class Gate:
         rest = np.zeros((3, 6))
         self.judge(rest)  # compiled now, so that no set-point waits for the compiler
         self.plan(rest, np.zeros((1, 6)), period)
-        self.advance(rest, np.zeros(6), 1e-3)
         self.rest(rest)
         self.point(rest, rest, 0.0)
         self.move(rest, np.zeros(6), 0.0)
@@ -366,10 +365,6 @@ class Gate:
         after them.
         """
         return verdict_of(judge_plan(motion, np.array(stages), period, self.bounds, self.reach))
-
-    def advance(self, motion: Mat, u: Vec, dt: float) -> Verdict:
-        """Advance `motion` in place by dt [s] under the commands u (6,) if this passes; else leave it."""
-        return verdict_of(advance(motion, self.writable(u), dt, self.bounds, self.reach))
 
     def rest(self, motion: Mat) -> Mat:
         """Return the commands (K, 6) of the law from `motion` to rest, one for each of its periods."""
