@@ -34,6 +34,7 @@ from otolith.platforms.leg_slopes import leg_slopes
 MOTIONS: Final = 600  # among which the fastest change is sought
 SHRINK: Final = 0.8  # of a pose until the legs hold it, …
 SHRINKS: Final = 40  # … which is so at the neutral one
+TINY: Final = 1e-300  # divides where a leg has no room, and nothing that needs any
 
 
 class Reach(NamedTuple):
@@ -78,16 +79,10 @@ def _slopes_at(of: Actuators, motion: Mat, jet: Mat, values: Vec, slopes: Mat) -
 
 
 @kernel
-def _largest(values: Vec) -> float:
-    largest = 0.0
-    for i in range(len(values)):
-        largest = max(largest, abs(values[i]))
-    return largest
-
-
-@kernel
 def _at_limits(J: Mat, towards: Vec, offset: Vec, most: float, axes: Vec, out: Vec) -> None:
-    """Write rates (6,) of the axes within ±`axes` that make legs move by J·rates with all, or one, at ±most.
+    """Write rates (6,) of the axes within ±`axes` that bring the motion of all legs, or of one, to ±most.
+
+    That motion is J·rates + offset; where the offset alone is larger than `most`, it is not exceeded.
 
     Parameters
     ----------
@@ -100,11 +95,13 @@ def _at_limits(J: Mat, towards: Vec, offset: Vec, most: float, axes: Vec, out: V
         copy_to(out, axes)
     for i in range(6):
         out[i] = min(axes[i], max(-axes[i], out[i]))
-    of_legs = np.zeros(6)
+    share = 1.0
     for i in range(6):
+        added = 0.0
         for j in range(6):
-            of_legs[i] += J[i, j] * out[j]
-    share = most / max(most, _largest(of_legs))
+            added += J[i, j] * out[j]
+        room = max(most, abs(offset[i])) - (offset[i] if added > 0.0 else -offset[i])
+        share = min(share, room / max(room, abs(added), TINY))
     for i in range(6):
         out[i] *= share
 
