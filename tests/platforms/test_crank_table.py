@@ -126,11 +126,22 @@ def test_a_machine_on_cranks_survives_json() -> None:
         ),
         (
             "cranks.angle_deg",
-            (-0.8, 45.0),
-            "is [-0.8, 45.0], must be between 1 and 175 deg (is it in rad?)",
+            (-1.05, 60.0),
+            "is [-1.05, 60.0], must be between 3.2 and 175 deg (is it in rad?)",
         ),
-        ("cranks.angle_deg", 1.0e-2, "is 0.01, must be between 1 and 175 deg (is it in rad?)"),
-        ("cranks.speed_degps", 0.5, "is 0.5, must be between 2 and 10000 deg/s (is it in rad/s?)"),
+        ("cranks.angle_deg", 1.05, "is 1.05, must be between 3.2 and 175 deg (is it in rad?)"),
+        ("cranks.speed_degps", 5.24, "is 5.24, must be between 20 and 10000 deg/s (is it in rad/s?)"),
+        (
+            "cranks.acceleration_degps2",
+            52.4,
+            "is 52.4, must be between 100 and 1e+06 deg/s2 (is it in rad/s2?)",
+        ),
+        (
+            "cranks.heading_deg",
+            (2.1, 0.0, 4.19, 2.1, 0.0, 4.19),
+            "is [2.1, 0.0, 4.19, 2.1, 0.0, 4.19], must be six directions in deg, of which one at least is "
+            "above 6.3 (are they in rad?)",
+        ),
         ("cranks.torque_nm", -1.0, "is -1.0, must be greater than 0 N m"),
         ("cranks.heading_deg", (1.0, 2.0), "is [1.0, 2.0], must be six directions, in deg"),
         ("cranks.branch", "up", "is 'up', must be one of 'push' or 'pull'"),
@@ -157,8 +168,8 @@ def test_a_wrong_value_names_field_value_bound_and_unit(key: str, value: Any, wo
             "cranks in the neutral pose in rig.toml is at -39.61 to -39.61 deg, must be within -30 to 30 deg",
         ),
         (
-            {"joint_angles.base_deg": 2.0},
-            "leaning at the base's joints in the neutral pose in rig.toml is 2.4",
+            {"joint_angles.base_deg": 3.3, "circles.platform_half_angle_deg": 5.0},
+            "leaning at the base's joints in the neutral pose in rig.toml is 3.4",
         ),
         ({"legs.length_m": (0.5, 0.7)}, "legs.speed_mps in rig.toml is missing, must be given"),
     ],

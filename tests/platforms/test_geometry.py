@@ -132,8 +132,14 @@ def test_a_hexapod_survives_json() -> None:
         ("head_m", "[0, 1]", "is [0, 1], must be a point [x, y, z], in m"),
         ("head_m", "[0, nan, 1]", "is [0, nan, 1], must be a finite number in m"),
         ("head_m", "[0, 0, 900]", "is [0, 0, 900], must be a point within 20 m (is it in mm?)"),
-        ("circles.base_half_angle_deg", "0.01", "is 0.01, must be between 0.05 and 59 deg (is it in rad?)"),
-        ("joint_angles.base_deg", "0.5", "is 0.5, must be between 1 and 180 deg (is it in rad?)"),
+        ("circles.base_half_angle_deg", "1.03", "is 1.03, must be between 1.05 and 59 deg (is it in rad?)"),
+        (
+            "circles.platform_half_angle_deg",
+            "0.0616",
+            "is 0.0616, must be between 1.05 and 59 deg (is it in rad?)",
+        ),
+        ("joint_angles.base_deg", "0.5", "is 0.5, must be between 3.2 and 180 deg (is it in rad?)"),
+        ("joint_angles.platform_deg", "3.14", "is 3.14, must be between 3.2 and 180 deg (is it in rad?)"),
         (
             "joint_angles.bas_deg",
             "5",

@@ -28,7 +28,7 @@ LOW, HIGH = "low", "high"  # the two ends of a pair
 # Of fields that hold both ends at once, so that their own bounds are not those of one number
 _ENDS: Final = {
     "hexapod.legs.length_m": Within(0.05, 20.0, "m"),
-    "hexapod.cranks.angle_deg": Within(1.0, 175.0, "deg"),
+    "hexapod.cranks.angle_deg": Within(3.2, 175.0, "deg"),
 }
 
 

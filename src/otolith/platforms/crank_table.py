@@ -15,7 +15,7 @@ from otolith.core.arrays import Mat, Vec
 from otolith.platforms.bounds import Within, refuse
 from otolith.platforms.hexapod import Cranks
 
-_ANGLE = Within(1.0, 175.0, "deg", "rad")
+_ANGLE = Within(3.2, 175.0, "deg", "rad")  # 175 deg are 3.05 rad
 _PERPENDICULAR = 1e-6  # largest cosine between a shaft and the crank on it
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -42,6 +42,8 @@ def _six_angles(value: object) -> tuple[float, ...]:
     angles = tuple(_ANGLE.finite(angle) for angle in value)
     if max(abs(angle) for angle in angles) > 360.0:
         raise refuse("six directions within ±360 deg")
+    if min(angles) < max(angles) and max(abs(angle) for angle in angles) <= 2.0 * math.pi:
+        raise refuse("six directions in deg, of which one at least is above 6.3 (are they in rad?)")
     return angles
 
 
@@ -67,8 +69,9 @@ Range = Annotated[tuple[float, float], BeforeValidator(_range)]  # [deg]
 Zero = Annotated[float, BeforeValidator(Within(-90.0, 90.0, "deg").finite)]  # [deg]
 Six = Annotated[tuple[float, ...], BeforeValidator(_six_angles)]  # [deg]
 Directions = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_six_directions)]
-CrankSpeed = Annotated[float, BeforeValidator(Within(2.0, 10_000.0, "deg/s", "rad/s").number)]
-CrankAcceleration = Annotated[float, BeforeValidator(Within(20.0, 1e6, "deg/s2", "rad/s2").number)]
+# In radians, the lower bounds are 3 turns per second and 16 turns per second²: faster than rigs turn.
+CrankSpeed = Annotated[float, BeforeValidator(Within(20.0, 10_000.0, "deg/s", "rad/s").number)]
+CrankAcceleration = Annotated[float, BeforeValidator(Within(100.0, 1e6, "deg/s2", "rad/s2").number)]
 Torque = Annotated[float, BeforeValidator(Within(0.05, 1e5, "N m").number)]
 CrankInertia = Annotated[float, BeforeValidator(Within(1e-6, 1e3, "kg m2").number)]
 CrankStiffness = Annotated[float, BeforeValidator(Within(1.0, 1e9, "N m/rad").number)]

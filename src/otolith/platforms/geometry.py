@@ -61,8 +61,9 @@ Point = Annotated[tuple[float, float, float], BeforeValidator(_point)]  # [m]
 SixPoints = Annotated[tuple[tuple[float, float, float], ...], BeforeValidator(_six_points)]  # [m]
 Inertias = Annotated[tuple[float, float, float], BeforeValidator(_three_inertias)]  # [kg m²]
 Height = Annotated[float, BeforeValidator(_LENGTH.number)]  # [m]
-Cone = Annotated[float, BeforeValidator(Within(1.0, 180.0, "deg", "rad").number)]  # [deg] from the axis
-HalfAngle = Annotated[float, BeforeValidator(Within(0.05, 59.0, "deg", "rad").number)]  # [deg]
+# In radians, 180 and 59 deg are 3.14 and 1.03: below the lower bounds, so that no such angle passes.
+Cone = Annotated[float, BeforeValidator(Within(3.2, 180.0, "deg", "rad").number)]  # [deg] from the axis
+HalfAngle = Annotated[float, BeforeValidator(Within(1.05, 59.0, "deg", "rad").number)]  # [deg]
 Spacing = Annotated[float, BeforeValidator(Within(60.0, 150.0, "deg", "rad").number)]  # [deg]
 LegSpeed = Annotated[float, BeforeValidator(Within(0.005, 20.0, "m/s", "km/s", "mm/s").number)]  # [m/s]
 LegAcceleration = Annotated[float, BeforeValidator(Within(0.05, 200.0, "m/s2", "", "mm/s2").number)]  # [m/s²]
