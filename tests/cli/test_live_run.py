@@ -1,15 +1,28 @@
 """`otolith live run` while it starts: what pages say then."""
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from otolith.cli import live_run
 from otolith.cli.live_run import Choices, drive
-from otolith.live.messages import Word
+from otolith.live.messages import State, Word
+from otolith.live.session import Session
 from otolith.live.shell import supervise
+from otolith.live.shell.timed import NotEngaged, cued_for
+
+
+def idle_session() -> Session:
+    return Choices(
+        incoming="generic+udp://127.0.0.1:9109",
+        outgoing="generic+udp://127.0.0.1:9119",
+        cueing="classical",
+        tuning="davsi",
+    ).session()
 
 
 class Starting:
@@ -78,13 +91,43 @@ def test_what_pages_say_while_a_session_starts_is_answered_and_not_carried_out(
     monkeypatch.setattr(live_run, "_listen", lambda _: True)
     heard: list[Word] = []
     monkeypatch.setattr(supervise, "Live", lambda *_, **__: Starting(heard))
-    session = Choices(
-        incoming="generic+udp://127.0.0.1:9109",
-        outgoing="generic+udp://127.0.0.1:9119",
-        cueing="classical",
-        tuning="davsi",
-    ).session()
-    drive(session, seconds, page=0)
+    drive(idle_session(), seconds, page=0)
     assert heard == said
     answered = [f"{word}: the session is still starting, and nothing moves" for word in early]
     assert [text for text in pages.told if "still starting" in text] == answered
+
+
+class Waiting(Starting):
+    """A session that gets no further than a state."""
+
+    def __init__(self, state: State | None) -> None:
+        super().__init__([])
+        self.state = state
+
+    def alive(self, _: str) -> bool:
+        self.looks += 1
+        return self.looks < 50  # far more than it may need
+
+    def look(self) -> State | None:  # type: ignore[override]
+        return self.state
+
+
+@pytest.mark.parametrize(
+    ("state", "word"),
+    [(State.IDLE, Word.ARM), (State.READY, Word.ENGAGE), (State.CHECKING, None), (None, None)],
+)
+def test_a_session_that_is_cued_for_a_time_ends_where_it_does_not_engage(
+    state: State | None, word: Word | None
+) -> None:
+    live, clock = Waiting(state), itertools.count(0.0, 10.0)
+    with pytest.raises(NotEngaged, match=f"the session is {state or 'silent'} after 60 s, must be engaged"):
+        cued_for(live, 5.0, lambda: None, now=lambda: next(clock))  # type: ignore[arg-type]
+    assert set(live.said) == ({word} if word else set())
+    assert next(clock) <= 100.0
+
+
+def test_a_session_that_may_not_arm_is_not_cued_for_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervise, "Live", None)  # nothing starts
+    untested = replace(idle_session(), forbids="its axes are not tested")
+    with pytest.raises(NotEngaged, match=r"so not be cued for 5 s: its axes are not tested"):
+        drive(untested, 5.0)

@@ -15,6 +15,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
+from otolith.cli.durations import lasting
 from otolith.cli.options import is_given
 from otolith.cli.output import print_json, screen
 from otolith.core.errors import InputError, MissingExtra
@@ -38,6 +39,7 @@ Folder = Annotated[
     Path | None,
     typer.Option(help="Folder for drives, presets and results (default: out/commander)."),
 ]
+MOST = 1200.0  # [s] of each of three measurements, in one run of an hour
 Port = Annotated[int, typer.Option(help="Port to listen on; 0 for any that is free.", min=0, max=65_535)]
 
 
@@ -161,7 +163,7 @@ def check_extra() -> None:
 
 @app.command()
 def bench(
-    seconds: Annotated[float, typer.Option(help="How long each measurement takes.", min=2.0)] = 10.0,
+    seconds: Annotated[float, lasting("How long each measurement takes", least=2.0, most=MOST)] = 10.0,
     rounds: Annotated[int, typer.Option(help="Runs with and without clients, in turns.", min=1)] = 3,
     cueing: Annotated[str, typer.Option(help="Algorithm of the run that is watched.")] = "predictive",
     stops: Annotated[int, typer.Option(help="STOPs in a live session with a base in software.", min=2)] = 40,

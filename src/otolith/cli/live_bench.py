@@ -9,6 +9,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from otolith.cli.durations import LONGEST, lasting
 from otolith.cli.live_run import Choices, measure
 from otolith.cli.live_virtual import CueingName, Json, Tuning, prepared
 from otolith.cli.options import Dofs, PlatformName
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from otolith.platforms import Platform
 
 UNITS: Final = {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0}
-MOST: Final = 100.0 * 3600.0  # [s] of virtual time
 GATED: Final = 2000  # motions by which the gate is timed
 
 
@@ -30,7 +30,7 @@ def bench(
         str | None,
         typer.Option(metavar="TIME", help="Run in virtual time instead, e.g. 2h, 10min or 90 (seconds)."),
     ] = None,
-    seconds: Annotated[float, typer.Option(help="How long to be engaged, in real time.", min=1.0)] = 20.0,
+    seconds: Annotated[float, lasting("How long to be engaged, in real time", least=1.0)] = 20.0,
     cueing: CueingName = "predictive",
     platform: PlatformName = "davsi-4dof",
     dofs: Dofs = "surge-pitch,sway-roll",
@@ -53,7 +53,7 @@ def _seconds(text: str) -> float:
     """Return a time such as 2h in seconds."""
     found = re.fullmatch(r"(\d+(?:\.\d*)?)\s*(|s|min|h)", text.strip())
     seconds = float(found[1]) * UNITS[found[2]] if found else 0.0
-    if not 1.0 <= seconds <= MOST:
+    if not 1.0 <= seconds <= LONGEST:
         raise InputError("--virtual", repr(text), "a time of 1 s to 100 h, such as 90, 10min or 2h")
     return seconds
 

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from otolith.cli.durations import lasting
 from otolith.cli.live_run import Choices, Heave, MachineName, Outgoing, Pairs, SessionFile, measure
 from otolith.cli.live_virtual import CueingName, Json, Tuning
 from otolith.cli.options import Dofs, PlatformName
@@ -35,7 +36,7 @@ class AtTerminal:
 
 
 def check(
-    seconds: Annotated[float, typer.Option(help="How long to be engaged.", min=1.0)] = 60.0,
+    seconds: Annotated[float, lasting("How long to be engaged", least=1.0)] = 60.0,
     cueing: CueingName = "predictive",
     platform: PlatformName = "davsi-4dof",
     dofs: Dofs = "surge-pitch,sway-roll",

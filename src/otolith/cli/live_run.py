@@ -14,6 +14,7 @@ import typer
 
 from otolith import files
 from otolith.cli.commander import pages_of
+from otolith.cli.durations import lasting
 from otolith.cli.live_virtual import CueingName, Tuning
 from otolith.cli.options import CUEING_HELP, Dofs, PlatformName
 from otolith.cli.output import screen
@@ -179,7 +180,7 @@ def run(
     forward: Forward = None,
     seconds: Annotated[
         float | None,
-        typer.Option(help="Arm and engage without a word, and park after this time.", min=1.0),
+        lasting("Arm and engage without a word, and park after this time", least=1.0),
     ] = None,
     commander: CommanderPort = None,
     allow_jitter: Annotated[
@@ -218,7 +219,7 @@ def permitted(session: "Session", *, allow_jitter: bool) -> "Session":
 
 
 def demo(
-    seconds: Annotated[float, typer.Option(help="How long to be engaged.", min=1.0)] = 20.0,
+    seconds: Annotated[float, lasting("How long to be engaged", least=1.0)] = 20.0,
     cueing: CueingName = "predictive",
     platform: PlatformName = "davsi-4dof",
     dofs: Dofs = "surge-pitch,sway-roll",
@@ -262,11 +263,15 @@ def drive(
     Raises
     ------
     Latched : the supervisor had to end it.
+    NotEngaged : it was to be cued for a time, and may not arm or could not be engaged.
     """
     from otolith.live.shell.supervise import Latched, Live, only_session
+    from otolith.live.shell.timed import PATIENCE, NotEngaged
 
     console, begin = screen(stderr=stderr), time.monotonic()
 
+    if seconds is not None and session.forbids:
+        raise NotEngaged(f"this session cannot be armed, so not be cued for {seconds:g} s: {session.forbids}")
     also: list[Callable[[str], None]] = []
 
     def tell(sentence: str) -> None:
@@ -283,6 +288,8 @@ def drive(
                 tell("open loop: the device reports nothing, so nothing that it does is known or supervised")
             if session.forbids:
                 tell(f"this session cannot be armed: {session.forbids}")
+            if seconds is not None:
+                tell(f"it arms by itself, parks after {seconds:g} s, and ends if it waits for {PATIENCE:g} s")
             pages = None if page is None else stack.enter_context(pages_of(live, session, page, tell))
             also.extend(() if pages is None else (pages.tell,))
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from otolith import files
+from otolith.cli.durations import lasting
 from otolith.cli.output import print_json, screen, warn
 from otolith.cli.stop import Stopped
 from otolith.core.disk import read_bytes, write_bytes
@@ -37,7 +38,7 @@ def record(
     source: SourceName,
     out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write, such as drive.otc.")],
     port: Annotated[int | None, typer.Option(help="UDP port (default: the game's own).")] = None,
-    seconds: Annotated[float, typer.Option(help="How long to record.", min=0.1)] = 60.0,
+    seconds: Annotated[float, lasting("How long to record", least=0.1)] = 60.0,
     host: Annotated[
         str, typer.Option(help="Address to listen on; 0.0.0.0 for other machines.")
     ] = "127.0.0.1",
@@ -118,7 +119,7 @@ def emulate(
         float, typer.Option(help="The base's own heave [m] at the platform's neutral pose.")
     ] = -0.2,
     seconds: Annotated[
-        float | None, typer.Option(help="End after this time (default: never).", min=0.1)
+        float | None, lasting("End after this time, if not only when it is interrupted", least=0.1)
     ] = None,
 ) -> None:
     """Be a device in software: it answers, moves, and refuses what the real one refuses."""
