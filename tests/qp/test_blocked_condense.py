@@ -18,7 +18,7 @@ def test_the_problem_is_the_one_that_eliminating_every_step_gives(lengths: Lengt
     rng = np.random.default_rng(4)
     problem = stage_qp(rng).problem
     memory, dynamics = empty_memory(problem, lengths), Dynamics.of(problem, lengths)
-    layout, found = layout_of(problem, lengths, dynamics), empty_condensed(problem, dynamics)
+    layout, found = layout_of(problem, lengths, dynamics), empty_condensed(problem, lengths, dynamics)
     for _ in range(2):
         qp = stage_qp(rng).changed(problem=problem, x0=rng.standard_normal(NX))
         qp = qp.changed(
@@ -29,11 +29,11 @@ def test_the_problem_is_the_one_that_eliminating_every_step_gives(lengths: Lengt
         write(memory, qp, lengths)
         condense(dynamics, layout, memory, found)
         expected = condense_blocked(qp, lengths)
-        assert_allclose(found.H, expected.H, atol=1e-12)
+        assert_allclose(found.H, np.tril(expected.H), atol=1e-12)
         assert_allclose(found.g, expected.g, atol=1e-12)
         M, nu, nr = len(lengths), problem.inputs, problem.rows - problem.inputs
-        by_block = found.R.reshape(M, problem.rows, -1)
+        by_block = found.rows.R[:, :, : problem.rows].transpose(0, 2, 1)
         assert_allclose(by_block[:, :nr].reshape(M * nr, -1), expected.A, atol=1e-12)
         assert_allclose(by_block[:, nr:].reshape(M * nu, -1), np.eye(M * nu), atol=0.0)
-        for side, bound in ((found.lower, expected.lower), (found.upper, expected.upper)):
+        for side, bound in ((found.rows.lower, expected.lower), (found.rows.upper, expected.upper)):
             assert_allclose(by_columns(side.reshape(M, -1), problem), bound, atol=1e-12)

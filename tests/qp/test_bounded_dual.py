@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 from otolith.core.arrays import Ints, Vec
 from otolith.qp import DenseSolver, Qp, Status, kkt_residual
-from otolith.qp.bounded_dual import IMPOSSIBLE, SOLVED, Rows, Work, solve
+from otolith.qp.bounded_dual import IMPOSSIBLE, SOLVED, solve
+from otolith.qp.working_set import Work, empty_rows
 
 
 def problem(rng: np.random.Generator, *, soft: float, twice: bool) -> Qp:
@@ -24,13 +25,19 @@ def problem(rng: np.random.Generator, *, soft: float, twice: bool) -> Qp:
     return Qp(root @ root.T + 0.01 * np.eye(n), 5.0 * rng.standard_normal(n), R, lower, upper, penalty)
 
 
-def solved(qp: Qp, start: Ints | None = None) -> tuple[int, Vec, Vec, Ints]:
-    """Outcome, z, y and the final states."""
+def solved(qp: Qp, start: Ints | None = None, blocks: int = 1) -> tuple[int, Vec, Vec, Ints]:
+    """Outcome, z, y and the final states, with the rows in as many blocks."""
     m, n = qp.A.shape
     state = np.zeros(m, dtype=np.int64) if start is None else start.copy()
-    work, y, z = Work.empty(n), np.zeros(m), np.zeros(n)
-    rows = Rows(qp.A, qp.lower, qp.upper, qp.penalties)
-    outcome, _ = solve(qp.H, qp.g, rows, work, state, y, z, 500)
+    rows, y, z = empty_rows(n, qp.penalties.reshape(blocks, -1)), np.zeros(m), np.zeros(n)
+    by_block = qp.A.reshape(blocks, -1, n)
+    rows.R[:, :, : m // blocks], rows.lower[:], rows.upper[:] = (
+        by_block.transpose(0, 2, 1),
+        qp.lower,
+        qp.upper,
+    )
+    rows.width[:] = [1 + np.flatnonzero(block.any(axis=0))[-1] for block in by_block]
+    outcome, _ = solve(qp.H, qp.g, rows, Work.of(rows), state, y, z, 500)
     return outcome, z, y, state
 
 
@@ -82,3 +89,24 @@ def test_soft_rows_cost_what_their_penalty_says() -> None:
             y = np.linalg.lstsq(S, -bound[held] - A[held] @ pull, rcond=None)[0]
             tried.append(cost(-pull - y @ A[held]))
         assert cost(solved(qp)[1]) == pytest.approx(min(tried), abs=1e-9)
+
+
+def test_rows_of_blocks_depend_on_the_first_variables() -> None:
+    """Against daqp, which sees the zeros as numbers; from nothing and from any working set."""
+    rng = np.random.default_rng(10)
+    for _ in range(20):
+        n, of_block = 9, 7
+        A = rng.standard_normal((3, of_block, n))
+        A[0, :, 3:] = A[1, :, 6:] = 0.0
+        A, root = A.reshape(-1, n), rng.standard_normal((n, n))
+        middle = A @ rng.standard_normal(n)
+        penalty = rng.choice([0.3, 3.0, np.inf], len(A), p=[0.4, 0.4, 0.2])
+        qp = Qp(
+            root @ root.T + 0.01 * np.eye(n), 5.0 * rng.standard_normal(n), A, middle - 0.5, middle, penalty
+        )
+        expected = DenseSolver().solve(qp)
+        for start in (None, rng.integers(-2, 3, len(A))):
+            outcome, z, y, _ = solved(qp, start, blocks=3)
+            assert outcome == SOLVED
+            assert kkt_residual(qp, z, y) < 1e-10
+            assert_allclose(z, expected.z, atol=1e-5)

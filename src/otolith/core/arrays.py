@@ -1,4 +1,4 @@
-"""Array types, and the functions that make a dataclass's arrays read-only."""
+"""Array types, and functions that every layer needs of them."""
 
 from typing import Any
 
@@ -7,9 +7,15 @@ from numpy.typing import NDArray
 
 Vec = NDArray[np.float64]
 Mat = NDArray[np.float64]
+Cube = NDArray[np.float64]
 Singles = NDArray[np.float32]  # 32 bits, for pictures
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+
+def firsts(structure: Bools) -> Ints:
+    """Return where each row begins in a list of all true entries, row by row, and its length (rows + 1,)."""
+    return np.cumsum([0, *structure.sum(axis=1)])
 
 
 def frozen_array(values: object, *, dtype: Any = np.float64, order: Any = "C") -> NDArray[Any]:

@@ -112,12 +112,21 @@ def jit_inner(function: F) -> F:
     return _lean(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 
 
+def jit_inner_fused(function: F) -> F:
+    """Compile like `jit_inner` a function whose arithmetic may be fused and reordered, as in `jit_fused`."""
+    return cast(F, _freed(jit_fused(function), no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False))
+
+
 def _lean(function: F, **options: bool) -> F:
     """Compile a kernel without the wrappers that numba adds for callers that do not exist here."""
-    dispatcher: Any = kernel(function)
+    return cast(F, _freed(kernel(function), **options))
+
+
+def _freed(dispatcher: Any, **options: bool) -> Any:
+    """Change the options of a compiled function."""
     if hasattr(dispatcher, "targetoptions"):  # absent when numba is disabled
         dispatcher.targetoptions.update(options)
-    return cast(F, dispatcher)
+    return dispatcher
 
 
 def _cache_of(function: Callable[..., Any]) -> "SourceCache | None":

@@ -17,10 +17,10 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec
 from otolith.core.frames import GRAVITY
-from otolith.core.jit import kernel
+from otolith.core.jit import jit_inner, kernel
 
 
-@kernel
+@jit_inner
 def _product(a: Vec, b: Vec, c: Vec, sign: float, out: Mat, i: int, j: int) -> None:
     """Add ± a b c and its first two derivatives, from those of the factors (3,), to entry (i, j) of `out`."""
     out[0, i, j] += sign * a[0] * b[0] * c[0]
@@ -75,14 +75,14 @@ def rotation_jet(motion: Mat, jet: Mat) -> None:
         _product(_w, p, r, 1.0, out, 2, 2)
 
 
-@kernel
+@jit_inner
 def turned(R: Mat, h: Vec, out: Vec) -> None:
     """Write R h (3,)."""
     for i in range(3):
         out[i] = R[i, 0] * h[0] + R[i, 1] * h[1] + R[i, 2] * h[2]
 
 
-@kernel
+@jit_inner
 def point_jet(jet: Mat, h: Vec, out: Mat) -> None:
     """Write R h and the R_j h with two derivatives in time into `out` (4, 3 orders, 3)."""
     for which in range(4):
@@ -120,7 +120,7 @@ def felt_slopes(head: Vec, motion: Mat, felt: Vec, slopes: Mat) -> None:
         _add_lever(head, motion, (cr, sr), (cp, sp), felt, slopes)
 
 
-@kernel
+@jit_inner
 def _cross(x: float, y: float, z: float, b: Vec, out: Vec) -> None:
     """Add (x, y, z) × b (3,)."""
     out[0] += y * b[2] - z * b[1]
@@ -128,7 +128,7 @@ def _cross(x: float, y: float, z: float, b: Vec, out: Vec) -> None:
     out[2] += x * b[1] - y * b[0]
 
 
-@kernel
+@jit_inner
 def _rate_slopes(
     motion: Mat, roll: tuple[float, float], pitch: tuple[float, float], felt: Vec, slopes: Mat
 ) -> None:

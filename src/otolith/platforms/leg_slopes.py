@@ -22,7 +22,7 @@ import math
 import numpy as np
 
 from otolith.core.arrays import Mat, Vec
-from otolith.core.jit import kernel
+from otolith.core.jit import jit_inner, kernel
 from otolith.core.slopes import point_jet
 from otolith.platforms.kinematics import Actuators, arc
 
@@ -41,34 +41,35 @@ def leg_slopes(motion: Mat, jet: Mat, of: Actuators, values: Vec, slopes: Mat) -
     jet : of this motion, from `otolith.core.slopes.rotation_jet`.
     of : the geometry, from `otolith.platforms.hexapod.Hexapod.actuators`.
     """
-    arm = np.empty((4, 3, 3))
-    leg = np.empty((3, 3))  # l, l̇, l̈
-    e, t = np.empty(3), np.empty(3)
+    moves, leg = np.zeros((7, 3, 3)), np.empty((5, 3))  # l, l̇, l̈, and e and t of a crank
+    for j in range(3):
+        moves[j, 0, j] = 1.0
     slopes[:, :] = 0.0
     for i in range(6):
-        point_jet(jet, of.places[0, i], arm)
+        point_jet(jet, of.places[0, i], moves[3:])
         for m in range(3):
             for order in range(3):
-                leg[order, m] = motion[order, m] + arm[0, order, m]
+                leg[order, m] = motion[order, m] + moves[3, order, m]
             leg[0, m] -= of.places[1, i, m]
         if of.radius > 0.0:
-            _arc(leg, of, i, values, e, t)
+            _arc(leg, of, i, values)
         else:
             _length(leg, i, values)
-        for j in range(6):
+        for j in range(6):  # ∂P/∂q_j, in time: unit vectors for a translation, from the jet for an angle
+            D = moves[j if j < 3 else j + 1]
             if of.radius > 0.0:
-                _slopes_of_crank(leg, arm, e, t, of.radius, i, j, values, slopes)
+                _slopes_of_crank(leg, D, of.radius, i, j, values, slopes)
             else:
-                _slopes_of(leg, arm, i, j, values, slopes)
+                _slopes_of(leg, D, i, j, values, slopes)
 
 
-@kernel
+@jit_inner
 def _dot(a: Vec, b: Vec) -> float:
     total: float = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return total
 
 
-@kernel
+@jit_inner
 def _length(leg: Mat, i: int, values: Vec) -> None:
     """Write length, speed and acceleration of leg i from l, l̇, l̈ (3, 3)."""
     length = np.sqrt(_dot(leg[0], leg[0]))
@@ -77,9 +78,10 @@ def _length(leg: Mat, i: int, values: Vec) -> None:
     values[12 + i] = (_dot(leg[0], leg[2]) + _dot(leg[1], leg[1]) - speed * speed) / length
 
 
-@kernel
-def _arc(leg: Mat, of: Actuators, i: int, values: Vec, e: Vec, t: Vec) -> None:
-    """Write the motion of crank i, e and t (3,), given P − o, Ṗ and P̈, which become l, l̇ and l̈."""
+@jit_inner
+def _arc(leg: Mat, of: Actuators, i: int, values: Vec) -> None:
+    """Write the motion of crank i and its e and t, given P − o, Ṗ and P̈, which become l, l̇ and l̈."""
+    e, t = leg[3], leg[4]
     values[i] = arc(of, i, leg[0, 0], leg[0, 1], leg[0, 2])
     c, s = math.cos(values[i] / of.radius), math.sin(values[i] / of.radius)
     for m in range(3):
@@ -96,23 +98,9 @@ def _arc(leg: Mat, of: Actuators, i: int, values: Vec, e: Vec, t: Vec) -> None:
     values[6 + i], values[12 + i] = speed, growth
 
 
-@kernel
-def _direction(arm: Mat, j: int, D: Mat) -> None:
-    """Write D = ∂P/∂q_j, Ḋ and D̈: unit vectors and zeros for a translation, from the jet for an angle."""
-    D[:, :] = 0.0
-    if j < 3:
-        D[0, j] = 1.0
-        return
-    for order in range(3):
-        for m in range(3):
-            D[order, m] = arm[j - 2, order, m]
-
-
-@kernel
-def _slopes_of(leg: Mat, arm: Mat, i: int, j: int, values: Vec, slopes: Mat) -> None:
-    """Write the slopes of linear leg i by axis j: of its place, its rate and its acceleration."""
-    D = np.empty((3, 3))
-    _direction(arm, j, D)
+@jit_inner
+def _slopes_of(leg: Mat, D: Mat, i: int, j: int, values: Vec, slopes: Mat) -> None:
+    """Write the slopes of place, rate and acceleration of leg i by axis j; D (3, 3) is ∂P/∂q_j, Ḋ, D̈."""
     length, speed, growth = values[i], values[6 + i], values[12 + i]
     along = _dot(leg[0], D[0]) / length  # ∂L/∂q
     turning = (_dot(leg[1], D[0]) + _dot(leg[0], D[1]) - speed * along) / length  # ∂L̇/∂q
@@ -122,12 +110,9 @@ def _slopes_of(leg: Mat, arm: Mat, i: int, j: int, values: Vec, slopes: Mat) -> 
 
 
 @kernel
-def _slopes_of_crank(
-    leg: Mat, arm: Mat, e: Vec, t: Vec, radius: float, i: int, j: int, values: Vec, slopes: Mat
-) -> None:
-    """Write the slopes of crank i by axis j: of its place, its rate and its acceleration."""
-    D, by, moving = np.empty((3, 3)), np.empty(3), np.empty(3)  # … ∂l/∂q, ∂l̇/∂q
-    _direction(arm, j, D)
+def _slopes_of_crank(leg: Mat, D: Mat, radius: float, i: int, j: int, values: Vec, slopes: Mat) -> None:
+    """Write the slopes of place, rate and acceleration of crank i by axis j; D (3, 3) is ∂P/∂q_j, Ḋ, D̈."""
+    e, t, by, moving = leg[3], leg[4], np.empty(3), np.empty(3)  # … ∂l/∂q, ∂l̇/∂q
     speed, growth = values[6 + i], values[12 + i]
     push, bend = _dot(leg[0], t), _dot(leg[0], e) / radius
     along = _dot(leg[0], D[0]) / push  # ∂s/∂q
@@ -142,7 +127,7 @@ def _slopes_of_crank(
     _enter(along, turning, by_place, i, j, slopes)
 
 
-@kernel
+@jit_inner
 def _enter(along: float, turning: float, by_place: float, i: int, j: int, slopes: Mat) -> None:
     """Enter what all actuators share: by speed, by acceleration, and by place."""
     slopes[i, j] = slopes[6 + i, 6 + j] = slopes[12 + i, 12 + j] = along

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple, Self
 
 import numpy as np
 
-from otolith.core.arrays import Ints, Mat, Vec
-from otolith.core.jit import kernel
+from otolith.core.arrays import Ints, Mat, Vec, firsts
+from otolith.core.jit import jit_inner, kernel
 from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
@@ -19,28 +19,33 @@ from otolith.qp.stage import StageProblem
 HUGE: Final = 1e300  # larger than any number that is judged
 
 
-class Entries(NamedTuple):
-    """The non-zero entries of a matrix."""
+class Sparse(NamedTuple):
+    """A matrix by its non-zero entries, row after row."""
 
-    at: Ints  # (entries, 2) row and column
+    first: Ints  # (rows + 1,) number of entries before each row
+    columns: Ints  # (entries,)
     values: Vec  # (entries,)
 
     @classmethod
     def of(cls, matrix: Mat) -> Self:
-        """Return those of a matrix."""
-        return cls(np.argwhere(matrix != 0.0), np.array(matrix[matrix != 0.0]))
+        """Return the entries of a matrix."""
+        there = matrix != 0.0
+        return cls(firsts(there), np.argwhere(there)[:, 1], np.array(matrix[there]))
 
 
 class Judged(NamedTuple):
     """The constant part of a problem: N steps, M blocks, nx states, nu inputs."""
 
-    A: Entries  # an axis moves by itself, so most are zero
-    B: Entries
-    C: Entries
+    A: Sparse  # an axis moves by itself, so most entries are zero
+    back: Sparse  # Aᵀ
+    B: Sparse
+    into: Sparse  # Bᵀ
+    C: Sparse
     states: int  # nx
-    constant: int  # nc, number of rows of C
-    outputs: Ints  # (non-zeros, 2) output and state of the numbers in a memory's `output`
-    varying: Ints  # (non-zeros, 2) row and state of the numbers in its `varying`
+    first_output: Ints  # (ny + 1,) number of non-zeros of `output` before each of its rows …
+    outputs: Ints  # … and their states
+    first_varying: Ints  # the same of `varying`
+    varying: Ints
     weighted: Ints  # states that have a weight
     control_weight: Mat  # (M, nu), summed over the steps of a block
     penalty: Mat  # (M, rows)
@@ -50,13 +55,16 @@ class Judged(NamedTuple):
     def of(cls, problem: StageProblem, lengths: Lengths) -> Self:
         """Return the numbers of one problem."""
         return cls(
-            A=Entries.of(problem.A),
-            B=Entries.of(problem.B),
-            C=Entries.of(problem.C),
+            A=Sparse.of(problem.A),
+            back=Sparse.of(problem.A.T),
+            B=Sparse.of(problem.B),
+            into=Sparse.of(problem.B.T),
+            C=Sparse.of(problem.C),
             states=problem.states,
-            constant=len(problem.C),
-            outputs=np.argwhere(problem.output),
-            varying=np.argwhere(problem.varying),
+            first_output=firsts(problem.output),
+            outputs=np.argwhere(problem.output)[:, 1],
+            first_varying=firsts(problem.varying),
+            varying=np.argwhere(problem.varying)[:, 1],
             weighted=np.array(problem.weighted, dtype=np.int64),
             control_weight=np.outer(lengths, problem.control_weight),
             penalty=problem.penalty[block_ends(lengths)],
@@ -64,54 +72,69 @@ class Judged(NamedTuple):
         )
 
 
-@kernel
+@jit_inner
+def _product(first: Ints, columns: Ints, values: Vec, row: int, x: Vec) -> float:
+    """Return the product of a sparse row with x. A sum in a register takes half the time of one in memory."""
+    total = 0.0
+    for s in range(first[row], first[row + 1]):
+        total += values[s] * x[columns[s]]
+    return total
+
+
+@jit_inner
+def _times(matrix: Sparse, x: Vec, out: Vec) -> None:
+    """Add the product of a matrix with x."""
+    for row in range(len(out)):
+        out[row] += _product(matrix.first, matrix.columns, matrix.values, row, x)
+
+
+@jit_inner
+def _times_sizes(matrix: Sparse, sizes: Vec, out: Vec) -> None:
+    """Add the product of a matrix's absolute values with sizes."""
+    for row in range(len(out)):
+        total = 0.0
+        for s in range(matrix.first[row], matrix.first[row + 1]):
+            total += abs(matrix.values[s]) * sizes[matrix.columns[s]]
+        out[row] += total
+
+
+@jit_inner
 def _roll_out(of: Judged, start: Vec, U: Mat, X: Mat) -> None:
     """Write the states X (N, nx) after every step."""
     block = 0
+    X[:] = 0.0
     for k in range(len(X)):
         block += k > of.ends[block]
-        before = start if k == 0 else X[k - 1]
-        X[k, :] = 0.0
-        for s in range(len(of.A.values)):
-            i, j, value = of.A.at[s, 0], of.A.at[s, 1], of.A.values[s]
-            X[k, i] += value * before[j]
-        for s in range(len(of.B.values)):
-            i, j, value = of.B.at[s, 0], of.B.at[s, 1], of.B.values[s]
-            X[k, i] += value * U[block, j]
+        _times(of.A, start if k == 0 else X[k - 1], X[k])
+        _times(of.B, U[block], X[k])
 
 
-@kernel
+@jit_inner
 def _rows_of(of: Judged, memory: StageMemory, X: Mat, U: Mat, r: Mat) -> None:
     """Write the values r (M, rows) of all rows."""
-    nc, nu = of.constant, U.shape[1]
+    nc, nv, nu = len(of.C.first) - 1, len(of.first_varying) - 1, U.shape[1]
     for m in range(len(of.ends)):
         x = X[of.ends[m]]
-        r[m, :] = 0.0
-        for s in range(len(of.C.values)):
-            c, i, value = of.C.at[s, 0], of.C.at[s, 1], of.C.values[s]
-            r[m, c] += value * x[i]
-        for s in range(len(of.varying)):
-            r[m, nc + of.varying[s, 0]] += memory.varying[m, s] * x[of.varying[s, 1]]
+        r[m, :nc] = 0.0
+        _times(of.C, x, r[m, :nc])
+        for v in range(nv):
+            r[m, nc + v] = _product(of.first_varying, of.varying, memory.varying[m], v, x)
         for j in range(nu):
-            r[m, r.shape[1] - nu + j] = U[m, j]
+            r[m, nc + nv + j] = U[m, j]
 
 
-@kernel
-def _by_state(of: Judged, memory: StageMemory, k: int, x: Vec, error: Vec, slope: Vec, terms: Vec) -> None:
-    """Write the derivative of one step's cost by its state (nx,), and the sum of its terms' sizes.
-
-    `error` (ny,) is working memory.
-    """
-    ny = memory.error.shape[1]
-    slope[:], terms[:] = 0.0, 0.0
-    for c in range(ny):
-        error[c] = memory.error[k, c]
-    for s in range(len(of.outputs)):
-        error[of.outputs[s, 0]] += memory.output[k, s] * x[of.outputs[s, 1]]
-    for s in range(len(of.outputs)):
-        value = memory.output[k, s] * error[of.outputs[s, 0]]
-        slope[of.outputs[s, 1]] += value
-        terms[of.outputs[s, 1]] += abs(value)
+@jit_inner
+def _by_state(of: Judged, memory: StageMemory, k: int, x: Vec, slope: Vec, terms: Vec) -> None:
+    """Write the derivative of one step's cost by its state (nx,), and the sum of its terms' sizes."""
+    slope[:] = 0.0
+    terms[:] = 0.0
+    D = memory.output[k]
+    for c in range(len(of.first_output) - 1):
+        error = memory.error[k, c] + _product(of.first_output, of.outputs, D, c, x)
+        for s in range(of.first_output[c], of.first_output[c + 1]):
+            value = D[s] * error
+            slope[of.outputs[s]] += value
+            terms[of.outputs[s]] += abs(value)
     for w in range(len(of.weighted)):
         i = of.weighted[w]
         value, linear = memory.state_weight[k, w] * x[i], memory.state_linear[k, w]
@@ -119,57 +142,63 @@ def _by_state(of: Judged, memory: StageMemory, k: int, x: Vec, error: Vec, slope
         terms[i] += abs(value) + abs(linear)
 
 
-@kernel
+@jit_inner
+def _add_row(first: Ints, columns: Ints, values: Vec, row: int, y: float, slope: Vec, terms: Vec) -> None:
+    """Add what the multiplier of one row contributes."""
+    if y == 0.0:  # as most are; a NaN is not
+        return
+    for s in range(first[row], first[row + 1]):
+        value = y * values[s]
+        slope[columns[s]] += value
+        terms[columns[s]] += abs(value)
+
+
+@jit_inner
 def _add_rows(of: Judged, memory: StageMemory, m: int, y: Mat, slope: Vec, terms: Vec) -> None:
     """Add what the multipliers of a block's rows contribute."""
-    nc = of.constant
-    for s in range(len(of.C.values)):
-        c, i, entry = of.C.at[s, 0], of.C.at[s, 1], of.C.values[s]
-        value = y[m, c] * entry
-        slope[i] += value
-        terms[i] += abs(value)
-    for s in range(len(of.varying)):
-        value = y[m, nc + of.varying[s, 0]] * memory.varying[m, s]
-        slope[of.varying[s, 1]] += value
-        terms[of.varying[s, 1]] += abs(value)
+    C, nc = of.C, len(of.C.first) - 1
+    for c in range(nc):
+        _add_row(C.first, C.columns, C.values, c, y[m, c], slope, terms)
+    for v in range(len(of.first_varying) - 1):
+        _add_row(of.first_varying, of.varying, memory.varying[m], v, y[m, nc + v], slope, terms)
 
 
-@kernel
-def _gradient(of: Judged, memory: StageMemory, X: Mat, U: Mat, y: Mat, total: Mat, sizes: Mat) -> None:
-    """Write the gradient of the Lagrangian by the inputs (M, nu), and the sums of its terms' sizes."""
+@jit_inner
+def _gradient(
+    of: Judged, memory: StageMemory, X: Mat, U: Mat, y: Mat, work: Mat, total: Mat, sizes: Mat
+) -> None:
+    """Write the gradient of the Lagrangian by the inputs (M, nu), and the sums of its terms' sizes.
+
+    An input acts alike on all steps of its block, so their costates are summed before B takes them over.
+    `work` is memory (6, nx).
+    """
     nx, nu = X.shape[1], U.shape[1]
     first_input = y.shape[1] - nu
-    for m in range(len(U)):
+    slope, terms, s, after, of_block, size_of_block = work[0], work[1], work[2], work[3], work[4], work[5]
+    s[:] = 0.0
+    for m in range(len(U) - 1, -1, -1):
+        of_block[:] = 0.0
+        size_of_block[:] = 0.0
+        for k in range(of.ends[m], of.ends[m - 1] if m > 0 else -1, -1):
+            _by_state(of, memory, k, X[k], slope, terms)
+            if k == of.ends[m]:
+                _add_rows(of, memory, m, y, slope, terms)
+            for i in range(nx):
+                size_of_block[i] += terms[i] + abs(s[i])
+                after[i] = s[i] + slope[i]
+                of_block[i] += after[i]
+            s[:] = 0.0
+            _times(of.back, after, s)
         for j in range(nu):
             own, linear = of.control_weight[m, j] * U[m, j], memory.input_linear[m, j]
             row = y[m, first_input + j]
             total[m, j] = own + linear + row
             sizes[m, j] = abs(own) + abs(linear) + abs(row)
-    s, after, slope, terms, m = np.zeros(nx), np.empty(nx), np.empty(nx), np.empty(nx), len(U) - 1
-    error = np.empty(memory.error.shape[1])
-    for k in range(len(X) - 1, -1, -1):
-        _by_state(of, memory, k, X[k], error, slope, terms)
-        if k == of.ends[m]:
-            _add_rows(of, memory, m, y, slope, terms)
-        for e in range(len(of.B.values)):
-            i, j, value = of.B.at[e, 0], of.B.at[e, 1], of.B.values[e]
-            sizes[m, j] += abs(value) * (terms[i] + abs(s[i]))
-        for i in range(nx):
-            s[i] += slope[i]
-            after[i] = 0.0
-        for e in range(len(of.B.values)):
-            i, j, value = of.B.at[e, 0], of.B.at[e, 1], of.B.values[e]
-            total[m, j] += value * s[i]
-        for e in range(len(of.A.values)):
-            i, j, value = of.A.at[e, 0], of.A.at[e, 1], of.A.values[e]
-            after[j] += value * s[i]
-        for i in range(nx):
-            s[i] = after[i]
-        if m > 0 and k == of.ends[m - 1] + 1:
-            m -= 1
+        _times(of.into, of_block, total[m])
+        _times_sizes(of.into, size_of_block, sizes[m])
 
 
-@kernel
+@jit_inner
 def _row_error(r: float, low: float, high: float, w: float, y: float, reach: float, whole: float) -> float:
     """Return the error of one row, as `otolith.qp.relative.row_residual`."""
     above, below = r - high, low - r
@@ -196,7 +225,7 @@ def blocked_residual(of: Judged, memory: StageMemory, U: Mat, y: Mat) -> float:
     total, sizes, worst, accepted = np.empty(U.shape), np.empty(U.shape), 0.0, 0
     _roll_out(of, memory.start, U, X)
     _rows_of(of, memory, X, U, r)
-    _gradient(of, memory, X, U, y, total, sizes)
+    _gradient(of, memory, X, U, y, np.empty((6, of.states)), total, sizes)
     whole = 0.0
     for j in range(U.shape[1]):
         largest, moved = 0.0, 0.0

@@ -2,13 +2,15 @@
 
 Inside a block the states are linear in those at its start and in its own input, x_k = F_l (x_s, u_m) after l
 steps, with few non-zeros where every axis moves by itself. So the cost of a block is a quadratic in these few
-*local* variables, summed step by step, and only this sum is carried over to the inputs of all blocks. That
-takes a fifth of the products that every step by all inputs would.
+*local* variables, summed step by step. From the last block backwards, what all later blocks cost is carried
+as a quadratic in the states at their start, as in a Riccati recursion that does not decide.
 
-Notation: N steps, M blocks, nx states, nu inputs, n = M·nu; L = nx + nu local variables; D_k, e_k outputs and
-errors as in `otolith.qp.stage`. The cost of block m is ½ ξᵀ W ξ + wᵀ ξ, with ξ = (x_s, u_m), W = Σ F_lᵀ
-(D_kᵀ D_k + diag W_k) F_l and w = Σ F_lᵀ (D_kᵀ e_k + p_k). With x_s = f_s + Γ_s U, where f_s is the state
-without inputs, the Hessian is Σ_m Γ̃ᵀ W Γ̃, Γ̃ = (Γ_s, own input).
+Notation: N steps, M blocks, nx states, nu inputs, n = M·nu; L = nx + nu local variables ξ = (x_s, u_m); D_k,
+e_k outputs and errors as in `otolith.qp.stage`; f_s states without inputs, x_s = f_s + Γ_s U. The cost of
+block m alone is ½ ξᵀ W ξ + wᵀ ξ, with W = Σ F_lᵀ (D_kᵀ D_k + diag W_k) F_l and w = Σ F_lᵀ (D_kᵀ e_k + p_k).
+With S and s, Hessian and gradient of what follows by the states at its end, W + Fᵀ S F and w + W ξ + Fᵀ s at
+ξ = (f_s, 0) are those of both together. Their parts in x_s are S and s for the block before; those in u_m,
+with Γ_s for x_s, are rows of the Hessian and entries of the gradient of the whole problem.
 """
 
 from typing import NamedTuple, Self
@@ -17,10 +19,11 @@ import numpy as np
 
 from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.copying import copy_to
-from otolith.core.jit import jit_fused
-from otolith.qp.blocked import Lengths
+from otolith.core.jit import jit_fused, jit_inner_fused
+from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
+from otolith.qp.working_set import Rows, dot, empty_rows, whole_turns
 
 
 class Dynamics(NamedTuple):
@@ -78,9 +81,11 @@ def _listed(structure: "np.typing.NDArray[np.bool_]") -> tuple[Ints, Ints]:
 class Layout(NamedTuple):
     """Where the numbers of a memory belong, and the constant rows."""
 
-    outputs: Ints  # (non-zeros, 2) output and state of the numbers in `memory.output`
-    felt: Ints  # (f,) local variables on which outputs depend …
-    slot: Ints  # (L,) and for each local variable its place among these
+    felt: Ints  # (f,) local variables on which outputs depend
+    # (E, 2) for every non-zero of D_k and local variable of its state: index in `memory.output`, and in
+    # `Condensed.D` as one line, for a block's first step …
+    spread: Ints
+    share: Mat  # (longest block, E) … and by how much that state depends on that variable
     varying: Ints  # (non-zeros, 2) row and state of the numbers in `memory.varying`
     first_varying: int  # number of constant rows, in front of the varying ones
     constant: Ints  # (non-zeros of C, 2) row and state
@@ -92,18 +97,19 @@ class Layout(NamedTuple):
 class Condensed(NamedTuple):
     """The problem in the inputs alone, and working memory."""
 
-    H: Mat  # (n, n)
+    H: Mat  # (n, n), of which the lower triangle is written
     g: Vec  # (n,)
-    R: Mat  # (M·rows, n)
-    lower: Vec  # (M·rows,)
-    upper: Vec  # (M·rows,)
+    rows: Rows
     weights: Mat  # (N, weighted) weights on states for which `base` was made; NaN at first
     base: Mat  # (M, L, L) what they contribute to W
     W: Mat  # (L, L)
     w: Vec  # (L,)
-    D: Mat  # (f, ny·longest block) outputs of a block's steps by the local variables that they depend on
-    P: Mat  # (n, L) Γ̃ᵀ W
-    row: Vec  # (nx,) of the states
+    S: Mat  # (nx, nx)
+    s: Vec  # (nx,)
+    half: Mat  # (2, L·nx) Fᵀ S and its transpose
+    D: Mat  # (≥ f, ≥ ny·longest block) outputs of a block's steps by the local variables `felt`
+    products: Vec  # (4,) of rows of D
+    by_state: Mat  # (nx, nv) a block's varying rows
     free: Mat  # (M + 1, nx) states without inputs at the start of every block, and at the end
 
 
@@ -113,10 +119,16 @@ def layout_of(problem: StageProblem, lengths: Lengths, dynamics: Dynamics) -> La
     felt = np.zeros(nx + problem.inputs, dtype=bool)
     for state in np.flatnonzero(problem.output.any(axis=0)):
         felt[dynamics.columns[state, : dynamics.counts[state]]] = True
+    slot, width = np.cumsum(felt) - 1, _width(problem, lengths)
+    spread, share = [], []
+    for s, (output, state) in enumerate(np.argwhere(problem.output)):
+        for a in range(dynamics.counts[state]):
+            spread.append((s, slot[dynamics.columns[state, a]] * width + output))
+            share.append(dynamics.gain[:, state, a])
     return Layout(
-        outputs=np.argwhere(problem.output),
         felt=np.flatnonzero(felt),
-        slot=np.cumsum(felt) - 1,
+        spread=np.array(spread, dtype=np.int64).reshape(-1, 2),
+        share=np.array(share).reshape(-1, max(lengths)).T.copy(),
         varying=np.argwhere(problem.varying),
         first_varying=len(problem.C),
         constant=constant,
@@ -126,31 +138,39 @@ def layout_of(problem: StageProblem, lengths: Lengths, dynamics: Dynamics) -> La
     )
 
 
-def empty_condensed(problem: StageProblem, dynamics: Dynamics) -> Condensed:
+def _width(problem: StageProblem, lengths: Lengths) -> int:
+    """Return the number of outputs of the longest block, in full turns."""
+    return whole_turns(len(problem.output) * max(lengths))
+
+
+def empty_condensed(problem: StageProblem, lengths: Lengths, dynamics: Dynamics) -> Condensed:
     """Allocate the condensed problem, with the rows that do not change."""
-    M, (nx, nu), nc = len(dynamics.lengths), problem.B.shape, len(problem.C)
-    n, L, rows = M * nu, nx + nu, problem.rows
-    R = np.zeros((M, rows, n))
-    R[:, :nc] = problem.C @ dynamics.dense(nx)[1:]
-    R[:, rows - nu :] = np.eye(n).reshape(M, nu, n)
+    M, (nx, nu), nc = len(lengths), problem.B.shape, len(problem.C)
+    n, L = M * nu, nx + nu
+    rows = empty_rows(n, problem.penalty[block_ends(lengths)])
+    rows.width[:] = nu * np.arange(1, M + 1)
+    rows.R[:, :, :nc] = (problem.C @ dynamics.dense(nx)[1:]).transpose(0, 2, 1)
+    for j in range(n):
+        rows.R[j // nu, j, problem.rows - nu + j % nu] = 1.0
     return Condensed(
         H=np.zeros((n, n)),
         g=np.zeros(n),
-        R=R.reshape(M * rows, n),
-        lower=np.zeros(M * rows),
-        upper=np.zeros(M * rows),
+        rows=rows,
         weights=np.full((problem.horizon, len(problem.weighted)), np.nan),
         base=np.zeros((M, L, L)),
         W=np.zeros((L, L)),
         w=np.zeros(L),
-        D=np.zeros((L, len(problem.output) * int(dynamics.lengths.max()))),
-        P=np.zeros((n, L)),
-        row=np.zeros(nx),
+        S=np.zeros((nx, nx)),
+        s=np.zeros(nx),
+        half=np.zeros((2, L * nx)),
+        D=np.zeros((L + 3, _width(problem, lengths))),
+        products=np.zeros(4),
+        by_state=np.zeros((nx, len(problem.varying))),
         free=np.zeros((M + 1, nx)),
     )
 
 
-@jit_fused
+@jit_inner_fused
 def _weigh(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed) -> None:
     """Write what the weights on states contribute to W, if these have changed."""
     same = True
@@ -173,51 +193,46 @@ def _weigh(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed) -> 
             k += 1
 
 
-@jit_fused
-def _dot(a: Vec, b: Vec, n: int) -> float:
-    total = 0.0
+@jit_inner_fused
+def _products(D: Mat, a: int, b: int, n: int, to: Vec) -> None:
+    """Write the products of row a with four rows from b on, in half the time that one by one would take."""
+    p, q, r, s = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        total += a[i] * b[i]
-    return total
+        value = D[a, i]
+        p += value * D[b, i]
+        q += value * D[b + 1, i]
+        r += value * D[b + 2, i]
+        s += value * D[b + 3, i]
+    to[0], to[1], to[2], to[3] = p, q, r, s
 
 
-@jit_fused
-def _dot_from(a: Vec, b: Vec, first: int, n: int) -> float:
-    total = 0.0
-    for i in range(n):
-        total += a[i] * b[first + i]
-    return total
-
-
-@jit_fused
+@jit_inner_fused
 def _add_steps(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: int, first: int) -> None:
     """Add what the steps of block m, from the `first` on, contribute to W and w."""
-    D, ny = to.D, memory.error.shape[1]
-    number, length = len(layout.felt), of.lengths[m] * ny
-    for a in range(number):
-        for c in range(length):
+    D, felt, spread, ny = to.D, layout.felt, layout.spread, memory.error.shape[1]
+    length, line = of.lengths[m] * ny, D.reshape(-1)
+    whole = whole_turns(length)
+    for a in range(len(felt)):
+        for c in range(whole):
             D[a, c] = 0.0
     for step in range(of.lengths[m]):
-        for s in range(len(layout.outputs)):
-            i, value, at = (
-                layout.outputs[s, 1],
-                memory.output[first + step, s],
-                step * ny + layout.outputs[s, 0],
-            )
-            for a in range(of.counts[i]):
-                D[layout.slot[of.columns[i, a]], at] += value * of.gain[step, i, a]
-    errors = memory.error.reshape(-1)
-    for a in range(number):
-        i = layout.felt[a]
-        to.w[i] += _dot_from(D[a], errors, first * ny, length)
-        for b in range(a + 1):
-            j, value = layout.felt[b], _dot(D[a], D[b], length)
-            to.W[i, j] += value
-            if j != i:
-                to.W[j, i] += value
+        for e in range(len(spread)):
+            value = memory.output[first + step, spread[e, 0]] * layout.share[step, e]
+            line[spread[e, 1] + step * ny] += value
+    errors = memory.error[first:].reshape(-1)
+    for a in range(len(felt)):
+        i = felt[a]
+        to.w[i] += dot(D[a], errors, length)
+        for b in range(0, a + 1, 4):
+            _products(D, a, b, whole, to.products)
+            for c in range(b, min(b + 4, a + 1)):
+                j, value = felt[c], to.products[c - b]
+                to.W[i, j] += value
+                if j != i:
+                    to.W[j, i] += value
 
 
-@jit_fused
+@jit_inner_fused
 def _add_linear(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: int, first: int) -> None:
     """Add what the linear terms of the weighted states contribute to w."""
     for step in range(of.lengths[m]):
@@ -228,34 +243,47 @@ def _add_linear(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed
                     to.w[of.columns[i, a]] += linear * of.gain[step, i, a]
 
 
-@jit_fused
-def _carry_over(of: Dynamics, to: Condensed, m: int) -> None:
-    """Add the cost of block m, in its local variables, to that in the inputs of all blocks."""
-    nx, L = to.free.shape[1], len(to.w)
-    nu, before = L - nx, m * (L - nx)
-    P, G = to.P, of.response[m]
-    for a in range(L):
-        to.w[a] += _dot(to.W[a], to.free[m], nx)
-    for column in range(before):
-        for a in range(L):
-            P[column, a] = 0.0
-        for t in range(of.moved[column]):
-            i, value = of.states[column, t], G[column, t]
-            to.g[column] += value * to.w[i]
-            for a in range(L):
-                P[column, a] += value * to.W[i, a]
+@jit_inner_fused
+def _add_later(of: Dynamics, to: Condensed, m: int) -> None:
+    """Add what later blocks cost, in the states at the end of block m, to its own cost: Fᵀ S F and Fᵀ s."""
+    nx, L, last = len(to.s), len(to.w), of.lengths[m] - 1
+    half, turned = to.half[0].reshape(L, nx), to.half[1].reshape(nx, L)
+    half[:] = 0.0
+    for i in range(nx):
+        for a in range(of.counts[i]):
+            column, value = of.columns[i, a], of.gain[last, i, a]
+            to.w[column] += value * to.s[i]
+            for j in range(nx):
+                half[column, j] += value * to.S[i, j]
+    for i in range(nx):
+        for j in range(L):
+            turned[i, j] = half[j, i]
+    for i in range(nx):
+        for a in range(of.counts[i]):
+            column, value = of.columns[i, a], of.gain[last, i, a]
+            for j in range(L):
+                to.W[column, j] += value * turned[i, j]
+
+
+@jit_inner_fused
+def _take_over(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: int) -> None:
+    """Take the cost from block m on, in its local variables, over into that in the inputs of all blocks."""
+    nx, nu, G = len(to.s), memory.input_linear.shape[1], of.response[m]
     for j in range(nu):
-        to.g[before + j] += to.w[nx + j]
-        for a in range(L):
-            P[before + j, a] = to.W[nx + j, a]
-    for column in range(before + nu):
-        for other in range(min(column + 1, before)):
-            to.H[column, other] += _by_input(of, G, other, P[column])
-        for j in range(column + 1 - before):
-            to.H[column, before + j] += P[column, nx + j]
+        row = m * nu + j
+        to.g[row] = memory.input_linear[m, j] + to.w[nx + j]
+        for column in range(m * nu):
+            to.H[row, column] = _by_input(of, G, column, to.W[nx + j])
+        for k in range(j + 1):
+            to.H[row, m * nu + k] = to.W[nx + j, nx + k]
+        to.H[row, row] += layout.control[row]
+    for i in range(nx):
+        to.s[i] = to.w[i]
+        for j in range(nx):
+            to.S[i, j] = to.W[i, j]
 
 
-@jit_fused
+@jit_inner_fused
 def _by_input(of: Dynamics, G: Mat, column: int, row: Vec) -> float:
     """Return how a row (nx,) of the states changes with an input, given how that moves the states (n, s)."""
     total = 0.0
@@ -264,7 +292,7 @@ def _by_input(of: Dynamics, G: Mat, column: int, row: Vec) -> float:
     return total
 
 
-@jit_fused
+@jit_inner_fused
 def _move_free(of: Dynamics, to: Condensed, m: int) -> None:
     """Write the states without inputs at the end of block m."""
     nx, last = to.free.shape[1], of.lengths[m] - 1
@@ -276,57 +304,55 @@ def _move_free(of: Dynamics, to: Condensed, m: int) -> None:
         to.free[m + 1, i] = total
 
 
-@jit_fused
+@jit_inner_fused
 def _rows(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: int) -> None:
     """Write the rows at the end of block m and their bounds."""
-    rows, nu = memory.lower.shape[1], len(to.w) - to.free.shape[1]
-    first, G, x = m * rows, of.response[m + 1], to.free[m + 1]
+    rows, lower, upper = memory.lower.shape[1], to.rows.lower, to.rows.upper
+    first, x = m * rows, to.free[m + 1]
     for r in range(rows):
-        to.lower[first + r], to.upper[first + r] = memory.lower[m, r], memory.upper[m, r]
+        lower[first + r], upper[first + r] = memory.lower[m, r], memory.upper[m, r]
     for s in range(len(layout.constant)):
         r, value = first + layout.constant[s, 0], layout.coefficients[s] * x[layout.constant[s, 1]]
-        to.lower[r] -= value
-        to.upper[r] -= value
-    s, behind = 0, len(layout.varying)
-    while s < behind:
-        r = first + layout.first_varying + layout.varying[s, 0]
-        to.row[:] = 0.0
-        while True:
-            i = layout.varying[s, 1]
-            to.row[i] = memory.varying[m, s]
-            s += 1
-            if s == behind or layout.varying[s, 0] != layout.varying[s - 1, 0]:
-                break
-        value = _dot(to.row, x, len(x))
-        to.lower[r] -= value
-        to.upper[r] -= value
-        for column in range((m + 1) * nu):
-            to.R[r, column] = _by_input(of, G, column, to.row)
+        lower[r] -= value
+        upper[r] -= value
+    for s in range(len(layout.varying)):
+        to.by_state[layout.varying[s, 1], layout.varying[s, 0]] = memory.varying[m, s]
+    nv, first = to.by_state.shape[1], first + layout.first_varying
+    for i in range(len(x)):
+        for r in range(nv):
+            value = to.by_state[i, r] * x[i]
+            lower[first + r] -= value
+            upper[first + r] -= value
+    for column in range(to.rows.width[m]):
+        row = to.rows.R[m, column, layout.first_varying :]
+        for r in range(nv):
+            row[r] = 0.0
+        for t in range(of.moved[column]):
+            i, value = of.states[column, t], of.response[m + 1, column, t]
+            for r in range(nv):
+                row[r] += value * to.by_state[i, r]
 
 
 @jit_fused
 def condense(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed) -> None:
     """Write the problem in memory as one in the inputs alone."""
     _weigh(of, layout, memory, to)
-    nu = memory.input_linear.shape[1]
-    to.H[:] = 0.0
-    for m in range(len(of.lengths)):
-        for j in range(nu):
-            to.g[m * nu + j] = memory.input_linear[m, j]
-            to.H[m * nu + j, m * nu + j] = layout.control[m * nu + j]
     for i in range(len(memory.start)):
         to.free[0, i] = memory.start[i]
-    k = 0
     for m in range(len(of.lengths)):
+        _move_free(of, to, m)
+        _rows(of, layout, memory, to, m)
+    to.S[:] = 0.0
+    to.s[:] = 0.0
+    nx, k = len(to.s), len(memory.error)
+    for m in range(len(of.lengths) - 1, -1, -1):
+        k -= of.lengths[m]
         for i in range(len(to.W)):
             copy_to(to.W[i], to.base[m, i])
         to.w[:] = 0.0
         _add_steps(of, layout, memory, to, m, k)
         _add_linear(of, layout, memory, to, m, k)
-        k += of.lengths[m]
-        _carry_over(of, to, m)
-        _move_free(of, to, m)
-        _rows(of, layout, memory, to, m)
-    for i in range(len(to.g)):
-        for j in range(i):
-            to.H[j, i] = to.H[i, j]
+        for a in range(len(to.w)):
+            to.w[a] += dot(to.W[a], to.free[m], nx)
+        _add_later(of, to, m)
+        _take_over(of, layout, memory, to, m)

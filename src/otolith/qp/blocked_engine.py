@@ -18,16 +18,17 @@ from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.copying import copy_to
 from otolith.core.jit import kernel
 from otolith.core.methods import Bound
-from otolith.qp.blocked import Lengths, block_ends
+from otolith.qp.blocked import Lengths
 from otolith.qp.blocked_certificate import Judged, blocked_residual
 from otolith.qp.blocked_condense import Condensed, Dynamics, Layout, condense, empty_condensed, layout_of
-from otolith.qp.bounded_dual import SOLVED, Rows, Work, solve
+from otolith.qp.bounded_dual import SOLVED, solve
 from otolith.qp.condensed import CondensedSolver
 from otolith.qp.dense import DenseSolver
 from otolith.qp.engines import NO_ENTRANCE, SOLVE, Entrance, StageMemory, empty_memory, expand
 from otolith.qp.problem import Status
 from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.qp.structured.generate import CODES, INFO
+from otolith.qp.working_set import Work
 
 LIMIT: Final = 400  # largest number of rows that enter
 
@@ -42,7 +43,6 @@ class _Engine(NamedTuple):
     dynamics: Dynamics
     layout: Layout
     condensed: Condensed
-    penalty: Vec  # (M·rows,)
     judged: Judged
     work: Work
     tolerance: float
@@ -80,9 +80,7 @@ def _run(of: Any, info: Vec) -> int:
     condense(of.dynamics, of.layout, of.memory, c)
     copy_to(of.state, of.held)
     y = of.y.reshape(m * rows)
-    outcome, changes = solve(
-        c.H, c.g, Rows(c.R, c.lower, c.upper, of.penalty), of.work, of.state, y, of.z, LIMIT
-    )
+    outcome, changes = solve(c.H, c.g, c.rows, of.work, of.state, y, of.z, LIMIT)
     for i in range(m * nu):
         of.U[i // nu, i % nu] = of.z[i]
     residual = np.inf
@@ -111,14 +109,14 @@ class BlockedEngine:
         self.undecided = 0  # number of problems passed to the exact engine since the last reset
         M, nu, rows = len(lengths), problem.inputs, problem.rows
         dynamics = Dynamics.of(problem, lengths)
+        condensed = empty_condensed(problem, lengths, dynamics)
         self._at = _Engine(
             memory=self.memory,
             dynamics=dynamics,
             layout=layout_of(problem, lengths, dynamics),
-            condensed=empty_condensed(problem, dynamics),
-            penalty=problem.penalty[block_ends(lengths)].ravel(),
+            condensed=condensed,
             judged=Judged.of(problem, lengths),
-            work=Work.empty(M * nu),
+            work=Work.of(condensed.rows),
             tolerance=tolerance,
             held=np.zeros(M * rows, dtype=np.int64),
             state=np.zeros(M * rows, dtype=np.int64),

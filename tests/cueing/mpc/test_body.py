@@ -10,8 +10,9 @@ from otolith.core.errors import InputError
 from otolith.core.frames import DOFS, HEAVE, SURGE_PITCH, SWAY_ROLL, YAW, Dof
 from otolith.core.rotation import felt, rate_along
 from otolith.cueing.design import Design, reweigh
-from otolith.cueing.mpc.body import BODY_ROWS, MARGINS, Body
+from otolith.cueing.mpc.body import BODY_ROWS, MARGINS, Body, _misjudged
 from otolith.cueing.mpc.controller import Mpc
+from otolith.cueing.mpc.decide import ROUND
 from otolith.cueing.mpc.motion import in_six_axes
 from otolith.interfaces import PlatformState, Reference, Status
 from otolith.loop import simulate
@@ -104,6 +105,63 @@ def test_legs_of_either_side_that_move_alike_leave_no_step_without_an_answer() -
     run = simulate(controller(), Ideal(), wanted, platform=DAVSI, dofs=names, plant_period=0.01)
     assert set(run.status) == {"decided"}
     assert np.abs(run.pose[:, [1, 3, 5]]).max() < 0.01  # nearly straight on
+
+
+def test_what_a_step_misjudges_is_what_its_rows_cost_in_truth() -> None:
+    """Relative to the cost of errors and rows that the linear problem sees, both as at the ends of blocks."""
+    mpc, rng, legs = controller(), np.random.default_rng(5), DAVSI.six_legs()
+    problem, memory, blocks = mpc.problem, mpc.engine.memory, mpc.settings.blocks
+    x, plan = random_plan(mpc, rng)
+    problem.write(memory, x, plan, rng.standard_normal((150, len(problem.channels))), None)
+    qp, ends = expand(problem.structure, memory, blocks), np.cumsum(blocks) - 1
+    body = Body(
+        platform=DAVSI, washout={dof.name: () for dof in ALL}, weights={}, period=0.01, lag=0.01, settled=1.0
+    )
+    low, high = body.bounds(problem.axes)
+    of_body = slice(len(problem.structure.C) + len(problem.structure.varying) - BODY_ROWS, -len(plan[0]))
+    for size in (0.01, 3.0):
+        X = problem.predicted(x, plan + problem.of_steps(size * rng.uniform(-1.0, 1.0, (9, plan.shape[1]))))
+        whole = more = 0.0
+        for block, k in enumerate(ends):
+            whole += 0.5 * blocks[block] * float(np.sum((qp.output[k] @ X[k] + qp.error[k]) ** 2))
+            (motion,) = motions(mpc, X[k : k + 1])
+            now, rate = legs.leg_motion(*motion), np.empty((1, 3))
+            rate_along(motion[:1], motion[1:2], rate)
+            ahead = now.speed + 0.01 * now.acceleration
+            leading = now.length + 0.01 * now.speed + body.lead * ahead
+            truth = beyond(np.concatenate([leading, ahead, now.acceleration, rate[0]]), low, high)
+            linear = qp.varying[k, -BODY_ROWS:] @ X[k]
+            thought = beyond(linear, qp.lower[k, of_body], qp.upper[k, of_body])
+            price = problem.structure.penalty[k, of_body]
+            whole += float(price @ thought)
+            more += float(price @ np.maximum(truth - thought, 0.0))
+        found = _misjudged(
+            problem._of_body[1].held,
+            X,
+            memory.output,
+            memory.error,
+            memory.varying,
+            memory.lower,
+            memory.upper,
+        )
+        assert found == pytest.approx(more / whole, rel=1e-9, abs=1e-12)
+    assert found > 0.0
+
+
+def beyond(values: Vec, low: Vec, high: Vec) -> Vec:
+    return np.maximum(np.maximum(values - high, low - values), 0.0)
+
+
+@pytest.mark.parametrize(("force", "most"), [(1e-3, 1), (2.0, 2)])
+def test_a_second_step_is_taken_where_the_first_has_misjudged(force: float, most: int) -> None:
+    """Not for a force that no limit hinders; after a jump, when legs begin to."""
+    mpc, plant, state, steps = controller(), Ideal(), PlatformState(), []
+    plant.reset(state)
+    for _ in range(5):
+        command = mpc.step(state, Reference(specific_force=np.array([force, -force, 0.0])))
+        steps.append(mpc.program.at[ROUND])
+        state = plant.step(command, mpc.period)
+    assert max(steps) == most
 
 
 def test_random_jumps_leave_no_step_without_answer_and_every_leg_within_its_limits() -> None:

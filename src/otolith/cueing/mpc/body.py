@@ -10,7 +10,8 @@ there are rows on length, speed and acceleration of all legs and on the body rat
 it leads, L + τ L̇ with τ = speed/acceleration + lag + period: on that row a leg slows down with L̇/τ, which its
 acceleration allows at every speed, and the length follows through a low-pass, without passing the bound. A
 row g(q, v, a) ≤ b becomes g(x̄) + g′(x̄) (x − x̄) ≤ b with exact slopes (`otolith.platforms.leg_slopes`), so
-that one step per period is a Gauss-Newton step of the nonlinear problem.
+that one step per period is a Gauss-Newton step of the nonlinear problem. What such a step misjudges is nearly
+all in rows that the plan leaves further than it thinks; their price says whether a second one is worth it.
 
 Rows of the firm blocks have a penalty so high (`FIRM`) that they are violated only where no command of this
 period holds them; the outcome then says so. All rows keep a margin, since a single step is not exact; that on
@@ -24,18 +25,19 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from otolith.core.arrays import Bools, Ints, Mat, Vec
+from otolith.core.arrays import Bools, Ints, Mat, Vec, firsts
 from otolith.core.frames import DOFS, Dof
-from otolith.core.jit import kernel
+from otolith.core.jit import jit_inner, kernel
 from otolith.core.methods import Bound
+from otolith.core.rotation import rate_along
 from otolith.core.slopes import felt_slopes, rate_slopes, rotation_jet
 from otolith.cueing.mpc.between_nodes import Between, Reach
-from otolith.cueing.mpc.kernels import LINEARISE
+from otolith.cueing.mpc.kernels import LINEARISE, MISJUDGED
 from otolith.cueing.mpc.motion import Axes
 from otolith.cueing.mpc.objective import Channel
 from otolith.cueing.mpc.washout_weights import WashoutWeight
 from otolith.platforms import Platform
-from otolith.platforms.kinematics import Actuators
+from otolith.platforms.kinematics import Actuators, leg_motion
 from otolith.platforms.leg_slopes import leg_slopes
 from otolith.safety.law import HUGE
 
@@ -60,24 +62,31 @@ class _Data(NamedTuple):
     ends: Ints  # (M,) last step of every block
     felt: Ints  # (C,) which of three forces and three body rates a channel feels
     root: Vec  # (C,) square root of its weight
-    outputs: Ints  # (non-zeros, 2) channel and state of the numbers in a memory's `output`
-    rows: (
-        Ints  # (non-zeros, 2) row of the body and state of the numbers in `varying`, behind those of a circle
-    )
+    first_output: Ints  # (C + 1,) number of non-zeros before those of a channel in a memory's `output` …
+    outputs: Ints  # … and the state of each
+    first_row: Ints  # (22,) the same of the body's rows in `varying`, behind the numbers of a circle
+    rows: Ints
     before: Ints  # (2,) numbers of a circle in `varying`, and rows before the body's in `lower` and `upper`
     low: Vec  # (21,) bounds of the body's rows
     high: Vec  # (21,)
+    price: Mat  # (M, 21) penalties of the body's rows
 
 
-@kernel
-def _motion_at(of: Any, x: Vec, motion: Mat) -> None:
+class _Held(NamedTuple):
+    """What a method holds: one tuple, handed on without counting references to its arrays."""
+
+    data: _Data
+
+
+@jit_inner
+def _motion_at(of: _Data, x: Vec, motion: Mat) -> None:
     """Write the platform's motion (3, 6) in the state x (nx,) of the model."""
     for i in range(len(x)):
         column = of.column[i]
         motion[column // 6, column % 6] = of.sign[i] * x[i]
 
 
-@kernel
+@jit_inner
 def _add(row: int, factor: float, other: int, values: Vec, slopes: Mat) -> None:
     """Add a multiple of another row to a row."""
     values[row] += factor * values[other]
@@ -85,11 +94,23 @@ def _add(row: int, factor: float, other: int, values: Vec, slopes: Mat) -> None:
         slopes[row, column] += factor * slopes[other, column]
 
 
+@jit_inner
+def _enter(of: _Data, slopes: Vec, factor: float, states: Ints, x: Vec, out: Vec) -> float:
+    """Write the slopes of one row by its states, times a factor, into `out`; return their product with x."""
+    product = 0.0
+    for s in range(len(states)):
+        i = states[s]
+        slope = factor * of.sign[i] * slopes[of.column[i]]
+        out[s] = slope
+        product += slope * x[i]
+    return product
+
+
 @kernel
-def _rows(of: Any, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
+def _rows(of: _Data, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
     """Write the body's rows and their bounds about the motion at the ends of all blocks."""
     motion, jet = np.zeros((3, 6)), np.empty((4, 3, 3, 3))
-    values, slopes = np.empty(21), np.empty((21, 18))
+    values, slopes, first = np.empty(BODY_ROWS), np.empty((BODY_ROWS, 18)), of.first_row
     skipped, above = of.before[0], of.before[1]
     for k in range(len(of.ends)):
         x = X[of.ends[k]]
@@ -101,30 +122,25 @@ def _rows(of: Any, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
             _add(6 + row, of.lag, 12 + row, values, slopes)  # … L̇ + T L̈ …
             _add(row, of.lead, 6 + row, values, slopes)  # … and L + T L̇ + τ (L̇ + T L̈)
         rate_slopes(motion, values[18:], slopes[18:])
-        for s in range(len(of.rows)):
-            row, i = of.rows[s, 0], of.rows[s, 1]
-            slope = of.sign[i] * slopes[row, of.column[i]]
-            varying[k, skipped + s] = slope
-            values[row] -= slope * x[i]
         for row in range(21):
-            lower[k, above + row] = of.low[row] - values[row]
-            upper[k, above + row] = of.high[row] - values[row]
+            states, out = of.rows[first[row] : first[row + 1]], varying[k, skipped + first[row] :]
+            value = values[row] - _enter(of, slopes[row], 1.0, states, x, out)
+            lower[k, above + row] = of.low[row] - value
+            upper[k, above + row] = of.high[row] - value
 
 
 @kernel
-def _outputs(of: Any, X: Mat, wanted: Mat, output: Mat, error: Mat) -> None:
+def _outputs(of: _Data, X: Mat, wanted: Mat, output: Mat, error: Mat) -> None:
     """Write slopes and errors of all channels about the motion of every step."""
-    motion, values, slopes = np.zeros((3, 6)), np.empty(6), np.empty((6, 18))
+    motion, values, slopes, first = np.zeros((3, 6)), np.empty(6), np.empty((6, 18)), of.first_output
     for k in range(len(X)):
         _motion_at(of, X[k], motion)
         felt_slopes(of.head, motion, values, slopes)
         for c in range(wanted.shape[1]):
-            error[k, c] = of.root[c] * (values[of.felt[c]] - wanted[k, c])
-        for s in range(len(of.outputs)):
-            c, i = of.outputs[s, 0], of.outputs[s, 1]
-            slope = of.root[c] * of.sign[i] * slopes[of.felt[c], of.column[i]]
-            output[k, s] = slope
-            error[k, c] -= slope * X[k, i]
+            root, row = of.root[c], of.felt[c]
+            states, out = of.outputs[first[c] : first[c + 1]], output[k, first[c] :]
+            product = _enter(of, slopes[row], root, states, X[k], out)
+            error[k, c] = root * (values[row] - wanted[k, c]) - product
 
 
 @kernel
@@ -132,9 +148,75 @@ def _linearise(
     of: Any, X: Mat, wanted: Mat, output: Mat, error: Mat, varying: Mat, lower: Mat, upper: Mat
 ) -> int:
     """Write outputs and rows about the motion X; see `otolith.cueing.mpc.kernels.LINEARISE`."""
-    _outputs(of, X, wanted, output, error)
-    _rows(of, X, varying, lower, upper)
+    _outputs(of.data, X, wanted, output, error)
+    _rows(of.data, X, varying, lower, upper)
     return 0
+
+
+@jit_inner
+def _beyond(value: float, low: float, high: float) -> float:
+    """Return how far a value is outside its bounds."""
+    return max(0.0, value - high, low - value)
+
+
+@kernel
+def _values(of: _Data, motion: Mat, values: Vec) -> None:
+    """Write the values (21,) of the body's rows alone."""
+    legs, rates = np.empty((3, 6)), np.empty((1, 3))
+    leg_motion(motion[0], motion[1], motion[2], of.legs, legs)
+    rate_along(motion[:1], motion[1:2], rates)
+    for i in range(6):
+        length, speed, acceleration = legs[0, i], legs[1, i], legs[2, i]
+        ahead = speed + of.lag * acceleration
+        values[i] = length + of.lag * speed + of.lead * ahead
+        values[6 + i], values[12 + i] = ahead, acceleration
+    for i in range(3):
+        values[18 + i] = rates[0, i]
+
+
+@jit_inner
+def _errors(of: _Data, k: int, x: Vec, output: Mat, error: Mat) -> float:
+    """Return the linear problem's cost of errors in step k."""
+    cost = 0.0
+    for c in range(error.shape[1]):
+        apart = error[k, c]
+        for s in range(of.first_output[c], of.first_output[c + 1]):
+            apart += output[k, s] * x[of.outputs[s]]
+        cost += 0.5 * apart * apart
+    return cost
+
+
+@kernel
+def _share(of: _Data, X: Mat, of_problem: tuple[Mat, Mat, Mat, Mat, Mat]) -> float:
+    """Return `_misjudged`."""
+    motion, values = np.zeros((3, 6)), np.empty(BODY_ROWS)
+    output, error, varying, lower, upper = of_problem
+    skipped, above, first, whole, more, step = of.before[0], of.before[1], of.first_row, 0.0, 0.0, -1
+    for k in range(len(of.ends)):
+        end, x = of.ends[k], X[of.ends[k]]
+        whole += (end - step) * _errors(of, end, x, output, error)
+        step = end
+        _motion_at(of, x, motion)
+        _values(of, motion, values)
+        for row in range(BODY_ROWS):
+            value, linear = values[row], 0.0
+            for s in range(first[row], first[row + 1]):
+                linear += varying[k, skipped + s] * x[of.rows[s]]
+            thought = _beyond(linear, lower[k, above + row], upper[k, above + row])
+            whole += of.price[k, row] * thought
+            more += of.price[k, row] * max(0.0, _beyond(value, of.low[row], of.high[row]) - thought)
+    return more / whole if more > 0.0 else 0.0
+
+
+@kernel
+def _misjudged(of: Any, X: Mat, output: Mat, error: Mat, varying: Mat, lower: Mat, upper: Mat) -> float:
+    """Return what rows of the motion X cost more in truth than the linear problem in memory says, relative.
+
+    The whole is the linear problem's cost of errors and of these rows, each block's as at its end. See
+    `otolith.cueing.mpc.kernels.MISJUDGED`.
+    """
+    share: float = _share(of.data, X, (output, error, varying, lower, upper))
+    return share
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,8 +233,7 @@ class Body:
     weights: Mapping[str, float]  # of squared errors, by name of the degree of freedom
     period: float  # [s] between two decisions
     lag: float  # T [s] between commanded and actual acceleration
-    # [m/s² or rad/s²] a change of all controls by less ends the Gauss-Newton steps of a period
-    settled: float
+    settled: float  # a smaller share of the cost misjudged ends the Gauss-Newton steps of a period
 
     @property
     def lead(self) -> float:
@@ -205,25 +286,27 @@ class Body:
 
     def output_structure(self, axes: Axes, channels: Sequence[Channel]) -> Bools:
         """Return which of the states of x each channel may depend on (C, nx)."""
-        of_force, of_rate = np.ones(18, dtype=bool), np.zeros(18, dtype=bool)
-        of_force[6:12], of_force[[0, 1, 2]] = self.platform.head is not None, False
+        of_force, of_rate = np.zeros((2, 18), dtype=bool)
+        of_force[[3, 4, 5, 12, 13, 14]] = True
+        of_force[[9, 10, 11, 15, 16, 17]] = self.platform.head is not None  # through its lever arm
         of_rate[[3, 4, 9, 10, 11]] = True
         column, _ = _columns(axes)
         return np.array([(of_rate if one.is_rate else of_force)[column] for one in channels])
 
-    def method(
-        self, axes: Axes, channels: Sequence[Channel], ends: Ints, *, circles: int, rows_before: int
-    ) -> Bound:
-        """Return the kernel that linearises the body.
+    def methods(
+        self, axes: Axes, channels: Sequence[Channel], ends: Ints, penalty: Mat, *, before: tuple[int, int]
+    ) -> tuple[Bound, Bound]:
+        """Return the kernels that linearise the body, and that tell what the linear problem misjudges.
 
         Parameters
         ----------
-        circles : numbers that a limit circle has in `varying`, in front.
-        rows_before : constant rows and the circle's.
+        penalty : (M, 21) of the body's rows.
+        before : numbers that a limit circle has in `varying`, in front; constant rows and the circle's.
         """
         column, sign = _columns(axes)
         legs, (low, high) = self.platform.six_legs(), self.bounds(axes)
         head = np.zeros(3) if self.platform.head is None else np.array(self.platform.head)
+        by_channel, by_row = self.output_structure(axes, channels), self.row_structure(axes)
         data = _Data(
             axes=axes,
             column=column,
@@ -235,13 +318,17 @@ class Body:
             ends=ends,
             felt=np.array([one.column for one in channels]),
             root=np.sqrt([one.weight for one in channels]),
-            outputs=np.argwhere(self.output_structure(axes, channels)),
-            rows=np.argwhere(self.row_structure(axes)),
-            before=np.array([circles, rows_before]),
+            first_output=firsts(by_channel),
+            outputs=np.argwhere(by_channel)[:, 1],
+            first_row=firsts(by_row),
+            rows=np.argwhere(by_row)[:, 1],
+            before=np.array(before),
             low=low,
             high=high,
+            price=np.array(penalty),
         )
-        return LINEARISE.bind(_linearise, data)
+        held = _Held(data)
+        return LINEARISE.bind(_linearise, held), MISJUDGED.bind(_misjudged, held)
 
     def bounds(self, axes: Axes) -> tuple[Vec, Vec]:
         """Return the bounds (21,) of the body's rows; a rate about an axis that is not cued has none."""

@@ -73,7 +73,7 @@ class Program(NamedTuple):
     guessing: bool  # whether there is a guess
     hinting: bool  # whether there is a hint
     rounds: int  # largest number of Gauss-Newton steps
-    settled: float  # they end when no control changes by more
+    settled: float  # they end when no control changes by more or, of a body, less of the cost is misjudged
     firm: float  # multiplier from which a row of the body's firm blocks is violated
     x: Vec  # (nx,) the measured motion
     wanted: Mat  # (N, C)
@@ -188,7 +188,12 @@ def _solve_all(p: Any, request: int, result: Vec) -> int:
         p.at[ROUND] += 1
         if result[SOLVER] != OPTIMAL:
             return NOTHING
-        if _spread(p) < p.settled or p.at[ROUND] >= p.rounds:
+        left = _spread(p)
+        if p.at[ROUND] >= p.rounds:
+            return NOTHING
+        if p.given.judge[0] != 0:
+            left = kernels.misjudged(p.given, p.memory, p.x, p.about)
+        if left < p.settled:
             return NOTHING
 
 

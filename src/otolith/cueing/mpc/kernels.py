@@ -20,13 +20,16 @@ import numpy as np
 from otolith.core.arrays import Bools, Ints, Mat, Vec
 from otolith.core.frames import GRAVITY
 from otolith.core.jit import kernel
-from otolith.core.methods import INTEGER, MATRIX, Method, Role
+from otolith.core.methods import INTEGER, MATRIX, NUMBER, Method, Role
 from otolith.cueing.mpc.motion import Axes, predict
 from otolith.qp.engines import StageMemory
 
 # linearise(data, X (N, nx), wanted (N, C), output, error, varying, lower, upper): into an engine's memory
 LINEARISE: Final = Role(INTEGER, (MATRIX,) * 7)
+# misjudged(data, X (N, nx), output, error, varying, lower, upper): see `misjudged`
+MISJUDGED: Final = Role(NUMBER, (MATRIX,) * 6)
 _linearise_body = LINEARISE.call
+_misjudged_by_body = MISJUDGED.call
 _NO_DIRECTION: Final = 1e-9  # [m] nearer to the centre than this, the circle has no direction
 
 
@@ -76,7 +79,8 @@ class Given(NamedTuple):
     in_circle: Ints  # (2, 3) those states of surge and sway
     circled: bool  # whether there is a circle
     X: Mat  # (N, nx) memory for the prediction
-    body: Method  # linearises the whole body instead of channel by channel (`otolith.cueing.mpc.body`)
+    body: Method  # linearises the whole body instead of channel by channel (`otolith.cueing.mpc.body`) …
+    judge: Method  # … and tells what that misjudges
 
 
 @kernel
@@ -258,3 +262,12 @@ def write(given: Given, memory: StageMemory, x: Vec, plan: Mat, wanted: Mat, u_r
         linearise_circle(given, memory.varying)
     weigh_washout(given, x, memory.state_weight)
     pull_to(u_ref, given.control_weight, given.ends, memory.input_linear)
+
+
+@kernel
+def misjudged(given: Given, memory: StageMemory, x: Vec, plan: Mat) -> float:
+    """Return which share of a plan's cost (N, nu) the problem in memory misjudges, of a body."""
+    predict(given.axes, given.hold, x, plan, given.X)
+    rows = (memory.varying, memory.lower, memory.upper)
+    share: float = _misjudged_by_body(given.judge, (given.X, memory.output, memory.error, *rows))
+    return share

@@ -91,7 +91,7 @@ class Problem:
         self._organs = organs_of(self.channels, settings.period)
         self._rows_felt = self._felt_rows()
         self.structure = self._stage_problem(lag)
-        self._linearised = self._linearise()  # keeps what the kernels read alive
+        self._of_body = self._body_methods()  # keeps what the kernels read alive
         self.given = self._kernel_data(lag)
         self._no_reference = np.empty((0, len(self.axes.axis)))
         self._wanted = np.zeros((settings.horizon, len(self.channels)))
@@ -355,16 +355,18 @@ class Problem:
             in_circle=circle.states,
             circled=self.circle is not None,
             X=np.empty((N, self._first[-1])),
-            body=NO_METHOD if self._linearised is None else self._linearised.method,
+            body=self._of_body[0].method if self._of_body else NO_METHOD,
+            judge=self._of_body[1].method if self._of_body else NO_METHOD,
         )
 
-    def _linearise(self) -> Bound | None:
-        """Return the kernel that linearises the whole body; None where there is none."""
+    def _body_methods(self) -> tuple[Bound, ...]:
+        """Return the kernels that linearise the whole body and judge that; none where there is no body."""
         if self._body is None:
-            return None
+            return ()
         circles = 0 if self.circle is None else 2 * int(np.count_nonzero(self.circle.weights))
         before = len(self._all_rows) + (self.circle is not None)
-        return self._body.method(self.axes, self.channels, self._ends, circles=circles, rows_before=before)
+        price = self.structure.penalty[self._ends, before : before + BODY_ROWS]
+        return self._body.methods(self.axes, self.channels, self._ends, price, before=(circles, before))
 
     def _felt(self) -> kernels.Felt:
         """Return the channels as the kernels read them; slopes are indexed among all non-zeros of D."""

@@ -33,8 +33,8 @@ from otolith.qp.blocked_engine import BlockedEngine
 HEAVE: Final = 0.05  # weight of the squared vertical force [(m/s²)⁻²]; that of the others is 1
 YAW: Final = 10.0  # weight of the squared yaw rate [(rad/s)⁻²]
 DAMPING: Final = 10.0  # c of `predictive`: slower, since legs leave room for speeds that cannot be kept up
-STEPS: Final = 2  # Gauss-Newton steps in a period after a jump
-JUMP: Final = 0.5  # [m/s² or rad/s²] change of a control from which a second one is taken
+STEPS: Final = 2  # Gauss-Newton steps in a period at most
+MISJUDGED: Final = 5e-4  # share of the cost that the first has misjudged, from which a second one is taken
 
 
 class Generator(StrEnum):
@@ -92,7 +92,7 @@ def body_of(
         weights={"heave": HEAVE, "yaw": YAW},
         period=period,
         lag=lag,
-        settled=JUMP,
+        settled=MISJUDGED,
     )
 
 
