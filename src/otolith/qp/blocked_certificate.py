@@ -83,13 +83,20 @@ def _product(first: Ints, columns: Ints, values: Vec, row: int, x: Vec) -> float
 
 @jit_inner
 def _times(matrix: Sparse, x: Vec, out: Vec) -> None:
+    """Write the product of a matrix with x."""
+    for row in range(len(out)):
+        out[row] = _product(matrix.first, matrix.columns, matrix.values, row, x)
+
+
+@jit_inner
+def _add_times(matrix: Sparse, x: Vec, out: Vec) -> None:
     """Add the product of a matrix with x."""
     for row in range(len(out)):
         out[row] += _product(matrix.first, matrix.columns, matrix.values, row, x)
 
 
 @jit_inner
-def _times_sizes(matrix: Sparse, sizes: Vec, out: Vec) -> None:
+def _add_sizes(matrix: Sparse, sizes: Vec, out: Vec) -> None:
     """Add the product of a matrix's absolute values with sizes."""
     for row in range(len(out)):
         total = 0.0
@@ -99,14 +106,16 @@ def _times_sizes(matrix: Sparse, sizes: Vec, out: Vec) -> None:
 
 
 @jit_inner
-def _roll_out(of: Judged, start: Vec, U: Mat, X: Mat) -> None:
-    """Write the states X (N, nx) after every step."""
-    block = 0
-    X[:] = 0.0
-    for k in range(len(X)):
-        block += k > of.ends[block]
-        _times(of.A, start if k == 0 else X[k - 1], X[k])
-        _times(of.B, U[block], X[k])
+def _roll_out(of: Judged, start: Vec, U: Mat, pushed: Vec, X: Mat) -> None:
+    """Write the states X (N, nx) after every step; `pushed` is memory (nx,) for what a block's inputs add."""
+    k = 0
+    for m in range(len(of.ends)):
+        _times(of.B, U[m], pushed)
+        while k <= of.ends[m]:
+            _times(of.A, start if k == 0 else X[k - 1], X[k])
+            for i in range(len(pushed)):
+                X[k, i] += pushed[i]
+            k += 1
 
 
 @jit_inner
@@ -115,7 +124,6 @@ def _rows_of(of: Judged, memory: StageMemory, X: Mat, U: Mat, r: Mat) -> None:
     nc, nv, nu = len(of.C.first) - 1, len(of.first_varying) - 1, U.shape[1]
     for m in range(len(of.ends)):
         x = X[of.ends[m]]
-        r[m, :nc] = 0.0
         _times(of.C, x, r[m, :nc])
         for v in range(nv):
             r[m, nc + v] = _product(of.first_varying, of.varying, memory.varying[m], v, x)
@@ -187,15 +195,14 @@ def _gradient(
                 size_of_block[i] += terms[i] + abs(s[i])
                 after[i] = s[i] + slope[i]
                 of_block[i] += after[i]
-            s[:] = 0.0
             _times(of.back, after, s)
         for j in range(nu):
             own, linear = of.control_weight[m, j] * U[m, j], memory.input_linear[m, j]
             row = y[m, first_input + j]
             total[m, j] = own + linear + row
             sizes[m, j] = abs(own) + abs(linear) + abs(row)
-        _times(of.into, of_block, total[m])
-        _times_sizes(of.into, size_of_block, sizes[m])
+        _add_times(of.into, of_block, total[m])
+        _add_sizes(of.into, size_of_block, sizes[m])
 
 
 @jit_inner
@@ -223,9 +230,10 @@ def blocked_residual(of: Judged, memory: StageMemory, U: Mat, y: Mat) -> float:
     """Return how far an answer (M, nu), (M, rows) is from optimal; infinite if a number is not finite."""
     X, r = np.empty((len(memory.error), of.states)), np.empty(y.shape)
     total, sizes, worst, accepted = np.empty(U.shape), np.empty(U.shape), 0.0, 0
-    _roll_out(of, memory.start, U, X)
+    work = np.empty((6, of.states))
+    _roll_out(of, memory.start, U, work[0], X)
     _rows_of(of, memory, X, U, r)
-    _gradient(of, memory, X, U, y, np.empty((6, of.states)), total, sizes)
+    _gradient(of, memory, X, U, y, work, total, sizes)
     whole = 0.0
     for j in range(U.shape[1]):
         largest, moved = 0.0, 0.0

@@ -13,7 +13,7 @@ With S and s, Hessian and gradient of what follows by the states at its end, W +
 with Γ_s for x_s, are rows of the Hessian and entries of the gradient of the whole problem.
 """
 
-from typing import NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from otolith.qp.blocked import Lengths, block_ends
 from otolith.qp.engines import StageMemory
 from otolith.qp.stage import StageProblem
 from otolith.qp.working_set import Rows, dot, empty_rows, whole_turns
+
+TOGETHER: Final = 4  # rows by which two others are multiplied in one pass
 
 
 class Dynamics(NamedTuple):
@@ -82,10 +84,10 @@ class Layout(NamedTuple):
     """Where the numbers of a memory belong, and the constant rows."""
 
     felt: Ints  # (f,) local variables on which outputs depend
-    # (E, 2) for every non-zero of D_k and local variable of its state: index in `memory.output`, and in
-    # `Condensed.D` as one line, for a block's first step …
+    # (E, 3) for every non-zero of D_k and local variable of its state: index in `memory.output`, place of the
+    # variable in `felt`, and output …
     spread: Ints
-    share: Mat  # (longest block, E) … and by how much that state depends on that variable
+    share: Mat  # (E, longest block) … and by how much that state depends on that variable
     varying: Ints  # (non-zeros, 2) row and state of the numbers in `memory.varying`
     first_varying: int  # number of constant rows, in front of the varying ones
     constant: Ints  # (non-zeros of C, 2) row and state
@@ -107,8 +109,10 @@ class Condensed(NamedTuple):
     S: Mat  # (nx, nx)
     s: Vec  # (nx,)
     half: Mat  # (2, L·nx) Fᵀ S and its transpose
-    D: Mat  # (≥ f, ≥ ny·longest block) outputs of a block's steps by the local variables `felt`
-    products: Vec  # (4,) of rows of D
+    outputs: Mat  # (non-zeros, longest block) a block's `memory.output`, by step
+    errors: Vec  # (ny·longest block,) its errors, output after output
+    D: Mat  # (≥ f, ≥ ny·longest block) their slopes by the local variables `felt`
+    products: Mat  # (≥ f, ≥ f) of rows of D; those above the diagonal are not all written
     by_state: Mat  # (nx, nv) a block's varying rows
     free: Mat  # (M + 1, nx) states without inputs at the start of every block, and at the end
 
@@ -119,16 +123,16 @@ def layout_of(problem: StageProblem, lengths: Lengths, dynamics: Dynamics) -> La
     felt = np.zeros(nx + problem.inputs, dtype=bool)
     for state in np.flatnonzero(problem.output.any(axis=0)):
         felt[dynamics.columns[state, : dynamics.counts[state]]] = True
-    slot, width = np.cumsum(felt) - 1, _width(problem, lengths)
+    slot = np.cumsum(felt) - 1
     spread, share = [], []
     for s, (output, state) in enumerate(np.argwhere(problem.output)):
         for a in range(dynamics.counts[state]):
-            spread.append((s, slot[dynamics.columns[state, a]] * width + output))
+            spread.append((s, slot[dynamics.columns[state, a]], output))
             share.append(dynamics.gain[:, state, a])
     return Layout(
         felt=np.flatnonzero(felt),
-        spread=np.array(spread, dtype=np.int64).reshape(-1, 2),
-        share=np.array(share).reshape(-1, max(lengths)).T.copy(),
+        spread=np.array(spread, dtype=np.int64).reshape(-1, 3),
+        share=np.array(share).reshape(-1, max(lengths)),
         varying=np.argwhere(problem.varying),
         first_varying=len(problem.C),
         constant=constant,
@@ -138,15 +142,11 @@ def layout_of(problem: StageProblem, lengths: Lengths, dynamics: Dynamics) -> La
     )
 
 
-def _width(problem: StageProblem, lengths: Lengths) -> int:
-    """Return the number of outputs of the longest block, in full turns."""
-    return whole_turns(len(problem.output) * max(lengths))
-
-
 def empty_condensed(problem: StageProblem, lengths: Lengths, dynamics: Dynamics) -> Condensed:
     """Allocate the condensed problem, with the rows that do not change."""
     M, (nx, nu), nc = len(lengths), problem.B.shape, len(problem.C)
     n, L = M * nu, nx + nu
+    width, whole = len(problem.output) * max(lengths), L + TOGETHER
     rows = empty_rows(n, problem.penalty[block_ends(lengths)])
     rows.width[:] = nu * np.arange(1, M + 1)
     rows.R[:, :, :nc] = (problem.C @ dynamics.dense(nx)[1:]).transpose(0, 2, 1)
@@ -163,8 +163,10 @@ def empty_condensed(problem: StageProblem, lengths: Lengths, dynamics: Dynamics)
         S=np.zeros((nx, nx)),
         s=np.zeros(nx),
         half=np.zeros((2, L * nx)),
-        D=np.zeros((L + 3, _width(problem, lengths))),
-        products=np.zeros(4),
+        outputs=np.zeros((int(np.count_nonzero(problem.output)), max(lengths))),
+        errors=np.zeros(width),
+        D=np.zeros((whole, whole_turns(width))),
+        products=np.zeros((whole, whole)),
         by_state=np.zeros((nx, len(problem.varying))),
         free=np.zeros((M + 1, nx)),
     )
@@ -194,42 +196,58 @@ def _weigh(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed) -> 
 
 
 @jit_inner_fused
-def _products(D: Mat, a: int, b: int, n: int, to: Vec) -> None:
-    """Write the products of row a with four rows from b on, in half the time that one by one would take."""
-    p, q, r, s = 0.0, 0.0, 0.0, 0.0
+def _multiply(D: Mat, a: int, b: int, n: int, to: Mat) -> None:
+    """Write the products of rows a, a + 1 with b, …, b + 3; one by one they would take twice the time."""
+    p, q, r, s, t, u, v, w = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        value = D[a, i]
-        p += value * D[b, i]
-        q += value * D[b + 1, i]
-        r += value * D[b + 2, i]
-        s += value * D[b + 3, i]
-    to[0], to[1], to[2], to[3] = p, q, r, s
+        one, other = D[a, i], D[a + 1, i]
+        p += one * D[b, i]
+        q += one * D[b + 1, i]
+        r += one * D[b + 2, i]
+        s += one * D[b + 3, i]
+        t += other * D[b, i]
+        u += other * D[b + 1, i]
+        v += other * D[b + 2, i]
+        w += other * D[b + 3, i]
+    to[a, b], to[a, b + 1], to[a, b + 2], to[a, b + 3] = p, q, r, s
+    to[a + 1, b], to[a + 1, b + 1], to[a + 1, b + 2], to[a + 1, b + 3] = t, u, v, w
+
+
+@jit_inner_fused
+def _spread(layout: Layout, memory: StageMemory, to: Condensed, first: int, length: int) -> None:
+    """Write slopes and errors of a block's steps, output after output, so that steps lie side by side."""
+    D, ny = to.D, memory.error.shape[1]
+    for a in range(len(layout.felt)):
+        for c in range(whole_turns(length * ny)):
+            D[a, c] = 0.0
+    for step in range(length):
+        for s in range(len(to.outputs)):
+            to.outputs[s, step] = memory.output[first + step, s]
+        for c in range(ny):
+            to.errors[c * length + step] = memory.error[first + step, c]
+    for e in range(len(layout.spread)):
+        s, a, c = layout.spread[e]
+        for step in range(length):
+            D[a, c * length + step] += to.outputs[s, step] * layout.share[e, step]
 
 
 @jit_inner_fused
 def _add_steps(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: int, first: int) -> None:
     """Add what the steps of block m, from the `first` on, contribute to W and w."""
-    D, felt, spread, ny = to.D, layout.felt, layout.spread, memory.error.shape[1]
-    length, line = of.lengths[m] * ny, D.reshape(-1)
-    whole = whole_turns(length)
-    for a in range(len(felt)):
-        for c in range(whole):
-            D[a, c] = 0.0
-    for step in range(of.lengths[m]):
-        for e in range(len(spread)):
-            value = memory.output[first + step, spread[e, 0]] * layout.share[step, e]
-            line[spread[e, 1] + step * ny] += value
-    errors = memory.error[first:].reshape(-1)
+    felt, length = layout.felt, of.lengths[m]
+    _spread(layout, memory, to, first, length)
+    length *= memory.error.shape[1]
+    for a in range(0, len(felt), 2):
+        for b in range(0, a + 2, TOGETHER):
+            _multiply(to.D, a, b, whole_turns(length), to.products)
     for a in range(len(felt)):
         i = felt[a]
-        to.w[i] += dot(D[a], errors, length)
-        for b in range(0, a + 1, 4):
-            _products(D, a, b, whole, to.products)
-            for c in range(b, min(b + 4, a + 1)):
-                j, value = felt[c], to.products[c - b]
-                to.W[i, j] += value
-                if j != i:
-                    to.W[j, i] += value
+        to.w[i] += dot(to.D[a], to.errors, length)
+        to.W[i, i] += to.products[a, a]
+        for b in range(a):
+            j, value = felt[b], to.products[a, b]
+            to.W[i, j] += value
+            to.W[j, i] += value
 
 
 @jit_inner_fused
@@ -323,6 +341,8 @@ def _rows(of: Dynamics, layout: Layout, memory: StageMemory, to: Condensed, m: i
             value = to.by_state[i, r] * x[i]
             lower[first + r] -= value
             upper[first + r] -= value
+    if nv == 0:
+        return
     for column in range(to.rows.width[m]):
         row = to.rows.R[m, column, layout.first_varying :]
         for r in range(nv):

@@ -81,9 +81,9 @@ class _Held(NamedTuple):
 @jit_inner
 def _motion_at(of: _Data, x: Vec, motion: Mat) -> None:
     """Write the platform's motion (3, 6) in the state x (nx,) of the model."""
+    numbers = motion.reshape(-1)
     for i in range(len(x)):
-        column = of.column[i]
-        motion[column // 6, column % 6] = of.sign[i] * x[i]
+        numbers[of.column[i]] = of.sign[i] * x[i]
 
 
 @jit_inner
@@ -95,10 +95,15 @@ def _add(row: int, factor: float, other: int, values: Vec, slopes: Mat) -> None:
 
 
 @jit_inner
-def _enter(of: _Data, slopes: Vec, factor: float, states: Ints, x: Vec, out: Vec) -> float:
-    """Write the slopes of one row by its states, times a factor, into `out`; return their product with x."""
+def _enter(
+    of: _Data, slopes: Vec, factor: float, states: Ints, first: int, last: int, x: Vec, out: Vec
+) -> float:
+    """Write the slopes of one row, times a factor, into `out`; return their product with x.
+
+    The row's numbers are those from `first` to before `last`, and `states` are the states of all numbers.
+    """
     product = 0.0
-    for s in range(len(states)):
+    for s in range(first, last):
         i = states[s]
         slope = factor * of.sign[i] * slopes[of.column[i]]
         out[s] = slope
@@ -123,8 +128,8 @@ def _rows(of: _Data, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
             _add(row, of.lead, 6 + row, values, slopes)  # … and L + T L̇ + τ (L̇ + T L̈)
         rate_slopes(motion, values[18:], slopes[18:])
         for row in range(21):
-            states, out = of.rows[first[row] : first[row + 1]], varying[k, skipped + first[row] :]
-            value = values[row] - _enter(of, slopes[row], 1.0, states, x, out)
+            out = varying[k, skipped:]
+            value = values[row] - _enter(of, slopes[row], 1.0, of.rows, first[row], first[row + 1], x, out)
             lower[k, above + row] = of.low[row] - value
             upper[k, above + row] = of.high[row] - value
 
@@ -138,8 +143,7 @@ def _outputs(of: _Data, X: Mat, wanted: Mat, output: Mat, error: Mat) -> None:
         felt_slopes(of.head, motion, values, slopes)
         for c in range(wanted.shape[1]):
             root, row = of.root[c], of.felt[c]
-            states, out = of.outputs[first[c] : first[c + 1]], output[k, first[c] :]
-            product = _enter(of, slopes[row], root, states, X[k], out)
+            product = _enter(of, slopes[row], root, of.outputs, first[c], first[c + 1], X[k], output[k])
             error[k, c] = root * (values[row] - wanted[k, c]) - product
 
 
