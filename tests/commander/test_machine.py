@@ -64,6 +64,13 @@ def test_what_else_a_file_says_stays() -> None:
     assert platform.surge.velocity_mps == 0.25
 
 
+def test_a_text_with_any_character_stays_when_it_is_saved_again() -> None:
+    odd = "rig\x7f \x85 \u2028 \\"  # two"
+    once = text_of({"description": odd}, "axes", "x")
+    again = text_of({"surge_velocity_mps": 0.25}, "axes", "x", once)
+    assert parse_platform(again, "x").description == odd
+
+
 def test_both_ways_are_told_without_a_sign() -> None:
     values = values_of(
         "surge = {position_m = [-0.3, 0.2]}\nhexapod = {legs = {length_m = [0.5, 0.7]}}", "legs"
@@ -73,7 +80,13 @@ def test_both_ways_are_told_without_a_sign() -> None:
 
 
 def test_what_is_no_field_or_no_number_is_refused() -> None:
-    for values, field in (({"x": 1.0}, "x"), ({"surge_velocity_mps": [1]}, "surge.velocity_mps in y")):
+    velocity = "surge.velocity_mps in y"
+    for values, field in (
+        ({"x": 1.0}, "x"),
+        ({"surge_velocity_mps": [1]}, velocity),
+        ({"surge_velocity_mps": 10**400}, velocity),  # beyond any float, but JSON
+        ({"description": "\ud800"}, "description in y"),  # half of a pair, which no file can hold
+    ):
         with pytest.raises(InputError) as refused:
             text_of(values, "axes", "y")
         assert refused.value.field == field

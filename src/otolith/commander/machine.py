@@ -343,11 +343,18 @@ def _given(entry: Entry, values: Mapping[str, Any], name: str) -> Value:
 
 def _plain(path: str, value: Any, name: str) -> Value:
     """Return a value as TOML can have it: a number, a text, or nothing."""
-    if value is None or isinstance(value, str):
+    if value is None:
+        return value
+    if isinstance(value, str):
+        if any("\ud800" <= one <= "\udfff" for one in value):
+            raise InputError(f"{path} in {name}", repr(value)[:60], "a text that UTF-8 can hold")
         return value
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{path} in {name}", repr(value)[:60], "a number or a text")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{path} in {name}", f"{str(value)[:40]}…", "a number of at most 1.8e308") from None
 
 
 def field_of(error: InputError) -> str:

@@ -16,6 +16,7 @@ from otolith.commander.session import CHANNELS, MAPS, PLATFORMS
 from otolith.core.disk import read_text, write_text
 from otolith.core.errors import InputError, OtolithError
 from otolith.core.frames import AXES
+from otolith.core.toml import toml_value
 from otolith.live.axis_test import movable
 from otolith.live.permits import why_late, why_untested
 from otolith.live.session import Session, session_of
@@ -328,7 +329,7 @@ def _value(value: Any) -> str:
         return f"[{', '.join(map(_value, value))}]"
     if isinstance(value, Mapping):
         return f"{{ {', '.join(f'{name} = {_value(one)}' for name, one in value.items())} }}"
-    return json.dumps(value, ensure_ascii=False)
+    return toml_value(value)
 
 
 def field_of(error: InputError) -> str:

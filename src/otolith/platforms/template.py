@@ -1,11 +1,12 @@
 """A platform file to start from, with every field explained and the valid numbers of a small rig."""
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Final, Literal
+
+from otolith.core.toml import toml_value
 
 Kind = Literal["axes", "legs", "cranks"]  # of machines, as forms know them
 Name = Literal["axes", "legs", "cranks", "posts", "seat"]  # of templates
@@ -106,4 +107,4 @@ def _toml(value: Value) -> str:
         if len(value) == 2 and value[0] == -value[1]:
             return repr(value[1])
         return f"[{', '.join(map(repr, value))}]"
-    return json.dumps(value, ensure_ascii=False)
+    return toml_value(value)

@@ -17,6 +17,7 @@ import numpy as np
 
 from otolith.core.arrays import Mat, Vec, frozen_array
 from otolith.core.errors import InputError, one_of
+from otolith.core.toml import toml_value
 from otolith.interfaces import Reference
 from otolith.live.messages import Telemetry
 from otolith.live.wire.attitude import matrix
@@ -110,8 +111,8 @@ class AxisMap:
         lines = [f"[{SECTION}]"]
         for name, value in asdict(self).items():
             if name != "evidence":
-                lines.append(f"{name} = {json.dumps(value, ensure_ascii=False)}")
-        inside = ", ".join(f"{json.dumps(name)} = {value!r}" for name, value in self.evidence.items())
+                lines.append(f"{name} = {toml_value(value)}")
+        inside = ", ".join(f"{toml_value(name)} = {value!r}" for name, value in self.evidence.items())
         return "\n".join([*lines, f"evidence = {{ {inside} }}", f'sha256 = "{self.digest}"']) + "\n"
 
 
