@@ -23,8 +23,9 @@ TURN: Final = np.radians(1.0)  # of a rotation
 LEGS: Final = tuple(f"leg{number}" for number in range(1, 7))
 CRANKS: Final = tuple(f"crank{number}" for number in range(1, 7))
 _HALF: Final = 1.0  # [s] of accelerating, of braking, and of holding
-HELD: Final = 2.5 * _HALF  # [s] after which it is in the middle of its hold, far from neutral
 LASTS: Final = 5.0 * _HALF  # [s] of a test
+STRAYS: Final = 0.3  # share of a test's way by which the device may report another pose
+_RESTS: Final = 0.1  # share of the way within which set-points are at the goal, and per second at rest
 # name -> what a person sees when it becomes larger
 SEEN: Final = {
     "surge": "forward by 10 mm",
@@ -127,3 +128,60 @@ class AxisTest:
             healthy=True,
             outcome="axis test",
         )
+
+
+class Judge:
+    """Judges one test by the reports of the output, however late on a busy machine things happen.
+
+    The device must report the goal while the set-points rest there, not at a fixed time after engaging: the
+    motion begins when the controller has seen the engagement, and a device is heard of later than it moves.
+    Of several reports the last one counts, by which a device has had the most time to settle.
+
+    Parameters
+    ----------
+    goal : (6,) [m, rad] the pose that the test leads to.
+    """
+
+    def __init__(self, goal: Vec) -> None:
+        self._goal, self._way = goal, float(np.abs(goal).max())
+        self._began = self._arrived = False
+        self._latest: Report | None = None
+        self._measured: Vec | None = None  # the last pose that was reported while the set-points were there
+        self.over = False  # whether the motion has ended
+        self.cut_short = ""  # what the session became before the set-points had arrived
+
+    def look(self, report: Report | None) -> None:
+        """Take in the latest report; nothing after the end counts."""
+        if report is None or self.over:
+            return
+        if report.state not in CUED:
+            self.over, self.cut_short = True, "" if self._arrived else str(report.state)
+            return
+        self._latest = report
+        rests = float(np.abs(report.motion[1]).max()) <= _RESTS * self._way
+        if rests and float(np.abs(report.motion[0] - self._goal).max()) <= _RESTS * self._way:
+            self._arrived, self._measured = True, report.measured
+        follows = report.follows >= 0
+        self.over = self._began and rests and not follows
+        self._began = self._began or follows
+
+    def wrong(self) -> list[str]:
+        """Return a sentence where the device did not report the goal, or could not be asked for it."""
+        goal, latest = _words(self._goal), self._latest
+        if self.cut_short:
+            found = f"the session became {self.cut_short} before the set-points rested at the pose {goal}"
+            if latest is None or latest.measured is None:
+                return [found]
+            poses = _words(latest.measured), _words(latest.motion[0])
+            return ["{}: the device reported {} for set-points at {}".format(found, *poses)]
+        if not self._arrived:
+            return [
+                f"the set-points were not seen to rest at the pose {goal}, so the device could not be judged"
+            ]
+        if self._measured is None or np.abs(self._measured - self._goal).max() <= STRAYS * self._way:
+            return []
+        return [f"the device reports the pose {_words(self._measured)}, must be near {goal}"]
+
+
+def _words(pose: Vec) -> str:
+    return str((np.round(pose, 4) + 0.0).tolist())  # no zero has a sign
