@@ -5,9 +5,9 @@ Each part of the workspace is represented by its offset in the flat vector W, se
 """
 
 from otolith.core.arrays import Vec
-from otolith.core.jit import jit_fused, jit_inlined, kernel
+from otolith.core.jit import jit_fused, jit_inlined, jit_inner, kernel
 
-__all__ = ["jit_fused", "jit_inlined", "kernel"]
+__all__ = ["jit_fused", "jit_inlined", "jit_inner", "kernel"]
 
 N = ROWS = STAGE_ROWS = LANES = HORIZON_ROWS = NUMBERS = INPUTS = NX = START = 0
 LOWER = UPPER = SOFT = LO = HI = RHO = VALUE = MULTIPLIER = SET = DIAGONAL = GRADIENT = MARK = EXCESS = (

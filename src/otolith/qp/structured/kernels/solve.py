@@ -39,7 +39,7 @@ from otolith.qp.structured.kernels.kernel_symbols import (
     rollout,
     states_within,
 )
-from otolith.qp.structured.kernels.working import STUCK, attempt, consider_hint, settle
+from otolith.qp.structured.kernels.working import STUCK, attempt_all, consider_hint, settle
 
 STATUS = RESIDUAL = CHANGES = FACTORISATIONS = REFINEMENTS = ITERATIONS = HINTED = 0
 TOLERANCE = EXCHANGES = POLISH = ITERATION_LIMIT = 0
@@ -90,7 +90,7 @@ def search_inside(W: Vec) -> int:
         for i in range(N * INPUTS):
             W[INSIDE + i] = W[U + i]
         guess_from_sides(W)
-        settle(W, attempt(W, N - 1, False, True), polish)
+        settle(W, attempt_all(W), polish)
         for own in range(2):
             if own == 1:
                 net_multipliers(W)
@@ -110,7 +110,7 @@ def begin(W: Vec) -> int:
     if not well_posed(W):
         return INVALID
     condense_blocks(W)
-    W[NEEDED] = attempt(W, N - 1, False, True) if W[SETTING + EXCHANGES] > 0.0 else STUCK
+    W[NEEDED] = attempt_all(W) if W[SETTING + EXCHANGES] > 0.0 else STUCK
     return ASKING if W[OFFERED] == ON_REQUEST and 0.0 < W[NEEDED] < STUCK else UNDECIDED
 
 

@@ -62,6 +62,7 @@ from otolith.qp.structured.kernels.kernel_symbols import (
     forward,
     jit_fused,
     jit_inlined,
+    jit_inner,
 )
 from otolith.qp.structured.kernels.reductions import clear_lanes, fold_maximum, fold_sum, largest, smallest
 
@@ -268,6 +269,12 @@ def attempt(W: Vec, last: int, stalled: bool, passing: bool) -> float:
     return changes if changes > 0.0 or off < PRIMAL or met(W) else STUCK
 
 
+@jit_inner
+def attempt_all(W: Vec) -> float:
+    """Attempt the current set with new factors of all stages, in one copy that all who begin so share."""
+    return attempt(W, N - 1, False, True)
+
+
 @jit_fused
 def try_hint(W: Vec) -> None:
     """Replace the current set by the hint, in the groups of rows where the set was changed, and save the old
@@ -303,7 +310,7 @@ def consider_hint(W: Vec, changes: float) -> float:
     needs.
     """
     try_hint(W)
-    of_hint = attempt(W, N - 1, False, True)
+    of_hint = attempt_all(W)
     if of_hint < changes:
         W[INFO + HINTED] = 1.0
         return of_hint
@@ -311,7 +318,7 @@ def consider_hint(W: Vec, changes: float) -> float:
     return changes
 
 
-@jit_inlined
+@jit_inner
 def settle(W: Vec, changes: float, limit: int) -> None:
     """Continue from a set that needs `changes` until one settles, at most `limit` of them.
 
