@@ -161,7 +161,11 @@ def test_a_wrong_value_names_field_value_bound_and_unit(key: str, value: Any, wo
         ),
         (
             {"cranks.rod_m": 0.4},
-            "cranks.rod_m in rig.toml is 0.4, must be between 0.4792 and 0.8471 m, to reach",
+            "cranks.rod_m in rig.toml is 0.4, must be between 0.4793 and 0.847 m, to reach",
+        ),
+        (
+            {"cranks.rod_m": 0.8471},  # the bound that is told must be one
+            "cranks.rod_m in rig.toml is 0.8471, must be between 0.4793 and 0.847 m, to reach",
         ),
         (
             {"neutral_height_m": 0.55, "cranks.angle_deg": 30.0},

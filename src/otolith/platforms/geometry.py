@@ -241,7 +241,8 @@ def _must_turn(hexapod: Hexapod, cranks: CrankTable, arcs: Vec) -> None:
     rods, spans = cranks.rod_m, _rod_spans(hexapod)
     low, high = float(spans[:, 0].max()), float(spans[:, 1].min())
     if np.isnan(arcs).any():
-        bound = f"between {low:.4g} and {high:.4g} m, to reach the platform's joints in the neutral pose"
+        inner = math.ceil(1e4 * low) / 1e4, math.floor(1e4 * high) / 1e4  # ends that are themselves within
+        bound = f"between {inner[0]:g} and {inner[1]:g} m, to reach the platform's joints in the neutral pose"
         if low > high:
             needs = f"one crank needs at least {low:.4g} m and another at most {high:.4g} m"
             bound = f"one that reaches all joints in the neutral pose, but {needs}"
