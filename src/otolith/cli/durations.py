@@ -31,6 +31,6 @@ def lasting(words: str, *, least: float, most: float = LONGEST) -> typer.models.
         name = parameter.opts[0]
         return None if seconds is None else check_duration(name, seconds, least=least, most=most)
 
-    help_ = f"{words} [s], from {least:g} to {most:g}."
+    help_ = f"{words}, from {least:g} to {most:g} s."
     option: typer.models.OptionInfo = typer.Option(metavar="SECONDS", help=help_, callback=checked)
     return option
