@@ -1,5 +1,6 @@
 """Machine code from the cache does what the source says now, whichever file was edited."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import otolith
+from otolith.core.jit import SourceCache
 
 CALLER = """
 from otolith.core.jit import kernel
@@ -287,3 +289,15 @@ def until(holds: Callable[[], bool]) -> None:
     while not holds():
         assert time.monotonic() < end
         time.sleep(0.02)
+
+
+def test_garbage_is_looked_for_seldom_while_compiling_and_as_before_afterwards() -> None:
+    before = gc.get_threshold()
+    within = SourceCache(time_of).alone(lambda _: gc.get_threshold())(())
+    assert within[0] >= 50_000
+    assert within[1:] == before[1:]
+    assert gc.get_threshold() == before
+
+
+def time_of(x: float) -> float:
+    return x
