@@ -201,7 +201,9 @@ def test_weights_are_read_off_a_run(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wanted = "sine:amplitude=1,frequency=0.2,duration=5"
-    called(f"run {wanted} --cueing implicit --weight velocity=0.1 --out a --no-optimum", capsys)
-    found = json.loads(called("study inverse a/run.h5 --on velocity --json", capsys)[0])
+    weights = "--weight velocity=0.1 --weight position=0.02"  # on the default's states, which are compiled
+    called(f"run {wanted} --cueing implicit {weights} --out a --no-optimum", capsys)
+    found = json.loads(called("study inverse a/run.h5 --on velocity,position --json", capsys)[0])
     assert found["weights"]["velocity"] == pytest.approx(0.1, rel=1e-6)
-    assert "0.1" in called("study inverse a/run.h5 --on velocity", capsys)[0]
+    assert found["weights"]["position"] == pytest.approx(0.02, rel=1e-6)
+    assert "0.1" in called("study inverse a/run.h5 --on velocity,position", capsys)[0]
