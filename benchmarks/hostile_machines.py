@@ -3,6 +3,7 @@
 A part of `six_axis.py`.
 """
 
+import tomllib
 from collections.abc import Iterator
 from functools import partial
 from typing import Final
@@ -22,10 +23,12 @@ from otolith.plant import Ideal
 from otolith.platforms import Platform, load
 from otolith.platforms.hexapod import Hexapod
 from otolith.platforms.kinematics import Actuators, leg_motion
+from otolith.platforms.template import template
 from otolith.scenarios import Scenario
 
 DAVSI: Final = load("davsi")
 SIX: Final = tuple(DOFS.values())
+AXES: Final = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 HOLD: Final = 8  # periods between two jumps
 Vec = NDArray[np.float64]
 
@@ -51,7 +54,7 @@ def of_legs(legs: Hexapod, run: Run) -> Vec:
 
 
 def machines() -> Iterator[tuple[str, Platform]]:
-    """Six machines with the limits per axis of `davsi` and legs that nobody would build."""
+    """Eight machines with the limits per axis of `davsi` and legs or cranks that nobody would build."""
     legs = DAVSI.six_legs()
     rng, foot = np.random.default_rng(3), legs.anchors.copy()
     height = -float(foot[0, 2] - legs.joints[0, 2])
@@ -67,6 +70,8 @@ def machines() -> Iterator[tuple[str, Platform]]:
     yield "crossed", _machine(legs.joints, crossed, height)
     yield "nearly vertical", _machine(legs.joints, upright, height)
     yield "narrow base", _machine(legs.joints, narrow, height)
+    yield "cranks", _cranks(None)
+    yield "asymmetric cranks", _cranks(np.random.default_rng(4))
 
 
 def _machine(joints: Vec, anchors: Vec, height: float) -> Platform:
@@ -83,6 +88,25 @@ def _machine(joints: Vec, anchors: Vec, height: float) -> Platform:
     hexapod["neutral_height_m"] = height
     lengths = np.linalg.norm(joints - anchors, axis=1)
     hexapod["legs"]["length_m"] = (float(lengths.min() - 0.2), float(lengths.max() + 0.2))
+    return Platform.model_validate(table)
+
+
+def _cranks(rng: np.random.Generator | None) -> Platform:
+    """The cranks of the template, or displaced ones, with limits per axis far beyond what they reach."""
+    table = tomllib.loads(template("cranks"))
+    legs = Platform.model_validate(table).six_legs()
+    of_axes = DAVSI.model_dump(exclude_none=True)
+    table |= {name: of_axes[name] for name in (*AXES, "tilt_coordination")}
+    table.pop("workspace")
+    if rng is not None:
+        hexapod = table["hexapod"]
+        hexapod.pop("circles")
+        shift = np.array([0.0, 0.0, hexapod["neutral_height_m"]])
+        shafts = legs.anchors + shift + rng.uniform(-0.04, 0.04, (6, 3))
+        joints = legs.joints + rng.uniform(-0.04, 0.04, (6, 3))
+        hexapod["joints"] = {"base_m": shafts.tolist(), "platform_m": joints.tolist()}
+        heading = hexapod["cranks"]["heading_deg"] + rng.uniform(-15.0, 15.0, 6)
+        hexapod["cranks"]["heading_deg"] = heading.tolist()
     return Platform.model_validate(table)
 
 

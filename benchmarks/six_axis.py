@@ -2,8 +2,8 @@
 
     python benchmarks/six_axis.py [table] [laps] [time] [nmpc] [hostile] [--jumps N] [--seed S] [--json FILE]
 
-Without words, all parts run; `hostile` with 100,000 jumps of what is wanted, on six machines each, takes
-hours, and can be done in parts with other seeds. *table*: errors along two axes, `six-axis` on `davsi`
+Without words, all parts run; `hostile` with 100,000 jumps of what is wanted, on eight machines each, takes
+an hour, and can be done in parts with other seeds. *table*: errors along two axes, `six-axis` on `davsi`
 against `davsi-4dof`, whose limits per axis the same legs keep in every combination: against `predictive`
 there, and against the very same controller there, without rows for legs. *laps*: interventions of the
 supervisor on twelve laps, with servos and legs. *time*: CPU time of a decision. *nmpc*: cost above the

@@ -1,5 +1,9 @@
 """The whole body as part of the MPC: its rows and outputs against the legs and the head themselves."""
 
+import tomllib
+from collections import Counter
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -18,6 +22,7 @@ from otolith.interfaces import PlatformState, Reference, Status
 from otolith.loop import simulate
 from otolith.plant import Ideal
 from otolith.platforms import Platform, load
+from otolith.platforms.template import template
 from otolith.qp.engines import expand
 from otolith.scenarios import scenario
 
@@ -152,12 +157,81 @@ def beyond(values: Vec, low: Vec, high: Vec) -> Vec:
     return np.maximum(np.maximum(values - high, low - values), 0.0)
 
 
+def on_cranks() -> Platform:
+    """The cranks of the template, with limits per axis of which most are out of reach."""
+    table = tomllib.loads(template("cranks"))
+    of_axes = DAVSI.model_dump(exclude_none=True)
+    table |= {name: of_axes[name] for name in ("surge", "sway", "heave", "roll", "pitch", "yaw")}
+    table.pop("workspace")
+    return Platform.model_validate(table)
+
+
+def test_a_pose_that_cranks_do_not_reach_has_the_rows_of_the_one_before() -> None:
+    """At its own place they would be no numbers; and what a plan there has misjudged is without bound."""
+    mpc = controller(platform=on_cranks())
+    problem, memory, ends = mpc.problem, mpc.engine.memory, np.cumsum(mpc.settings.blocks) - 1
+    up = np.zeros((150, 6))
+    up[:, list(problem.axes.axis).index(2)] = 1.0
+    x = np.zeros(18)
+    problem.write(memory, x, up, np.zeros((150, len(problem.channels))), None)
+    X = problem.predicted(x, up)
+    legs = on_cranks().six_legs()
+    reached = [bool(np.isfinite(legs.leg_motion(*motions(mpc, X[k : k + 1])[0]).length).all()) for k in ends]
+    assert not reached[-1]
+    assert reached[0]
+    assert all(np.isfinite(getattr(memory, name)).all() for name in ("varying", "output", "error"))
+    last = int(np.argmin(reached))
+    assert np.array_equal(memory.varying[-1], memory.varying[last - 1])
+    assert not np.array_equal(memory.varying[last - 1], memory.varying[0])
+    rows = (memory.output, memory.error, memory.varying, memory.lower, memory.upper)
+    assert _misjudged(problem._of_body[1].held, X, *rows) == np.inf
+
+
+def test_on_cranks_random_jumps_leave_no_step_without_answer_and_every_crank_within_its_limits() -> None:
+    """Linearised about poses that cranks do not reach, steps had problems that nothing could solve."""
+    platform, rng, held = on_cranks(), np.random.default_rng(8), 8
+    mpc, plant, state, legs = controller(platform=platform), Ideal(), PlatformState(), platform.six_legs()
+    plant.reset(state)
+    found, furthest = Counter[Status](), 0.0
+    for k in range(800):
+        if k % held == 0:
+            size = np.exp(rng.uniform(np.log(0.1), np.log(50.0)))
+            force, rate = size * rng.standard_normal(3), size * rng.standard_normal(3) * [0.02, 0.02, 0.1]
+        command = mpc.step(state, Reference(specific_force=force, angular_rate=rate))
+        found[command.outcome.status] += 1
+        state = plant.step(command, mpc.period)
+        now = legs.leg_motion(state.pose, state.twist, state.acceleration)
+        low, high = legs.stroke
+        shares = (
+            np.abs(now.length - 0.5 * (low + high)).max() / (0.5 * (high - low)),
+            np.abs(now.speed).max() / legs.speed,
+            np.abs(now.acceleration).max() / legs.acceleration,
+        )
+        assert max(shares) <= 1.0
+        furthest = max(furthest, *shares[:2])
+    assert found == {Status.DECIDED: 800}
+    assert furthest > 0.95  # so the limits were met
+
+
+def test_the_plan_is_linearised_about_where_the_last_one_leads() -> None:
+    """One period on, the prediction about which the problem is written goes on where the plan went."""
+    two, plant, state = controller(), Ideal(), PlatformState()
+    mpc = Mpc(DAVSI, ALL, replace(two.settings, iterations=1), body=two.problem._body)
+    plant.reset(state)
+    command = mpc.step(state, Reference(specific_force=np.array([1.5, 0.5, 0.0])))
+    before = mpc.problem.predicted(mpc.program.x, mpc.program.plan)
+    assert np.ptp(mpc.program.plan, axis=0).max() > 0.1
+    state = plant.step(command, mpc.period)
+    mpc.step(state, Reference(specific_force=np.array([1.5, 0.5, 0.0])))
+    assert_allclose(mpc.problem.given.X[:-1], before[1:], atol=1e-12)
+
+
 @pytest.mark.parametrize(("force", "most"), [(1e-3, 1), (2.0, 2)])
 def test_a_second_step_is_taken_where_the_first_has_misjudged(force: float, most: int) -> None:
-    """Not for a force that no limit hinders; after a jump, when legs begin to."""
+    """Not for a force that no limit hinders; in the first half second after a jump, when legs begin to."""
     mpc, plant, state, steps = controller(), Ideal(), PlatformState(), []
     plant.reset(state)
-    for _ in range(5):
+    for _ in range(60):
         command = mpc.step(state, Reference(specific_force=np.array([force, -force, 0.0])))
         steps.append(mpc.program.at[ROUND])
         state = plant.step(command, mpc.period)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from otolith import metrics
-from otolith.core.arrays import Mat, Vec
+from otolith.core.arrays import Ints, Mat, Vec
 from otolith.core.errors import InputError
 from otolith.core.frames import SURGE_PITCH, SWAY_ROLL, Dof
 from otolith.cueing.mpc.controller import Mpc
@@ -24,6 +24,8 @@ from otolith.loop import Run, simulate
 from otolith.plant import Ideal
 from otolith.platforms import load
 from otolith.qp.engines import CondensedEngine, StructuredEngine, expand
+from otolith.qp.problem import Status as QpStatus
+from otolith.qp.stage import OnRequest, StageSolution
 from otolith.scenarios import Scenario, scenario
 
 BOTH = (SURGE_PITCH, SWAY_ROLL)
@@ -122,6 +124,32 @@ def test_more_gauss_newton_steps_change_little_and_end_where_linearisation_is_ex
     one, ten = (metrics.tracking_rmse(run)[0] for run in (rti, sqp))
     assert one != ten
     assert one == pytest.approx(ten, rel=0.01)
+
+
+class _Once(CondensedEngine):
+    """Solves the first problem of a period and gives the second one up."""
+
+    asked = 0
+
+    def run(self, start: Ints | None = None, hint: OnRequest | None = None) -> StageSolution:
+        self.asked += 1
+        found = super().run(start, hint)
+        return found if self.asked % 2 else replace(found, status=QpStatus.LIMIT, residual=np.inf)
+
+
+def test_a_second_gauss_newton_step_without_an_answer_leaves_the_plan_of_the_first() -> None:
+    """That plan is certified; the platform need not brake because more was tried."""
+    reference = Reference(specific_force=np.array([2.0, 0.0, 0.0]))
+    one, two = controller(iterations=1, engine=CondensedEngine), controller(iterations=2, engine=_Once)
+    assert isinstance(two.engine, _Once)
+    for mpc in (one, two):
+        mpc.reset(PlatformState())
+    two.engine.asked = 0
+    expected, command = (mpc.step(PlatformState(), reference) for mpc in (one, two))
+    assert two.engine.asked == 2
+    assert command.outcome.status is Status.DECIDED
+    assert command.outcome.residual == expected.outcome.residual < 1e-6
+    assert_allclose(command.acceleration, expected.acceleration, atol=1e-12)
 
 
 def test_a_preview_helps_and_a_constant_one_changes_nothing() -> None:

@@ -47,6 +47,9 @@ MARGINS: Final = (1e-5, 1e-5, 0.02)  # [m, m/s, m/s²] kept from the limits of t
 APART: Final = 0.1  # … and this share more by each of the next, see `Body.margins`
 LEGS: Final = 18  # rows on length, speed and acceleration …
 BODY_ROWS: Final = LEGS + 3  # … and on three body rates
+# Way of a crank's tip for a way of the platform, from which on the crank is nearly stretched: its slopes
+# change so fast that they say nothing of what is near.
+STEEP: Final = 4.0
 
 
 class _Data(NamedTuple):
@@ -112,21 +115,39 @@ def _enter(
 
 
 @kernel
+def _rows_about(of: _Data, x: Vec, motion: Mat, jet: Mat, values: Vec, slopes: Mat) -> bool:
+    """Write the body's rows and their slopes in a state; return whether all cranks reach its pose well."""
+    _motion_at(of, x, motion)
+    rotation_jet(motion, jet)
+    leg_slopes(motion, jet, of.legs, values[:18], slopes[:18])
+    reached = 0
+    for row in range(6):
+        for column in range(3):
+            reached += abs(slopes[row, column]) < STEEP  # not if a rod is too short, where slopes are NaN
+    for row in range(6):
+        _add(row, of.lag, 6 + row, values, slopes)  # L + T L̇ …
+        _add(6 + row, of.lag, 12 + row, values, slopes)  # … L̇ + T L̈ …
+        _add(row, of.lead, 6 + row, values, slopes)  # … and L + T L̇ + τ (L̇ + T L̈)
+    rate_slopes(motion, values[18:], slopes[18:])
+    return reached == 18
+
+
+@kernel
 def _rows(of: _Data, X: Mat, varying: Mat, lower: Mat, upper: Mat) -> None:
-    """Write the body's rows and their bounds about the motion at the ends of all blocks."""
+    """Write the body's rows and their bounds about the motion at the ends of all blocks.
+
+    Where a crank does not reach the pose, or is nearly stretched, they are those about the last pose before.
+    """
     motion, jet = np.zeros((3, 6)), np.empty((4, 3, 3, 3))
     values, slopes, first = np.empty(BODY_ROWS), np.empty((BODY_ROWS, 18)), of.first_row
     skipped, above = of.before[0], of.before[1]
+    at = of.ends[0]
     for k in range(len(of.ends)):
-        x = X[of.ends[k]]
-        _motion_at(of, x, motion)
-        rotation_jet(motion, jet)
-        leg_slopes(motion, jet, of.legs, values[:18], slopes[:18])
-        for row in range(6):
-            _add(row, of.lag, 6 + row, values, slopes)  # L + T L̇ …
-            _add(6 + row, of.lag, 12 + row, values, slopes)  # … L̇ + T L̈ …
-            _add(row, of.lead, 6 + row, values, slopes)  # … and L + T L̇ + τ (L̇ + T L̈)
-        rate_slopes(motion, values[18:], slopes[18:])
+        if _rows_about(of, X[of.ends[k]], motion, jet, values, slopes):
+            at = of.ends[k]
+        else:
+            _rows_about(of, X[at], motion, jet, values, slopes)
+        x = X[at]
         for row in range(21):
             out = varying[k, skipped:]
             value = values[row] - _enter(of, slopes[row], 1.0, of.rows, first[row], first[row + 1], x, out)
@@ -206,6 +227,8 @@ def _share(of: _Data, X: Mat, of_problem: tuple[Mat, Mat, Mat, Mat, Mat]) -> flo
             value, linear = values[row], 0.0
             for s in range(first[row], first[row + 1]):
                 linear += varying[k, skipped + s] * x[of.rows[s]]
+            if not abs(value) < np.inf:  # a crank does not reach the plan's pose
+                return np.inf
             thought = _beyond(linear, lower[k, above + row], upper[k, above + row])
             whole += of.price[k, row] * thought
             more += of.price[k, row] * max(0.0, _beyond(value, of.low[row], of.high[row]) - thought)

@@ -126,6 +126,7 @@ class Mpc:
             **{name: np.zeros((N, nu)) for name in ("plan", "about", "guess")},
             U=np.zeros((M, nu)),
             answer=np.zeros(3),
+            certified=np.zeros(2),
             at=np.zeros(6, dtype=np.int64),
         )
 

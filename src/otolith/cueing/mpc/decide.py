@@ -82,6 +82,7 @@ class Program(NamedTuple):
     guess: Mat  # (N, nu) reference of the controls in the cost, if at[GUESSED]
     U: Mat  # (M, nu) the solution of an engine that kernels cannot call
     answer: Vec  # (3,) solver status, changes and residual of that engine, as in `result`
+    certified: Vec  # (2,) residual of the Gauss-Newton step before, and whether it violates firm rows
     at: Ints  # (6,) progress of the decision
 
 
@@ -95,11 +96,14 @@ def _predict(p: Any, now: Vec, preview: Mat, age: float) -> None:
 
 
 @jit_inlined
-def _copy(of: Mat, into: Mat) -> None:
-    """Copy entry by entry, since numba needs a second to compile an assignment of whole arrays."""
+def _copy(of: Mat, first: int, into: Mat) -> None:
+    """Copy the rows from the `first` on, and the last one again where there are no more.
+
+    Entry by entry, since numba needs a second to compile an assignment of whole arrays.
+    """
     for k in range(of.shape[0]):
         for j in range(of.shape[1]):
-            into[k, j] = of[k, j]
+            into[k, j] = of[min(k + first, of.shape[0] - 1), j]
 
 
 @jit_inlined
@@ -187,7 +191,11 @@ def _solve_all(p: Any, request: int, result: Vec) -> int:
         request = NOTHING
         p.at[ROUND] += 1
         if result[SOLVER] != OPTIMAL:
+            if p.at[ROUND] > 1:  # the plan of the step before, in `about`, is certified
+                result[SOLVER], result[RESIDUAL] = OPTIMAL, p.certified[0]
+                p.at[RELAXED] = int(p.certified[1])
             return NOTHING
+        p.certified[0], p.certified[1] = result[RESIDUAL], p.at[RELAXED]
         left = _spread(p)
         if p.at[ROUND] >= p.rounds:
             return NOTHING
@@ -229,7 +237,7 @@ def _conclude(p: Any, command: Vec, result: Vec) -> None:
     if result[STATUS] == DECIDED:
         if p.at[RELAXED] == 1:  # a command there is, but no plan that holds all rows of the next nodes
             result[SOLVER] = INFEASIBLE
-        _copy(p.about, p.plan)
+        _copy(p.about, 0, p.plan)
         follow(p.belief, command)
         if p.based:
             follow(p.base, command[6:])
@@ -268,7 +276,8 @@ def _observe(p: Any, motion: Mat) -> bool:
     read(p.given.axes, motion, p.x)
     if len(p.given.organs.here) > 0:
         kernels.sense(p.given, p.x, p.wanted)
-    _copy(p.plan, p.about)
+    # About where a plan leads, legs are misjudged least; the thesis linearises its problems without a shift.
+    _copy(p.plan, 1 if p.given.judge[0] != 0 else 0, p.about)
     return True
 
 

@@ -34,7 +34,7 @@ HEAVE: Final = 0.05  # weight of the squared vertical force [(m/s²)⁻²]; that
 YAW: Final = 10.0  # weight of the squared yaw rate [(rad/s)⁻²]
 DAMPING: Final = 10.0  # c of `predictive`: slower, since legs leave room for speeds that cannot be kept up
 STEPS: Final = 2  # Gauss-Newton steps in a period at most
-MISJUDGED: Final = 5e-4  # share of the cost that the first has misjudged, from which a second one is taken
+MISJUDGED: Final = 8e-4  # share of the cost that the first has misjudged, from which a second one is taken
 
 
 class Generator(StrEnum):
