@@ -1,9 +1,10 @@
 """The MPC controller: one certified Gauss-Newton step of its problem per period (section 4.1.2).
 
 The problem is that of `otolith.cueing.mpc.problem`. The dynamics are linear and discretised exactly. Only
-what is felt (and, in 4 DOF, the limit circle) is linearised, about the previous plan, without a shift. One
-such step per period is the real-time iteration (Diehl, Bock & Schlöder, 2005). More steps converge to the
-optimum of the nonlinear problem, which shows what the single step costs.
+what is felt (and, in 4 DOF, the limit circle) is linearised, about the previous plan, without a shift; with
+legs (`otolith.cueing.mpc.body`) about that plan shifted by a period. One such step per period is the
+real-time iteration (Diehl, Bock & Schlöder, 2005). More steps converge to the optimum of the nonlinear
+problem, which shows what the single step costs.
 
 With `blocks` the inputs are held over several steps, and a horizon three times as long costs no more. Plans
 are still given in steps of one period.
