@@ -70,26 +70,36 @@ def _well_posed(memory: StageMemory) -> bool:
 
 
 @kernel
+def _attempt(of: Any, info: Vec) -> tuple[int, int]:
+    """Solve the condensed problem from the working set at work and judge it; return a code and the changes."""
+    c, m, nu, rows = of.condensed, of.U.shape[0], of.U.shape[1], of.y.shape[1]
+    y = of.y.reshape(m * rows)
+    outcome, changes = solve(c.H, c.g, c.rows, of.work, of.state, y, of.z, LIMIT)
+    for i in range(m * nu):
+        of.U[i // nu, i % nu] = of.z[i]
+    info[_RESIDUAL] = np.inf
+    if outcome == SOLVED:
+        info[_RESIDUAL] = blocked_residual(of.judged, of.memory, of.U, of.y)
+    return _OPTIMAL if info[_RESIDUAL] < of.tolerance else _LIMIT, changes
+
+
+@kernel
 def _run(of: Any, info: Vec) -> int:
     """Solve the problem in memory and judge the answer; write and return what `SOLVE` says."""
     info[:] = 0.0
     info[_CODE], info[_RESIDUAL] = _INVALID, np.inf
     if not _well_posed(of.memory):
         return _INVALID
-    c, m, nu, rows = of.condensed, of.U.shape[0], of.U.shape[1], of.y.shape[1]
-    condense(of.dynamics, of.layout, of.memory, c)
+    condense(of.dynamics, of.layout, of.memory, of.condensed)
     copy_to(of.state, of.held)
-    y = of.y.reshape(m * rows)
-    outcome, changes = solve(c.H, c.g, c.rows, of.work, of.state, y, of.z, LIMIT)
-    for i in range(m * nu):
-        of.U[i // nu, i % nu] = of.z[i]
-    residual = np.inf
-    if outcome == SOLVED:
-        residual = blocked_residual(of.judged, of.memory, of.U, of.y)
-    code = _OPTIMAL if residual < of.tolerance else _LIMIT
+    code, changes = _attempt(of, info)
+    if code != _OPTIMAL:  # from another problem's working set the search may go round in circles
+        of.state[:] = 0
+        code, more = _attempt(of, info)
+        changes += more
     if code == _OPTIMAL:
         copy_to(of.held, of.state)
-    info[_CODE], info[_RESIDUAL], info[_COUNT] = code, residual, changes
+    info[_CODE], info[_COUNT] = code, changes
     return code
 
 

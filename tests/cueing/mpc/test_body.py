@@ -213,6 +213,35 @@ def test_on_cranks_random_jumps_leave_no_step_without_answer_and_every_crank_wit
     assert furthest > 0.95  # so the limits were met
 
 
+def displaced(platform: Platform, seed: int) -> Platform:
+    """The same machine with shafts, joints and headings displaced at random."""
+    table, legs = platform.model_dump(exclude_none=True), platform.six_legs()
+    hexapod, rng = table["hexapod"], np.random.default_rng(seed)
+    hexapod.pop("circles")
+    shift = np.array([0.0, 0.0, hexapod["neutral_height_m"]])
+    shafts = legs.anchors + shift + rng.uniform(-0.04, 0.04, (6, 3))
+    joints = legs.joints + rng.uniform(-0.04, 0.04, (6, 3))
+    hexapod["joints"] = {"base_m": shafts.tolist(), "platform_m": joints.tolist()}
+    heading = np.array(hexapod["cranks"]["heading_deg"]) + rng.uniform(-15.0, 15.0, 6)
+    hexapod["cranks"]["heading_deg"] = heading.tolist()
+    return Platform.model_validate(table)
+
+
+def test_a_search_that_goes_round_in_circles_begins_anew() -> None:
+    """From the working set before, the problem of decision 41 is not solved; from none it is."""
+    mpc, plant, state = controller(platform=displaced(on_cranks(), 4)), Ideal(), PlatformState()
+    rng, number = np.random.default_rng(41), 20_000
+    size = np.exp(rng.uniform(np.log(0.1), np.log(50.0), number))[:, None]
+    jumps = size * rng.standard_normal((number, 6)) * [1.0, 1.0, 1.0, 0.02, 0.02, 0.1]
+    plant.reset(state)
+    for k in range(48):
+        wanted = jumps[5000 + k // 8]
+        command = mpc.step(state, Reference(specific_force=wanted[:3], angular_rate=wanted[3:]))
+        assert command.outcome.status is Status.DECIDED
+        assert mpc.engine.undecided == 0
+        state = plant.step(command, mpc.period)
+
+
 def test_the_plan_is_linearised_about_where_the_last_one_leads() -> None:
     """One period on, the prediction about which the problem is written goes on where the plan went."""
     two, plant, state = controller(), Ideal(), PlatformState()

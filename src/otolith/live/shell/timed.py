@@ -46,9 +46,7 @@ def cued_for(
             engaged_at = now()
         if state is State.FAULT or (engaged_at is not None and now() - engaged_at > seconds):
             return
-        waits = (
-            engaged_at is None and state is not State.ENGAGING
-        )  # which may take longer: the platform moves
+        waits = engaged_at is None and state is not State.ENGAGING  # a platform may take long to rise
         if waits and now() - begin > patience:
             raise NotEngaged(
                 f"the session is {state or 'silent'} after {patience:g} s, must be engaged by then; "
