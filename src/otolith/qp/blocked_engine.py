@@ -71,7 +71,7 @@ def _well_posed(memory: StageMemory) -> bool:
 
 @kernel
 def _attempt(of: Any, info: Vec) -> tuple[int, int]:
-    """Solve the condensed problem from the working set at work and judge it; return a code and the changes."""
+    """Solve the condensed problem from the working set at work and judge it; return code and changes."""
     c, m, nu, rows = of.condensed, of.U.shape[0], of.U.shape[1], of.y.shape[1]
     y = of.y.reshape(m * rows)
     outcome, changes = solve(c.H, c.g, c.rows, of.work, of.state, y, of.z, LIMIT)
