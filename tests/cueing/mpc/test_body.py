@@ -23,6 +23,7 @@ from otolith.loop import simulate
 from otolith.plant import Ideal
 from otolith.platforms import Platform, load
 from otolith.platforms.template import template
+from otolith.qp.blocked_engine import BlockedEngine
 from otolith.qp.engines import expand
 from otolith.scenarios import scenario
 
@@ -238,6 +239,7 @@ def test_a_search_that_goes_round_in_circles_begins_anew() -> None:
         wanted = jumps[5000 + k // 8]
         command = mpc.step(state, Reference(specific_force=wanted[:3], angular_rate=wanted[3:]))
         assert command.outcome.status is Status.DECIDED
+        assert isinstance(mpc.engine, BlockedEngine)
         assert mpc.engine.undecided == 0
         state = plant.step(command, mpc.period)
 
