@@ -110,3 +110,18 @@ def test_rows_of_blocks_depend_on_the_first_variables() -> None:
             assert outcome == SOLVED
             assert kkt_residual(qp, z, y) < 1e-10
             assert_allclose(z, expected.z, atol=1e-5)
+
+
+def test_the_answer_scales_with_the_problem() -> None:
+    """However small the numbers, rows that must be zero are; an absolute tolerance would let them drift."""
+    rng = np.random.default_rng(11)
+    for scale in (1.0, 1e-15, 1e-25, 1e-60):
+        qp = problem(rng, soft=1.0, twice=False)
+        at_zero = rng.random(len(qp.lower)) < 0.3
+        lower, upper = (np.where(at_zero, 0.0, side) for side in (qp.lower, qp.upper))
+        one = Qp(qp.H, qp.g, qp.A, lower, upper, qp.penalties)
+        small = Qp(qp.H, scale * qp.g, qp.A, scale * lower, scale * upper, scale * qp.penalties)
+        outcome, z, y, _ = solved(small)
+        assert outcome == SOLVED
+        assert kkt_residual(small, z, y) < 1e-10
+        assert_allclose(z / scale, solved(one)[1], atol=1e-9)

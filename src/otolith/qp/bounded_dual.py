@@ -41,7 +41,7 @@ from otolith.qp.working_set import (
 )
 
 SOLVED, IMPOSSIBLE, GIVEN_UP = range(3)
-TINY: Final = 1e-12  # smallest size of a row that counts
+TINY: Final = 1e-300  # added to sizes, so that none is zero; far below what any row means
 REFINEMENTS: Final = 3  # at most, of z and the multipliers at the end …
 REFINED: Final = 1e-8  # … until one moves z by less, relative: the next would by its square
 VIOLATED: Final = 1e-9  # excess over a bound, relative to its terms as in the certificate, that lets a row in

@@ -291,6 +291,20 @@ def test_random_jumps_leave_no_step_without_answer_and_every_leg_within_its_limi
             assert np.abs(now.acceleration).max() <= legs.acceleration
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e-12, 1e-20, 1e-100])
+def test_the_tail_of_a_filter_is_decided_as_fast_as_any_force(size: float) -> None:
+    """No problem goes to the exact engine, which takes 50 times as long."""
+    mpc, plant, state = controller(), Ideal(), PlatformState()
+    plant.reset(state)
+    for k in range(20):
+        force = size * np.array([0.3, 0.5, 0.7]) * (k < 10)
+        command = mpc.step(state, Reference(specific_force=force))
+        assert command.outcome.solver == "optimal"
+        state = plant.step(command, mpc.period)
+    assert isinstance(mpc.engine, BlockedEngine)
+    assert mpc.engine.undecided == 0
+
+
 def test_where_no_command_holds_the_legs_the_answer_says_so() -> None:
     """A start beyond the stroke, with no way back within two periods."""
     mpc = controller()
