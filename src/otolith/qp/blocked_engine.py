@@ -30,7 +30,7 @@ from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.qp.structured.generate import CODES, INFO
 from otolith.qp.working_set import Work
 
-LIMIT: Final = 400  # largest number of rows that enter
+LIMIT: Final = 3000  # largest number of rows that enter; 2,000 do where nearly all are at their limits
 
 _OPTIMAL, _LIMIT, _INVALID = (CODES.index(name) for name in ("OPTIMAL", "LIMIT", "INVALID"))
 _CODE, _RESIDUAL, _COUNT = (INFO.index(name) for name in ("STATUS", "RESIDUAL", "CHANGES"))

@@ -305,6 +305,22 @@ def test_the_tail_of_a_filter_is_decided_as_fast_as_any_force(size: float) -> No
     assert mpc.engine.undecided == 0
 
 
+@pytest.mark.parametrize("rate", [30.0, 100.0, 300.0])
+def test_a_rate_in_degrees_that_is_taken_for_radians_is_decided(rate: float) -> None:
+    """Nearly all rows are at their limits, so that hundreds enter; legs keep their limits all the same."""
+    mpc, plant, state, legs = controller(), Ideal(), PlatformState(), DAVSI.six_legs()
+    plant.reset(state)
+    for _ in range(15):
+        command = mpc.step(state, Reference(specific_force=np.zeros(3), angular_rate=np.array([0, 0, rate])))
+        assert command.outcome.solver == "optimal"
+        state = plant.step(command, mpc.period)
+        now = legs.leg_motion(state.pose, state.twist, state.acceleration)
+        assert np.abs(now.speed).max() <= legs.speed
+        assert np.abs(now.acceleration).max() <= legs.acceleration
+    assert isinstance(mpc.engine, BlockedEngine)
+    assert mpc.engine.undecided == 0
+
+
 def test_where_no_command_holds_the_legs_the_answer_says_so() -> None:
     """A start beyond the stroke, with no way back within two periods."""
     mpc = controller()
