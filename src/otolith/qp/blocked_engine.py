@@ -30,7 +30,8 @@ from otolith.qp.stage import OnRequest, StageProblem, StageSolution
 from otolith.qp.structured.generate import CODES, INFO
 from otolith.qp.working_set import Work
 
-LIMIT: Final = 3000  # largest number of rows that enter; 2,000 do where nearly all are at their limits
+FEW: Final = 400  # largest number of rows that enter from the working set before, mostly none …
+LIMIT: Final = 3000  # … and from none: 2,000 do where nearly all are at their limits
 
 _OPTIMAL, _LIMIT, _INVALID = (CODES.index(name) for name in ("OPTIMAL", "LIMIT", "INVALID"))
 _CODE, _RESIDUAL, _COUNT = (INFO.index(name) for name in ("STATUS", "RESIDUAL", "CHANGES"))
@@ -70,11 +71,11 @@ def _well_posed(memory: StageMemory) -> bool:
 
 
 @kernel
-def _attempt(of: Any, info: Vec) -> tuple[int, int]:
+def _attempt(of: Any, info: Vec, limit: int) -> tuple[int, int]:
     """Solve the condensed problem from the working set at work and judge it; return code and changes."""
     c, m, nu, rows = of.condensed, of.U.shape[0], of.U.shape[1], of.y.shape[1]
     y = of.y.reshape(m * rows)
-    outcome, changes = solve(c.H, c.g, c.rows, of.work, of.state, y, of.z, LIMIT)
+    outcome, changes = solve(c.H, c.g, c.rows, of.work, of.state, y, of.z, limit)
     for i in range(m * nu):
         of.U[i // nu, i % nu] = of.z[i]
     info[_RESIDUAL] = np.inf
@@ -92,10 +93,10 @@ def _run(of: Any, info: Vec) -> int:
         return _INVALID
     condense(of.dynamics, of.layout, of.memory, of.condensed)
     copy_to(of.state, of.held)
-    code, changes = _attempt(of, info)
+    code, changes = _attempt(of, info, FEW)
     if code != _OPTIMAL:  # from another problem's working set the search may go round in circles
         of.state[:] = 0
-        code, more = _attempt(of, info)
+        code, more = _attempt(of, info, LIMIT)
         changes += more
     if code == _OPTIMAL:
         copy_to(of.held, of.state)

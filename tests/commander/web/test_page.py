@@ -40,8 +40,8 @@ ORANGE = INK.replace("data[k + 2] > data[k] + 60", "data[k] > data[k + 2] + 60")
 
 
 def soon(condition: Callable[[], bool], what: str) -> None:
-    """Wait up to 10 s for a condition."""
-    until = time.monotonic() + 10.0
+    """Wait up to a minute for a condition: a busy machine draws late."""
+    until = time.monotonic() + 60.0
     while not condition():
         assert time.monotonic() < until, what
         time.sleep(0.05)
