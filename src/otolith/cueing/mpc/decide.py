@@ -73,7 +73,7 @@ class Program(NamedTuple):
     guessing: bool  # whether there is a guess
     hinting: bool  # whether there is a hint
     rounds: int  # largest number of Gauss-Newton steps
-    settled: float  # they end when no control changes by more or, of a body, less of the cost is misjudged
+    settled: float  # they end when no control changes by more; with legs, when less of the cost is misjudged
     firm: float  # multiplier from which a row of the body's firm blocks is violated
     x: Vec  # (nx,) the measured motion
     wanted: Mat  # (N, C)
